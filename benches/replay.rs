@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{MemoryFiles, SourceMap};
+use raxel_execute::moment::Moment;
+use raxel_execute::{
+    Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
+};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
-use raxel_runtime::execute::{
-    Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
-};
-use raxel_runtime::moment::Moment;
 use raxel_shader::Compiler;
 use vk_graph::driver::ash::vk;
 use vk_graph::driver::compute::{ComputePipeline, ComputePipelineInfo};

@@ -1,10 +1,10 @@
 #![doc = include_str!("../README.md")]
 
 pub use raxel_diagnostics::{Diagnostic, SourceMap, render};
+pub use raxel_execute::{FrameReport, PassTime, Picture, ReadTicket, SwapReport, Texels};
 pub use raxel_graph::checked::Value;
 pub use raxel_runtime::camera::Camera;
 pub use raxel_runtime::debug_target::DebugTarget;
-pub use raxel_runtime::execute::{FrameReport, PassTime, Picture, ReadTicket, SwapReport, Texels};
 pub use raxel_runtime::present::Presenter;
 pub use raxel_runtime::project::Project;
 pub use raxel_runtime::reload::ReloadEvent;
@@ -15,12 +15,18 @@ pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, Re
 pub use raxel_cache as cache;
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
+/// What builds voxels: operations, land, scattered models.
+pub use raxel_generate as generate;
 /// The graph compiler: file, checked graph, plan.
 pub use raxel_graph as graph;
+/// GPU encodings of voxel worlds.
+pub use raxel_layouts as layouts;
 /// Bench and stress: run time against error.
 pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
 pub use raxel_oracle as oracle;
+/// Pictures, frames and films: what `raxel render` writes, from a session of yours.
+pub use raxel_output as output;
 /// Rays through voxels, as [`Session::cast`] takes them.
 pub use raxel_ray as ray;
 /// Everything of a session that is not re-exported here.
@@ -29,8 +35,10 @@ pub use raxel_runtime as runtime;
 pub use raxel_shader as shader;
 /// Worlds that are loaded around a camera.
 pub use raxel_stream as stream;
-/// Voxel worlds.
+/// Voxels.
 pub use raxel_world as world;
+/// World files.
+pub use raxel_worldfile as worldfile;
 
 /// Vulkan, as far as a program with a session of its own meets it: the devices there are, the one that is open, messages of the validation
 /// layer, and errors. [`Presenter`] shows pictures in a window of yours, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).

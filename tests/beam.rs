@@ -11,10 +11,10 @@ mod common;
 
 use common::Project;
 use glam::{DMat3, DQuat, DVec3, IVec3, Mat3, Mat4, Vec3};
+use raxel::layouts::Layout;
 use raxel::oracle::camera::Pinhole;
 use raxel::oracle::sets::Random;
 use raxel::oracle::{Oracle, scenes};
-use raxel::world::layout::Layout;
 use raxel::world::{MaterialIndex, World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;

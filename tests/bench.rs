@@ -5,7 +5,7 @@
 mod common;
 
 use common::Project;
-use raxel::world::layout::Layout;
+use raxel::layouts::Layout;
 use raxel::{Options, Session};
 use serde_json::Value;
 

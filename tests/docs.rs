@@ -13,7 +13,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use common::{Project, repository};
-use raxel::world::layout::{Layout, LayoutError};
+use raxel::layouts::{Layout, LayoutError};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use serde_json::{Map, Value};
 
@@ -34,7 +34,7 @@ fn settle(path: &str, expected: &str) {
 fn file_references_follow_the_schemas() {
     for (path, schema) in [
         ("docs/graph-file.md", raxel::graph::schema()),
-        ("docs/world-file.md", raxel::world::schema()),
+        ("docs/world-file.md", raxel::worldfile::schema()),
         ("docs/demo-file.md", raxel::runtime::timeline::schema()),
         ("docs/project-file.md", raxel::runtime::manifest::schema()),
     ] {
@@ -48,7 +48,7 @@ fn file_references_follow_the_schemas() {
 fn schemas() -> [(&'static str, Value); 4] {
     [
         ("graph", raxel::graph::schema()),
-        ("world", raxel::world::schema()),
+        ("world", raxel::worldfile::schema()),
         ("demo", raxel::runtime::timeline::schema()),
         ("project", raxel::runtime::manifest::schema()),
     ]
@@ -204,7 +204,7 @@ fn layouts() -> String {
     let files = DiskFiles::new(repository()).unwrap();
     let mut rows: Vec<String> = Layout::ALL.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
     for name in NAMES {
-        let loaded = raxel::world::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
+        let loaded = raxel::worldfile::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
         let world = loaded.unwrap().0.world;
         for (layout, row) in Layout::ALL.iter().zip(&mut rows) {
             let a_voxel = |bytes: u64| bytes as f64 / world.solids() as f64;

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use raxel_diagnostics::{Diagnostic, Severity};
 use raxel_edit::{Brush, Operation};
-use raxel_runtime::execute::FrameReport;
+use raxel_execute::FrameReport;
+use raxel_layouts::Layout;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{EditFailure, OpenError, Options, Saves, Session};
-use raxel_world::layout::Layout;
 
 const SIZE: [u32; 2] = [96, 54];
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
-use raxel::world::layout::Layout;
+use raxel::layouts::Layout;
 use raxel::{DebugTarget, Options, Session};
 
 /// Mean FLIP error that drivers may differ by. 0 is equal, 1 is black for white.

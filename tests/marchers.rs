@@ -9,9 +9,9 @@ use std::fmt::Write;
 
 use common::Project;
 use glam::{DVec3, IVec3};
+use raxel::layouts::Layout;
 use raxel::oracle::camera::Pinhole;
 use raxel::oracle::{Oracle, scenes};
-use raxel::world::layout::Layout;
 use raxel::world::{World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;

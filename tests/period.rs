@@ -175,7 +175,7 @@ fn they_hit_what_whole_numbers_say() {
             Session::open(options).unwrap_or_else(|error| panic!("{name}: {error}"))
         };
         // The rays depend on where the world lies.
-        let loaded = raxel::world::load(
+        let loaded = raxel::worldfile::load(
             "worlds/here.toml",
             &DiskFiles::new(project.root()).unwrap(),
             &mut raxel::SourceMap::default(),

@@ -10,10 +10,10 @@ use std::path::PathBuf;
 
 use common::{Display, Project, Run, command, output};
 use glam::IVec3;
+use raxel::layouts::Layout;
 use raxel::oracle::Oracle;
 use raxel::oracle::camera::Pinhole;
 use raxel::stream::{TileKey, union};
-use raxel::world::layout::Layout;
 use raxel::{Camera, Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
 use raxel_runtime::stream::reach_of;

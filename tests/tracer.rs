@@ -7,13 +7,13 @@ use std::sync::Arc;
 use glam::IVec3;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_layouts::Layout;
 use raxel_measure::rays::{HitWords, Method, State, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::{Hit, Oracle, Ray, sets};
 use raxel_world::World;
-use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
 /// A device with the validation layer, and the two slots for rays.

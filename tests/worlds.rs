@@ -7,12 +7,12 @@ use std::sync::Arc;
 use glam::IVec3;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
+use raxel_layouts::Layout;
 use raxel_measure::rays::{HitWords, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::{Oracle, Ray, sets};
 use raxel_world::World;
-use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
 /// A device with the validation layer, and the slots for rays.

@@ -1,7 +1,7 @@
 //! What errors of the driver and the device mean to the command line.
 
+use raxel_execute::ExecuteError;
 use raxel_gpu::Error;
-use raxel_runtime::execute::ExecuteError;
 
 use crate::failure::{Exit, Failure};
 

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use raxel_output::OutputError;
+
 /// Exit codes other than 0; 101 is a panic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
@@ -55,6 +57,12 @@ impl Failure {
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help.push(help.into());
         self
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        Self { exit: Exit::Usage, message: Some(error.message), help: error.help, ffmpeg: error.ffmpeg }
     }
 }
 

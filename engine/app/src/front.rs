@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
+use raxel_generate::Reach;
+use raxel_graph::EstimatedMemory;
+use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
-use raxel_graph::memory::EstimatedMemory;
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
-use raxel_graph::print::Phase;
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
 use raxel_runtime::sources;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{SavedWorld, Saves};
-use raxel_world::build::Reach;
-use raxel_world::file::Effort;
+use raxel_worldfile::Effort;
 
 use crate::console::{Console, To};
 use crate::failure::Result;

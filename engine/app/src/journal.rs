@@ -19,7 +19,7 @@ use tracing_subscriber::registry::LookupSpan;
 
 use crate::console::Console;
 use crate::failure::Result;
-use crate::output::Pending;
+use raxel_output::Pending;
 
 /// Most slices of a trace, about 300 MiB of file. What comes later is left out, and that is said.
 const MOST_SLICES: usize = 2_000_000;

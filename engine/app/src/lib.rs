@@ -11,7 +11,6 @@ mod device;
 mod failure;
 mod front;
 mod journal;
-mod output;
 mod panic;
 mod session;
 mod verbs;
@@ -29,7 +28,7 @@ pub fn main() -> ExitCode {
         return code;
     }
     panic::install();
-    output::watch_signals();
+    raxel_output::watch_signals();
     let cli = cli::Cli::parse();
     let console = cli.console();
     let code = match cli.run(&console) {

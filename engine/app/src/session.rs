@@ -13,7 +13,7 @@ use raxel_runtime::project::Project;
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{FrameError, Observe, OpenError, Options, ReadError, Session};
-use raxel_world::file::CAMERA_COORDINATES;
+use raxel_worldfile::CAMERA_COORDINATES;
 
 use crate::console::{Console, Format, To};
 use crate::failure::{Exit, Failure, Result};

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_edit::{EditedSource, Edits, KeptSource, Operation, Scene};
-use raxel_world::layout::TileBlock;
-use raxel_world::lights::{LightPowers, TileLights};
+use raxel_layouts::TileBlock;
+use raxel_layouts::lights::{LightPowers, TileLights};
 use raxel_world::{ChunkPos, ChunkSource, Side};
 
 /// Chunks along x and z, and voxels that are set in each.
@@ -32,7 +32,7 @@ fn sets(frame: i32) -> Vec<Operation> {
 
 fn many(c: &mut Criterion) {
     let files = DiskFiles::new(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).expect("the repository");
-    let loaded = raxel_world::file::load("worlds/frontier.toml", &files, &mut SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/frontier.toml", &files, &mut SourceMap::default());
     let streamed = loaded.unwrap_or_else(|errors| panic!("{errors:?}")).0.stream.expect("it is streamed");
     let kept = Arc::new(KeptSource::new(streamed.generator.clone(), 1 << 30));
     let materials = kept.materials().to_vec();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_world::build::{Box3, Placed, Shape, Solid};
+use raxel_generate::{Box3, Placed, Shape, Solid};
 use raxel_world::{
     AIR, Bits, BlockVoxels, Bounds, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, Placement, Unavailable,
     block_cell, voxel_index,
@@ -129,7 +129,7 @@ impl<'a> Prepared<'a> {
                     Mode::Paint => return None,
                 };
                 let origin = pos.origin().to_array().map(i64::from);
-                (solid.shape.span(origin, 64) == raxel_world::build::Span3::Inside).then_some(makes)
+                (solid.shape.span(origin, 64) == raxel_generate::Span3::Inside).then_some(makes)
             }
             Kind::Set(..) | Kind::Model(..) => None,
         }

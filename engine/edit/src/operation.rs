@@ -1,6 +1,6 @@
 //! What an edit is: plain data of integers.
 
-use raxel_world::build::Placed;
+use raxel_generate::Placed;
 use raxel_world::{AIR, Bounds, ChunkPos, MaterialIndex, Mode, Orientation, Placement};
 use serde::{Deserialize, Serialize};
 

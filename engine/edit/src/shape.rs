@@ -1,7 +1,7 @@
 //! Ball and cylinder in integers: a voxel is in one when its centre is, decided without rounding.
 
+use raxel_generate::{Shape, Span3};
 use raxel_world::Bounds;
-use raxel_world::build::{Shape, Span3};
 
 use crate::operation::UNIT;
 

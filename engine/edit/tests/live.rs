@@ -5,10 +5,10 @@
 mod scenes;
 
 use raxel_edit::Edits;
+use raxel_layouts::{LiveTree64, Patch};
 use raxel_oracle::port::Tree64;
 use raxel_oracle::{FAR, Oracle, Ray, sets};
 use raxel_world::World;
-use raxel_world::layout::{LiveTree64, Patch};
 use scenes::{Random, scene, world};
 
 /// Writes patches as a frame does, over words that were poisoned where nothing is said to be.

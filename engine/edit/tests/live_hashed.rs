@@ -7,8 +7,8 @@ mod scenes;
 use std::collections::{BTreeMap, BTreeSet};
 
 use raxel_edit::Edits;
+use raxel_layouts::{HashedChunksHeader, Layout, LiveLayout, Patch};
 use raxel_world::World;
-use raxel_world::layout::{HashedChunksHeader, Layout, LiveLayout, Patch};
 use scenes::{Random, scene, world};
 
 /// Level of a chunk of 32³ voxels in the table.

@@ -17,8 +17,9 @@ use raxel_oracle::{Oracle, sets};
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, TileKey, View, union};
 use raxel_world::{
     AIR, BLOCKS, Bounds, ChunkPos, ChunkSource, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
-    StreamSettings, Unavailable, cell_edge,
+    Unavailable, cell_edge,
 };
+use raxel_worldfile::StreamSettings;
 use scenes::{Random, scene, world};
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -179,7 +180,7 @@ fn every_cell_is_that_of_the_source_until_enough_of_it_is_edited() {
 fn frontier() -> (Arc<dyn ChunkSource>, Arc<EditedSource>, Scene) {
     let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let files = raxel_diagnostics::DiskFiles::new(root).unwrap();
-    let loaded = raxel_world::file::load("worlds/frontier.toml", &files, &mut raxel_diagnostics::SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/frontier.toml", &files, &mut raxel_diagnostics::SourceMap::default());
     let land = loaded.unwrap_or_else(|found| panic!("{found:?}")).0.stream.expect("it is streamed").generator;
     let scene = Scene::new(land.materials(), &[]);
     (land.clone(), Arc::new(EditedSource::new(land, scene.materials.clone())), scene)

@@ -136,8 +136,7 @@ fn sizes_follow_the_output() {
         })
         .buffer("texels", BufferSize::Of { of: raxel_graph::checked::ResourceId(2), per: 1, stride: 8 }, None);
     hand.pass("fill", &["w full", "w half", "w quarter", "w texels"]);
-    let text =
-        hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes));
+    let text = hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::Phase::Sizes));
     let plan = hand.plan("full").unwrap();
     let told = [0, 1, 2].map(|id| plan.constant(&Source::ExtentOf(ResourceId(id))));
     let expected = [[333, 7, 1, 1], [167, 1, 1, 1], [84, 1, 3, 1]];
@@ -166,9 +165,7 @@ fn sizes_follow_the_world() {
     hand.pass("fill", &["w probes", "w half", "w faces", "w pairs"]).dispatch =
         Dispatch::ElementsOf { buffer: ResourceId(3) };
     let told = |hand: &Hand| {
-        hand.with_input("probes", |graph, input| {
-            raxel_graph::dump(graph, input, raxel_graph::print::Phase::Sizes).unwrap()
-        })
+        hand.with_input("probes", |graph, input| raxel_graph::dump(graph, input, raxel_graph::Phase::Sizes).unwrap())
     };
     let mut text = told(&hand);
     let plan = hand.plan("probes").unwrap();

@@ -7,7 +7,7 @@ mod hand;
 use std::fmt::Write as _;
 
 use hand::{Hand, showcase};
-use raxel_graph::print::{self, Phase};
+use raxel_graph::{Phase, print};
 use raxel_shader::format::Format;
 
 #[test]

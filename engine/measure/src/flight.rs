@@ -7,8 +7,8 @@ mod passes;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_execute::{FrameReport, Progress};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{FrameReport, Progress};
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 use raxel_stream::Stats;
 use serde::Serialize;

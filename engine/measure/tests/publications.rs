@@ -17,18 +17,17 @@ use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Location,
     PipelineInfo, Resource, SharedWords, Slot, TimelineValue, UploadRing, Validation, vk,
 };
+use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
+use raxel_layouts::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_measure::rays::{DeviceWorld, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::sets::{RaySet, RayTargets};
 use raxel_oracle::{Oracle, Ray, sets};
 use raxel_shader::{Compiler, Request, ShaderSource as _};
 use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, TileKey, View, union};
-use raxel_world::layout::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
-use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
 use raxel_world::random::SplitMix64;
-use raxel_world::{
-    ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, StreamSettings, Unavailable, World,
-};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Side, Unavailable, World};
+use raxel_worldfile::StreamSettings;
 use rayon::prelude::*;
 
 const PATIENCE: Duration = Duration::from_secs(120);

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
+use raxel_layouts::instances::{Frame, Instances, Turn};
 use raxel_ray::{FACE_INSIDE, Lattice, ONE, Ray};
 use raxel_world::World;
-use raxel_world::instances::{Frame, Instances, Turn};
 
 use crate::exact::{Answer, Time};
 use crate::oracle::Oracle;
@@ -61,7 +61,7 @@ struct Body {
 impl Scene {
     /// A world with instances at `frames`.
     pub fn new(world: World, instances: &Instances, frames: &[Frame]) -> Self {
-        let body = |(instance, frame): (&raxel_world::instances::Instance, &Frame)| {
+        let body = |(instance, frame): (&raxel_layouts::instances::Instance, &Frame)| {
             let model = &instances.models[instance.model];
             let (anchor, frame) = (instance.anchor, *frame);
             match frame.turn {
@@ -170,8 +170,8 @@ fn found(answer: &Answer, instance: Option<usize>, shift: u32, materials: Option
 
 #[cfg(test)]
 mod tests {
+    use raxel_layouts::instances::{Instance, InstanceModel, Pose};
     use raxel_world::Material;
-    use raxel_world::instances::{Instance, InstanceModel, Pose};
 
     use super::*;
     use crate::scenes::Scene as Solids;

@@ -4,13 +4,13 @@
 
 use glam::IVec3;
 use proptest::prelude::*;
+use raxel_layouts::Layout;
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::sets::{self, RaySet};
 use raxel_oracle::{Hit, Ray, exact};
 use raxel_world::World;
-use raxel_world::layout::Layout;
 
 fn compare(world: &World, rays: &[Ray]) -> Errors {
     let buffer = Layout::Tree64.encode(world, u64::MAX).expect("small").words;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize};
-use raxel_world::layout::Layout;
+use raxel_layouts::Layout;
 
 use crate::build_error::BuildError;
-use crate::execute::{self, ExecuteError, Executor};
 use crate::params::Params;
 use crate::sources::{OnDevice, SourceName, check_instances};
 use crate::world::SessionWorld;
+use raxel_execute::{self as execute, ExecuteError, Executor};
 
 /// What a plan is made for, apart from the files.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::{Diagnostic, codes};
 
-use crate::execute::ExecuteError;
+use raxel_execute::ExecuteError;
 
 /// Why a graph cannot run on this device.
 #[derive(Debug)]

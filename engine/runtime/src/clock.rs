@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::moment::{Fraction, Moment};
+use raxel_execute::moment::{Fraction, Moment};
 
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -21,14 +21,13 @@
 
 mod build;
 mod build_error;
+pub mod builtins;
 pub mod camera;
 pub mod clock;
 pub mod debug_target;
 mod editing;
-pub mod execute;
 pub mod load;
 pub mod manifest;
-pub mod moment;
 pub mod params;
 pub mod present;
 pub mod project;

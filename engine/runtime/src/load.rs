@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap};
 use raxel_graph::checked::Graph;
+use raxel_layouts::Layout;
 use raxel_shader::Compiler;
-use raxel_world::file::Effort;
-use raxel_world::layout::Layout;
+use raxel_worldfile::Effort;
 
 use crate::project::Project;
 use crate::recording_files::{Content, RecordingFiles};

@@ -8,9 +8,9 @@ use raxel_graph::plan::{Observe, Present};
 
 use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
-use crate::execute::{ExecuteError, Executor, ExecutorOptions};
 use crate::params::Params;
 use crate::world::SessionWorld;
+use raxel_execute::{ExecuteError, Executor, ExecutorOptions};
 
 /// An executor, with what the graphs that it ran have left on its device: a world is encoded and uploaded once for each layout.
 pub struct GraphRunner {

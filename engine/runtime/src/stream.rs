@@ -9,10 +9,11 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{EditedSource, KeptSource};
 use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
 use raxel_stream::{PoolMemory, Publication, Reach, Stats, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{ChunkPos, ChunkSource, Streamed};
+use raxel_world::{ChunkPos, ChunkSource};
+use raxel_worldfile::Streamed;
 
 use crate::camera::Camera;
-use crate::execute::{Builder, DeviceSource, ExecuteError};
+use raxel_execute::{Builder, DeviceSource, ExecuteError};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -548,7 +549,8 @@ fn incomplete(error: &StreamError) -> Diagnostic {
 mod tests {
     use glam::IVec3;
     use raxel_gpu::{DeviceOptions, Validation};
-    use raxel_world::{Material, StreamSettings, World};
+    use raxel_world::{Material, World};
+    use raxel_worldfile::StreamSettings;
 
     use super::*;
 

@@ -11,10 +11,11 @@ use raxel_diagnostics::{Diagnostic, Files, SourceMap};
 use raxel_edit::{Base, EditedSource, KeptSource, KeptStats, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
-use raxel_world::file::{Aim, CameraHint, Effort, Loaded};
-use raxel_world::instances::Instances;
-use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits};
-use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material, Streamed};
+use raxel_layouts::instances::Instances;
+use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits};
+use raxel_world::{Chunk, ChunkPos, ChunkSource as _, Material};
+use raxel_worldfile::Streamed;
+use raxel_worldfile::{Aim, CameraHint, Effort, Loaded};
 
 pub use baked::store_refused;
 
@@ -87,7 +88,7 @@ impl SessionWorld {
         effort: Effort,
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let open = |address: &str| baked::open(address, files);
-        let (loaded, mut found) = raxel_world::file::load_with(path, files, texts, effort, &open)?;
+        let (loaded, mut found) = raxel_worldfile::load_with(path, files, texts, effort, &open)?;
         if let Some(misplaced) = misplaced(&loaded, files.root()) {
             found.push(misplaced);
             return Err(found);
@@ -284,7 +285,7 @@ impl SessionWorld {
 
     /// The words of the buffer of `world.lights`.
     pub fn encode_lights(&self, limits: Limits) -> Result<Vec<u32>, LayoutError> {
-        raxel_world::lights::encode(&self.loaded.world, limits)
+        raxel_layouts::lights::encode(&self.loaded.world, limits)
     }
 
     /// The models that stand in it.

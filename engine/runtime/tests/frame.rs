@@ -7,8 +7,8 @@ mod project;
 use std::time::Duration;
 
 use project::{COUNT, COUNT_GRAPH, TestProject, assert_silent, box_demo, box_world, red};
+use raxel_execute::Progress;
 use raxel_graph::checked::Value;
-use raxel_runtime::execute::Progress;
 use raxel_runtime::{FrameError, Options, Session};
 
 /// Shows its own param where a condition holds.

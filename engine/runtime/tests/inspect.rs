@@ -7,8 +7,8 @@ mod project;
 use std::time::Duration;
 
 use project::{TestProject, assert_silent};
+use raxel_execute::{Captured, PassOutcome, Texels};
 use raxel_graph::checked::{Display, DisplayMap, Value};
-use raxel_runtime::execute::{Captured, PassOutcome, Texels};
 use raxel_runtime::{Observe, Options, Session};
 
 /// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
@@ -88,7 +88,7 @@ fn captured(session: &mut Session) -> Captured {
     session.frame().unwrap();
     let ticket = session.captured().expect("the frame has shown something");
     assert!(session.captured().is_none(), "once");
-    while session.wait_picture(Duration::from_millis(50)).unwrap() != raxel_runtime::execute::Progress::Done {}
+    while session.wait_picture(Duration::from_millis(50)).unwrap() != raxel_execute::Progress::Done {}
     ticket.poll().unwrap().expect("the device has finished")
 }
 

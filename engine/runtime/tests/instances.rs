@@ -13,13 +13,14 @@ use glam::IVec3;
 use project::{TestProject, assert_silent};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_graph::checked::Value;
+use raxel_layouts::instances::{Frame, Pose, Turn};
 use raxel_oracle::instances::{Scene, SceneHit};
 use raxel_oracle::sets::{self, Random};
 use raxel_oracle::{Lattice, Ray};
 use raxel_runtime::session::Validation;
 use raxel_runtime::{OpenError, Options, Session};
-use raxel_world::instances::{Frame, Pose, Turn};
-use raxel_world::{Loaded, Material, World, vox};
+use raxel_world::{Material, World, vox};
+use raxel_worldfile::Loaded;
 
 const RAYS: usize = sets::ALL.len() * 256;
 
@@ -257,7 +258,7 @@ fn judge_some(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 
 /// The world of a project as its file says it.
 fn load(project: &TestProject) -> Loaded {
     let files = DiskFiles::new(&project.path("")).unwrap();
-    let loaded = raxel_world::file::load("worlds/test.toml", &files, &mut SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/test.toml", &files, &mut SourceMap::default());
     loaded.unwrap_or_else(|errors| panic!("{errors:#?}")).0
 }
 

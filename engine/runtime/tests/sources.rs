@@ -8,10 +8,10 @@ use std::fs;
 use std::time::Duration;
 
 use project::{TestProject, red, red_after_frame, texel};
-use raxel_runtime::execute::WriteError;
+use raxel_execute::WriteError;
+use raxel_layouts::Layout;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
-use raxel_world::layout::Layout;
 
 /// 4³ voxels without the four at y = z = 3.
 const BOX_WITHOUT_AN_EDGE: &str = r##"name = "box"

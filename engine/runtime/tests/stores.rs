@@ -18,9 +18,9 @@ use raxel_edit::query::{cast, collide, histogram, overlaps};
 use raxel_ray::Ray;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{Options, Session};
-use raxel_world::file::Effort;
 use raxel_world::random::SplitMix64;
 use raxel_world::{Bounds, Cause, ChunkPos, ChunkSource, Content, Unavailable};
+use raxel_worldfile::Effort;
 
 /// Levels of detail in a store.
 const LEVELS: u32 = 2;
@@ -60,7 +60,7 @@ struct Baked {
 impl Baked {
     fn new(seed: u32, edge: u32) -> Self {
         let files = MemoryFiles::new([("land.toml", LAND.replace("SEED", &seed.to_string()))]);
-        let land = raxel_world::load("land.toml", &files, &mut SourceMap::default()).expect("it is right").0;
+        let land = raxel_worldfile::load("land.toml", &files, &mut SourceMap::default()).expect("it is right").0;
         let land = land.stream.expect("it is streamed").generator;
         let region = Region { min: [-64; 3], max: [64; 3] };
         let fingerprint = format!("{seed:08x}");

@@ -7,9 +7,9 @@ mod project;
 use std::time::Duration;
 
 use project::TestProject;
+use raxel_layouts::Layout;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
-use raxel_world::layout::Layout;
 
 const GRAPH: &str = r#"
 name = "volume"

@@ -19,9 +19,9 @@ use std::time::{Duration, Instant};
 use child::Running;
 use display::{Display, eventually};
 use project::TestProject;
+use raxel_execute::Progress;
 use raxel_gpu::{Acquire, CommandBuffer, Surface};
 use raxel_runtime::Options;
-use raxel_runtime::execute::Progress;
 use raxel_runtime::present::{
     OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presented, Presenter, TexturePatch,
 };

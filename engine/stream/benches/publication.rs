@@ -10,7 +10,8 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(300);
 const WORDS: u32 = 64 << 20;

@@ -75,7 +75,7 @@ impl Cube {
 
 #[cfg(test)]
 mod tests {
-    use raxel_world::StreamSettings;
+    use raxel_worldfile::StreamSettings;
 
     use super::*;
 

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use raxel_world::layout::TileNode;
-use raxel_world::lights::LightGroup;
+use raxel_layouts::TileNode;
+use raxel_layouts::lights::LightGroup;
 use raxel_world::{Bits, cell_edge, child_cell};
 
 use crate::cube::Cube;

@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use offset_allocator::{Allocation, Allocator};
+use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS};
+use raxel_layouts::{FULL_RUN_WORDS, MATERIAL_WORDS, Tree64Header, full_run, palette};
 use raxel_world::Material;
-use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, Tree64Header, full_run, palette};
-use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS};
 
 /// Where the words of the pool are.
 pub trait PoolMemory: Send + Sync {

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::IVec3;
-use raxel_world::layout::Tree64Header;
-use raxel_world::lights::HEADER_WORDS;
+use raxel_layouts::Tree64Header;
+use raxel_layouts::lights::HEADER_WORDS;
 
 use crate::reach::{Reach, TileKey};
 use crate::view::View;

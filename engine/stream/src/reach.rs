@@ -1,7 +1,8 @@
 //! Which tiles are wanted around a camera, computed in whole numbers.
 
 use glam::IVec3;
-use raxel_world::{ChunkPos, MAX_LEVEL, StreamSettings, cell_edge};
+use raxel_world::{ChunkPos, MAX_LEVEL, cell_edge};
+use raxel_worldfile::StreamSettings;
 
 /// A tile: its level, and its position in tiles of that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
+use raxel_layouts::{TileNode, Tree64Header};
 use raxel_world::ChunkPos;
-use raxel_world::layout::{TileNode, Tree64Header};
 
 /// Everything of a directory of chunks. Places are in words behind the header.
 #[derive(Clone, Debug, Default)]

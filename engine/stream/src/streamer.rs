@@ -17,8 +17,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use raxel_world::layout::TileBlock;
-use raxel_world::lights::LightPowers;
+use raxel_layouts::TileBlock;
+use raxel_layouts::lights::LightPowers;
 use raxel_world::{ChunkPos, ChunkSource, Content, Unavailable};
 
 use crate::pool::{Pool, PoolMemory};

@@ -9,7 +9,8 @@ use glam::{DVec3, IVec3};
 use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, TileKey, View};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;

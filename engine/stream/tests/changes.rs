@@ -8,9 +8,8 @@ use std::time::{Duration, Instant};
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};
-use raxel_world::{
-    ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, World, child_cell,
-};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Unavailable, World, child_cell};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 

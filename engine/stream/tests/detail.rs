@@ -7,7 +7,8 @@ use std::collections::HashMap;
 use glam::{DVec3, IVec3};
 use raxel_diagnostics::{FileError, Files, SourceMap};
 use raxel_stream::{Reach, TileKey};
-use raxel_world::{BLOCKS, ChunkPos, ChunkSource, Content, StreamSettings, cell_edge, voxel_index};
+use raxel_world::{BLOCKS, ChunkPos, ChunkSource, Content, cell_edge, voxel_index};
+use raxel_worldfile::StreamSettings;
 
 /// Added to where a ray leaves a box, so that it is in the next one.
 const STEP: f64 = 1e-7;
@@ -178,7 +179,7 @@ impl Files for Root {
 }
 
 fn frontier() -> std::sync::Arc<dyn ChunkSource> {
-    let loaded = raxel_world::load("worlds/frontier.toml", &Root, &mut SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/frontier.toml", &Root, &mut SourceMap::default());
     loaded.unwrap_or_else(|found| panic!("{found:?}")).0.stream.expect("it is streamed").generator
 }
 

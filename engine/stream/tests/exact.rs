@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, RwLock};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
+use raxel_layouts::{TileBlock, Tree64Header};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
@@ -14,11 +15,9 @@ use raxel_oracle::{Oracle, sets};
 use raxel_stream::{
     PoolMemory, Publication, Reach, Reached, Stats, StreamError, StreamOptions, Streamer, TileKey, View, union,
 };
-use raxel_world::layout::{TileBlock, Tree64Header};
 use raxel_world::random::SplitMix64;
-use raxel_world::{
-    ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable, World, voxel_index,
-};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable, World, voxel_index};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
 use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, StreamSettings, Unavailable, World};
+use raxel_world::{Cause, ChunkPos, ChunkSource, Content, Material, Unavailable, World};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 18;

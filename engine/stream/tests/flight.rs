@@ -10,7 +10,8 @@ use glam::IVec3;
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_stream::{PoolMemory, Reach, StreamOptions, Streamer, View};
 use raxel_world::random::{SplitMix64, mix};
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Streamed, Unavailable};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_worldfile::{StreamSettings, Streamed};
 
 /// Bytes of the pools: less than what is near takes, so that they are full on the way.
 const LAND: usize = 12 << 20;
@@ -26,7 +27,7 @@ impl PoolMemory for Words {
 
 fn frontier() -> Streamed {
     let files = DiskFiles::new(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).unwrap();
-    let loaded = raxel_world::file::load("worlds/frontier.toml", &files, &mut SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/frontier.toml", &files, &mut SourceMap::default());
     loaded.unwrap_or_else(|error| panic!("{error:?}")).0.stream.expect("it is streamed")
 }
 

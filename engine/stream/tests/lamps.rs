@@ -8,10 +8,11 @@ use std::sync::{Arc, Mutex, RwLock};
 use std::time::Duration;
 
 use glam::IVec3;
+use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
 use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, TileKey, View, union};
-use raxel_world::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, StreamSettings, Unavailable, World};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Unavailable, World};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
@@ -420,13 +421,13 @@ fn lamps_that_come_back_to_the_list_wait_for_frames() {
     // Half of the world goes, and with it half of the lamps.
     let after = settle(IVec3::new(1024, 0, 0));
     assert!(after.unlisted < before.unlisted && after.made > before.made, "{before:?} {after:?}");
-    let powers = raxel_world::lights::LightPowers::of(&materials()).unwrap();
+    let powers = raxel_layouts::lights::LightPowers::of(&materials()).unwrap();
     let bytes = |(pos, chunk): (ChunkPos, &Arc<raxel_world::Chunk>)| {
         let content = Content::of(chunk.clone());
-        let lamps = raxel_world::lights::TileLights::of(&content, (0, pos), &powers, |face| {
+        let lamps = raxel_layouts::lights::TileLights::of(&content, (0, pos), &powers, |face| {
             Arc::new(raxel_world::Side::of(&Content::Empty, face))
         });
-        let block = raxel_world::layout::TileBlock::of(&content, 0).map_or(0, |block| block.words());
+        let block = raxel_layouts::TileBlock::of(&content, 0).map_or(0, |block| block.words());
         4 * u64::from(lamps.words() + block)
     };
     let largest = source.chunks().map(bytes).max().unwrap();

@@ -9,10 +9,11 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
+use raxel_layouts::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_stream::{PoolMemory, Publication, Reach, Reached, StreamOptions, Streamer, View};
-use raxel_world::layout::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, StreamSettings, Unavailable};
+use raxel_world::{ChunkPos, ChunkSource, Content, DenseChunk, Material, Mode, Unavailable};
+use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const HEADER: usize = 16;

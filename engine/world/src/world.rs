@@ -159,7 +159,7 @@ impl World {
     }
 
     /// From its parts, where equal chunks already are one.
-    pub(crate) fn from_shared(materials: Vec<Material>, chunks: BTreeMap<ChunkPos, Arc<Chunk>>) -> Self {
+    pub fn from_shared(materials: Vec<Material>, chunks: BTreeMap<ChunkPos, Arc<Chunk>>) -> Self {
         let mut counts = vec![0; materials.len().max(1)];
         let mut bounds: Option<Bounds> = None;
         // Figures of a shared chunk are worked out once.

@@ -1,4 +1,4 @@
-// A hash table from places to addresses, for layouts that keep chunks by their coordinates: engine/world/src/layout/table.rs writes it.
+// A hash table from places to addresses, for layouts that keep chunks by their coordinates: engine/layouts/src/table.rs writes it.
 // Such a layout declares `table_at` and `log2_slots` in its block `world`.
 //
 // A slot is four words: a key of three, and a value; RX_NO_ENTRY marks a free slot. At most half of the slots are taken, so a search

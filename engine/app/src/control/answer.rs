@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use raxel_execute::Texels;
 use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::Texels;
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;
@@ -14,7 +14,7 @@ use super::request::Request;
 use super::{Drive, base64};
 use crate::console;
 use crate::failure::Failure;
-use crate::output::{Coding, Compression, Kind, Output, Pending, Shot};
+use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
 
 /// Why a request was not done. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +38,12 @@ impl Refusal {
 impl From<Failure> for Refusal {
     fn from(failure: Failure) -> Self {
         Self { error: failure.message.unwrap_or_default(), help: failure.help }
+    }
+}
+
+impl From<OutputError> for Refusal {
+    fn from(error: OutputError) -> Self {
+        Self { error: error.message, help: error.help }
     }
 }
 

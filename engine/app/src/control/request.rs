@@ -1,6 +1,6 @@
 //! What a program may ask for, and how it is read.
 
-use raxel_world::file::CAMERA_FOV;
+use raxel_worldfile::CAMERA_FOV;
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use raxel_picture::{Comparison, Picture};
-use raxel_runtime::execute;
 use serde_json::json;
 
 use crate::args::Messages;
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
-use crate::output::{Pending, write_picture};
+use raxel_output::{Pending, write_picture};
 
 /// Compares a picture with a reference: mean FLIP error (0 equal, 1 black for white), root mean square, largest difference. The exit code
 /// is 1 when one of them is over its threshold; without a threshold, when the pictures differ at all.
@@ -144,7 +143,7 @@ fn one(args: &Args, name: &str, paths: [&Path; 2], heat: Option<&Path>, console:
     };
     if let Some(heat) = heat {
         let rgba = found.heat.chunks_exact(3).flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255]).collect();
-        let picture = execute::Picture { width: reference.width, height: reference.height, rgba };
+        let picture = raxel_execute::Picture { width: reference.width, height: reference.height, rgba };
         write_picture(Pending::new(heat)?, &picture)?;
     }
     let good = args.judge(&found);

@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use raxel_cache::{Cache, Place, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_runtime::BuildError;
-use raxel_runtime::execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
 use raxel_runtime::load::Loader;
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::Params;
 use raxel_runtime::project::Project;
 use raxel_runtime::runner::{GraphRunner, Setup};
@@ -20,7 +20,7 @@ use serde_json::json;
 use crate::args::{Messages, OnDevice};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
-use crate::output;
+use raxel_output as output;
 
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::args::Messages;
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{Output, Place, shown};
+use raxel_output::{Output, Place, shown};
 
 /// Makes a film of numbered frames through ffmpeg. The film is the same, byte for byte, as one that `raxel render` makes of the demo at
 /// once.

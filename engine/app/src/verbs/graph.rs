@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use raxel_graph::print::{self, Phase};
+use raxel_graph::{Phase, print};
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::project::Project;
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use crate::args::Messages;
 use crate::console::Console;
 use crate::failure::{Failure, Result};
-use crate::output::{Folders, Listed, on_stop, shown};
 use crate::verbs::schema;
+use raxel_output::{Folders, Listed, on_stop, shown};
 
 /// What a new project starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -5,8 +5,8 @@ use std::io::IsTerminal;
 use std::ops::Range;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
-use raxel_runtime::moment::{Fraction, Moment};
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use serde_json::json;
@@ -15,8 +15,8 @@ use crate::args::{Messages, OnDevice, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
-use crate::output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 use crate::session::{What, frame_failure, print_messages, print_validation, validated};
+use raxel_output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
 
 /// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout. Time is
 /// frame × step: the same command gives the same bytes.
@@ -182,7 +182,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             session = what.open(options, console)?;
             // Frames of an earlier film, which may have had more, would go into the film that is made of the folder.
             let place = frames.clear().and_then(|()| Place::prepare(&frames, size, fps, wanted.start));
-            Err(match place.and_then(|place| make(&mut session, &frames, place)) {
+            Err(match place.map_err(Failure::from).and_then(|place| make(&mut session, &frames, place)) {
                 Ok(()) => failure.help(format!(
                     "`raxel film {} --fps {fps} -o {}` makes the film of its frames",
                     frames.describe(),

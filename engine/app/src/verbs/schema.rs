@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::console::{self, Console};
 use crate::failure::Result;
-use crate::output::{Folders, Pending, shown};
+use raxel_output::{Folders, Pending, shown};
 
 /// Writes the JSON schemas of graphs, worlds, demos and manifests to .raxel/, or prints one.
 #[derive(Debug, clap::Args)]
@@ -41,7 +41,7 @@ impl Kind {
     fn schema(self) -> Value {
         match self {
             Kind::Graph => raxel_graph::schema(),
-            Kind::World => raxel_world::file::schema(),
+            Kind::World => raxel_worldfile::schema(),
             Kind::Demo => timeline::schema(),
             Kind::Project => manifest::schema(),
         }

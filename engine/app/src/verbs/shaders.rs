@@ -11,7 +11,7 @@ use crate::args::{Messages, each_once};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending};
+use raxel_output::{Folders, Pending};
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
 #[derive(Debug, clap::Args)]

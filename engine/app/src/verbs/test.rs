@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
+use raxel_execute::Picture;
 use raxel_gpu::DeviceOptions;
 use raxel_measure::demo::FrameTimes;
 use raxel_picture::Encoding;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::execute::Picture;
 use raxel_runtime::timeline::{Claim, Demo};
 use raxel_runtime::{Observe, Options, Session};
 use serde_json::json;
@@ -18,8 +18,8 @@ use crate::args::{Messages, OnDevice, each_once};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending, write_picture};
 use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
+use raxel_output::{Folders, Pending, write_picture};
 
 /// Runs demos without a window, at their own size and frame rate, and checks what their `[[check]]`s claim: pictures against references by
 /// FLIP, GPU times of passes. The exit code is 1 when one does not hold.

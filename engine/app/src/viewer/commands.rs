@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
+use raxel_execute::moment::Moment;
 use raxel_graph::checked::{BufferSize, ResourceKind};
 use raxel_panels::Action;
 use raxel_panels::view::{Brush, Effect};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use winit::event_loop::ActiveEventLoop;
@@ -20,8 +20,8 @@ use super::controls::Command;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
 use crate::console::{self, To};
 use crate::failure::Result;
-use crate::output::{self, Pending, shown};
 use crate::session::{frame_failure, named_camera};
+use raxel_output::{self as output, Pending, shown};
 
 /// How long a message stays in the bar.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -266,7 +266,7 @@ impl Viewer<'_> {
         let write = || -> Result {
             let mut table = output::Table::new(columns.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
             rows.into_iter().try_for_each(|row| table.row(row.into_iter()))?;
-            Pending::new(&path)?.finish(&table.finish()?)
+            Ok(Pending::new(&path)?.finish(&table.finish()?)?)
         };
         match write() {
             Ok(()) => {

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use raxel_execute::moment::Moment;
+use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_panels::view::{Editing, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
-use raxel_runtime::execute::{ExecuteError, FrameReport, PassOutcome, Progress};
-use raxel_runtime::moment::Moment;
 use raxel_runtime::present::{PresentError, Presented};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;
@@ -23,8 +23,8 @@ use super::{
 use crate::console::To;
 use crate::control::{Control, Next};
 use crate::failure::Result;
-use crate::output::shown;
 use crate::session::frame_failure;
+use raxel_output::shown;
 
 impl Open {
     /// Presents the picture that was taken from the other device last, with the panels where they are visible.

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use raxel_execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
 use raxel_panels::view::{Inspected, Map, Shown, Table};
 use raxel_panels::{Statistics, not_finite, view};
 use raxel_runtime::Session;
-use raxel_runtime::execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
 use raxel_shader::interface::ScalarKind;
 
 use super::elements::Elements;

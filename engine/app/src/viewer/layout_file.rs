@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use raxel_panels::Layout;
 
-use crate::output::replace;
+use raxel_output::replace;
 
 /// Where a project's layout is.
 pub(crate) struct LayoutFile {

@@ -25,13 +25,13 @@ mod write_back;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
 use raxel_panels::view::{Brush, Problem};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::execute::Progress;
 use raxel_runtime::present::PresentError;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;

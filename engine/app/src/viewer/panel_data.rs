@@ -7,9 +7,11 @@ use std::sync::Arc;
 use raxel_diagnostics::{SourceMap, Span, render};
 use raxel_edit::Scene;
 use raxel_edit::query::CastHit;
+use raxel_execute::moment::Moment;
+use raxel_execute::{FrameReport, PassOutcome};
 use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
-use raxel_graph::sizes::Size;
+use raxel_graph::size::Size;
 use raxel_panels::view::{
     Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, Use, World,
     WorldExtent, WorldStatistics,
@@ -17,8 +19,6 @@ use raxel_panels::view::{
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::execute::{FrameReport, PassOutcome};
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
 use raxel_world::{Material, srgb_from_linear};

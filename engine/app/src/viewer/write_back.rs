@@ -8,7 +8,7 @@ use raxel_runtime::camera::Camera;
 use raxel_runtime::params::{components, is_integer};
 use toml_edit::{Array, DocumentMut, Formatted, Item, Table, value};
 
-use crate::output::replace;
+use raxel_output::replace;
 
 /// Changes the text of a file. Errors are one line each.
 pub(crate) fn edit(path: &Path, change: impl FnOnce(&str) -> Result<String, String>) -> Result<(), String> {

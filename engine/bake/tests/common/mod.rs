@@ -43,7 +43,7 @@ material = "lamp"
 /// Land with caves, and a lamp.
 pub fn land() -> Arc<dyn ChunkSource> {
     let files = MemoryFiles::new([("worlds/land.toml", LAND)]);
-    let loaded = raxel_world::load("worlds/land.toml", &files, &mut SourceMap::default());
+    let loaded = raxel_worldfile::load("worlds/land.toml", &files, &mut SourceMap::default());
     loaded.expect("it is right").0.stream.expect("it is streamed").generator
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use raxel_world::build::{Box3, Shape};
+use raxel_generate::{Box3, Shape};
 use raxel_world::{AIR, Bits, Bounds, ChunkPos, MaterialIndex, Unavailable, block_cell};
 use rayon::prelude::*;
 

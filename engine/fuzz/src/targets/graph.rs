@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
+use raxel_graph::Phase;
 use raxel_graph::plan::{Limits, Observe, PlanInput, Present, SourceSize, WorldInput};
-use raxel_graph::print::{Phase, dot, json, mermaid, text};
+use raxel_graph::print::{dot, json, mermaid, text};
 use raxel_graph::{EstimatedMemory, SourceLayout, compile, dump, plan};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};

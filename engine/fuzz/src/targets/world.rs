@@ -3,7 +3,8 @@
 use std::sync::LazyLock;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_world::{ChunkPos, Content, MAX_LEVEL, file};
+use raxel_world::{ChunkPos, Content, MAX_LEVEL};
+use raxel_worldfile as file;
 
 use crate::bounds::Bounds;
 use crate::{Mutation, Target, check, projects};

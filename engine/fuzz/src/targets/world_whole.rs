@@ -2,7 +2,8 @@
 //! world may be as large as memory.
 
 use raxel_diagnostics::SourceMap;
-use raxel_world::{ChunkPos, file};
+use raxel_world::ChunkPos;
+use raxel_worldfile as file;
 use toml::{Table, Value};
 
 use super::world::{PATH, project};

@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use super::words;
-use crate::checked::ResourceKind;
-use crate::index::index32;
-use crate::plan::Plan;
+use crate::ir::checked::ResourceKind;
+use crate::ir::index::index32;
+use crate::ir::plan::Plan;
 
 /// The plan as DOT: `raxel graph FILE --format dot | dot -Tsvg`.
 pub fn dot(plan: &Plan) -> String {

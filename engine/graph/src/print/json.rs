@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::words;
-use crate::plan::{Barrier, Dependency, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Scope, Step};
+use crate::ir::plan::{Barrier, Dependency, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Scope, Step};
 
 /// The plan for programs, indented. Keys are sorted; names refer to `resources` and `passes`.
 pub fn json(plan: &Plan) -> String {
@@ -111,7 +111,7 @@ fn step(plan: &Plan, step: &Step) -> Value {
 
 fn barrier(plan: &Plan, barrier: &Barrier) -> Value {
     let graph = &plan.graph;
-    let hazard = |hazard: &crate::plan::Hazard| {
+    let hazard = |hazard: &crate::ir::plan::Hazard| {
         json!({
             "resource": words::name_of(graph, hazard.resource),
             "kind": words::kind(hazard.kind),

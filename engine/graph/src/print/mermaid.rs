@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use super::words;
-use crate::checked::ResourceKind;
-use crate::plan::Plan;
+use crate::ir::checked::ResourceKind;
+use crate::ir::plan::Plan;
 
 /// The plan as a Mermaid flow chart.
 pub fn mermaid(plan: &Plan) -> String {

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::words;
-use crate::checked::ResourceId;
-use crate::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Step};
+use crate::ir::checked::ResourceId;
+use crate::ir::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Step};
 
 /// The plan for people.
 pub fn text(plan: &Plan) -> String {
@@ -251,7 +251,7 @@ fn culled(plan: &Plan, out: &mut String) {
         return;
     }
     let _ = writeln!(out, "\nleft out");
-    let name = |culled: &crate::plan::Culled| plan.graph.pass(culled.pass).name.clone();
+    let name = |culled: &crate::ir::plan::Culled| plan.graph.pass(culled.pass).name.clone();
     let width = plan.culled.iter().map(|culled| name(culled).chars().count()).max().unwrap_or(0);
     for culled in &plan.culled {
         let _ = writeln!(out, "  {:width$}  {}", name(culled), words::culled(&plan.graph, culled));

@@ -2,15 +2,14 @@
 
 use std::fmt::Write as _;
 
-use crate::checked::{Clock, Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
-use crate::plan::{
+use crate::ir::checked::{Clock, Condition, Dispatch, Every, Fact, Graph, PassId, ResourceId};
+use crate::ir::plan::{
     CullReason, Culled, Dependency, Hazard, HazardKind, PassPlan, Plan, Present, ResourceDesc, ResourcePlan, Scope,
     Step,
 };
-use crate::queues::counted_by;
 
 /// Bytes for people, e.g. `3.5 MiB`.
-pub(super) fn bytes(bytes: u64) -> String {
+pub(crate) fn bytes(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
     let unit = (0..UNITS.len() - 1).find(|&unit| bytes >> (10 * unit) < 1024).unwrap_or(UNITS.len() - 1);
     if unit == 0 {
@@ -21,12 +20,12 @@ pub(super) fn bytes(bytes: u64) -> String {
 }
 
 /// `word` with its number, e.g. `1 pass`, `2 passes`.
-pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// What a resource is, e.g. `rgba16f 1280×720, 4 mips`.
-pub(super) fn describe(desc: &ResourceDesc) -> String {
+pub(crate) fn describe(desc: &ResourceDesc) -> String {
     match desc {
         ResourceDesc::SourceImage(name, image) if image.extent == [1; 3] => {
             format!("{} from {name}", image.format.name())
@@ -52,23 +51,23 @@ pub(super) fn describe(desc: &ResourceDesc) -> String {
 }
 
 /// Name of a resource of the plan.
-pub(super) fn resource_name(plan: &Plan, index: u32) -> &str {
+pub(crate) fn resource_name(plan: &Plan, index: u32) -> &str {
     name_of(&plan.graph, plan.resources[index as usize].resource)
 }
 
 /// Name of a resource of the graph.
-pub(super) fn name_of(graph: &Graph, id: ResourceId) -> &str {
+pub(crate) fn name_of(graph: &Graph, id: ResourceId) -> &str {
     &graph.resource(id).name
 }
 
 /// Name of a resource at an age, e.g. `color@1`.
-pub(super) fn aged(graph: &Graph, id: ResourceId, age: u32) -> String {
+pub(crate) fn aged(graph: &Graph, id: ResourceId, age: u32) -> String {
     let name = name_of(graph, id);
     if age == 0 { name.to_owned() } else { format!("{name}@{age}") }
 }
 
 /// The debug target, e.g. `pyramid, mip 2, after blur`.
-pub(super) fn present(graph: &Graph, present: Present) -> String {
+pub(crate) fn present(graph: &Graph, present: Present) -> String {
     let mut text = aged(graph, present.resource, present.age);
     if present.mip > 0 {
         let _ = write!(text, ", mip {}", present.mip);
@@ -83,7 +82,7 @@ pub(super) fn present(graph: &Graph, present: Present) -> String {
 }
 
 /// What a hazard is, e.g. `read after write`.
-pub(super) fn kind(kind: HazardKind) -> &'static str {
+pub(crate) fn kind(kind: HazardKind) -> &'static str {
     match kind {
         HazardKind::ReadAfterWrite => "read after write",
         HazardKind::WriteAfterRead => "write after read",
@@ -93,7 +92,7 @@ pub(super) fn kind(kind: HazardKind) -> &'static str {
 }
 
 /// A hazard of the barrier at a step in a line, e.g. `hit: read after write, primary → shade`.
-pub(super) fn hazard(plan: &Plan, at: usize, hazard: &Hazard) -> String {
+pub(crate) fn hazard(plan: &Plan, at: usize, hazard: &Hazard) -> String {
     let graph = &plan.graph;
     let from = actor(graph, hazard.from, hazard.kind == HazardKind::WriteAfterRead);
     let to = actor(graph, hazard.to, hazard.kind == HazardKind::ReadAfterWrite);
@@ -123,7 +122,7 @@ fn actor(graph: &Graph, pass: Option<PassId>, reads: bool) -> &str {
 }
 
 /// Scopes of a dependency in a line.
-pub(super) fn dependency(dependency: &Dependency) -> String {
+pub(crate) fn dependency(dependency: &Dependency) -> String {
     format!("{} → {}", scope(dependency.src), scope(dependency.dst))
 }
 
@@ -132,7 +131,7 @@ fn scope(scope: Scope) -> String {
 }
 
 /// Why a pass is left out.
-pub(super) fn culled(graph: &Graph, culled: &Culled) -> String {
+pub(crate) fn culled(graph: &Graph, culled: &Culled) -> String {
     match (culled.reason, &graph.pass(culled.pass).when) {
         (CullReason::Condition, Some(when)) => format!("`when = \"{}\"` does not hold", condition(graph, when)),
         (CullReason::Condition, None) => "its condition does not hold".to_owned(),
@@ -141,7 +140,7 @@ pub(super) fn culled(graph: &Graph, culled: &Culled) -> String {
 }
 
 /// A condition as the file writes it.
-pub(super) fn condition(graph: &Graph, condition: &Condition) -> String {
+pub(crate) fn condition(graph: &Graph, condition: &Condition) -> String {
     let fact = match &condition.fact {
         Fact::WorldHasEmission => "world.has_emission".to_owned(),
         Fact::WorldHasTransparency => "world.has_transparency".to_owned(),
@@ -154,13 +153,13 @@ pub(super) fn condition(graph: &Graph, condition: &Condition) -> String {
 }
 
 /// A clock, e.g. `sim, 60 ticks a second, at most 4 in a frame`.
-pub(super) fn clock(clock: &Clock) -> String {
+pub(crate) fn clock(clock: &Clock) -> String {
     let Clock { name, hz, most, .. } = clock;
     format!("{name}, {hz} ticks a second, at most {most} in a frame")
 }
 
 /// When a pass runs, if not in every frame.
-pub(super) fn every(graph: &Graph, every: Every) -> String {
+pub(crate) fn every(graph: &Graph, every: Every) -> String {
     match every {
         Every::Hz(hz) => format!("{hz} times a second"),
         Every::Frames(frames) => format!("every {frames} frames"),
@@ -170,12 +169,12 @@ pub(super) fn every(graph: &Graph, every: Every) -> String {
 }
 
 /// How much a pass dispatches, e.g. `160×90×1 groups`.
-pub(super) fn work(plan: &Plan, pass: u32) -> String {
+pub(crate) fn work(plan: &Plan, pass: u32) -> String {
     let pass = &plan.passes[pass as usize];
     match (pass.groups, &plan.graph.pass(pass.pass).dispatch) {
         (Some([x, y, z]), _) => format!("{x}×{y}×{z} groups"),
         (None, Dispatch::Indirect { buffer, .. }) if plan.graph.resource(*buffer).made => {
-            let queue = counted_by(&plan.graph, *buffer);
+            let queue = plan.graph.queue_of(*buffer);
             let (name, offset) = queue.map_or(("a queue", 0), |(queue, at)| (name_of(&plan.graph, queue), at));
             if offset == 0 { format!("threads from {name}") } else { format!("threads from {name} + {offset}") }
         }
@@ -188,7 +187,7 @@ pub(super) fn work(plan: &Plan, pass: u32) -> String {
 }
 
 /// Names that a pass loads and stores, each once.
-pub(super) fn loads_and_stores(graph: &Graph, pass: PassId) -> (Vec<String>, Vec<String>) {
+pub(crate) fn loads_and_stores(graph: &Graph, pass: PassId) -> (Vec<String>, Vec<String>) {
     let (mut loads, mut stores) = (Vec::new(), Vec::new());
     for access in &graph.pass(pass).accesses {
         let name = aged(graph, access.resource, access.age);
@@ -202,12 +201,12 @@ pub(super) fn loads_and_stores(graph: &Graph, pass: PassId) -> (Vec<String>, Vec
 }
 
 /// Bytes of all copies of a resource.
-pub(super) fn all_copies(resource: &ResourcePlan) -> u64 {
+pub(crate) fn all_copies(resource: &ResourcePlan) -> u64 {
     resource.memory.size.saturating_mul(resource.copies.into())
 }
 
 /// Memory of a plan.
-pub(super) struct Memory {
+pub(crate) struct Memory {
     /// Bytes that are allocated; sources are the runtime's.
     pub allocated: u64,
     /// Bytes that resources in shared blocks would take apart from each other, less the blocks.
@@ -215,7 +214,7 @@ pub(super) struct Memory {
 }
 
 /// Counts the memory of a plan.
-pub(super) fn memory(plan: &Plan) -> Memory {
+pub(crate) fn memory(plan: &Plan) -> Memory {
     let (mut own, mut placed) = (0_u64, 0_u64);
     for resource in &plan.resources {
         match &resource.desc {
@@ -229,25 +228,25 @@ pub(super) fn memory(plan: &Plan) -> Memory {
 }
 
 /// Block and offset of a resource that shares memory.
-pub(super) fn block_of(resource: &ResourcePlan) -> Option<(u32, u64)> {
+pub(crate) fn block_of(resource: &ResourcePlan) -> Option<(u32, u64)> {
     match resource.lifetime {
-        crate::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
+        crate::ir::plan::Lifetime::Transient { place: Some(place), .. } => Some((place.block, place.offset)),
         _ => None,
     }
 }
 
 /// The passes that a plan runs with their numbers, those of a clock once.
-pub(super) fn each_pass(plan: &Plan) -> impl Iterator<Item = (usize, &PassPlan)> {
+pub(crate) fn each_pass(plan: &Plan) -> impl Iterator<Item = (usize, &PassPlan)> {
     plan.passes.iter().enumerate().filter(|(_, pass)| pass.tick.unwrap_or(0) == 0)
 }
 
 /// What follows the name of something that runs once for each tick, e.g. ` (tick 2)`.
-pub(super) fn tick(tick: Option<u32>) -> String {
+pub(crate) fn tick(tick: Option<u32>) -> String {
     tick.map_or_else(String::new, |tick| format!(" (tick {tick})"))
 }
 
 /// A barrier in a picture of a plan.
-pub(super) struct DrawnBarrier {
+pub(crate) struct DrawnBarrier {
     /// What it is for, a line each.
     pub label: String,
     /// Ends of the arrows that lead to it and away from it: passes (`p0`) and other barriers (`b0`). Barriers are numbered in their order.
@@ -255,7 +254,7 @@ pub(super) struct DrawnBarrier {
 }
 
 /// Every barrier, between the passes that it keeps apart.
-pub(super) fn drawn_barriers(plan: &Plan) -> Vec<DrawnBarrier> {
+pub(crate) fn drawn_barriers(plan: &Plan) -> Vec<DrawnBarrier> {
     let mut drawn_barriers: Vec<DrawnBarrier> = Vec::new();
     // What has run since the barrier before.
     let mut since: Vec<String> = Vec::new();
@@ -301,6 +300,6 @@ impl DrawnBarrier {
 }
 
 /// Number of barriers in a plan.
-pub(super) fn barriers(plan: &Plan) -> usize {
+pub(crate) fn barriers(plan: &Plan) -> usize {
     plan.steps.iter().filter(|step| matches!(step, Step::Barrier(_))).count()
 }

@@ -10,10 +10,10 @@ use raxel_shader::format::Format;
 
 use super::judge::HitTexel;
 use super::{Effort, PassSpread, Refusal, Spread};
+use raxel_execute::moment::Moment;
+use raxel_execute::{Builtins, ExecuteError, Executor, FrameInputs};
 use raxel_runtime::BuildError;
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{Builtins, ExecuteError, Executor, FrameInputs};
-use raxel_runtime::moment::Moment;
 use raxel_runtime::params::Params;
 use raxel_runtime::runner::{GraphRunner, Setup};
 use raxel_runtime::world::SessionWorld;
@@ -210,7 +210,10 @@ struct Frames<'a> {
 
 impl Frames<'_> {
     fn run(&mut self, camera: &Camera) -> Result<(), ExecuteError> {
-        let builtins = Builtins { frame_index: self.index, ..Builtins::of(camera, self.camera, self.size, self.world) };
+        let builtins = Builtins {
+            frame_index: self.index,
+            ..raxel_runtime::builtins::of(camera, self.camera, self.size, self.world)
+        };
         let inputs = FrameInputs {
             builtins: &builtins,
             params: self.params.values(),

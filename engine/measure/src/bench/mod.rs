@@ -15,8 +15,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use serde::Serialize;
 
+use raxel_layouts::Layout;
 use raxel_oracle::metrics::Errors;
-use raxel_world::layout::Layout;
 
 pub use runner::{BenchError, Broken, Runner, Uncompiled, cameras, pinhole};
 

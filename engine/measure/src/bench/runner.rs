@@ -8,15 +8,15 @@ use glam::{Mat4, Vec2};
 use raxel_diagnostics::{Diagnostic, SourceMap, each_once};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_graph::checked::Graph;
+use raxel_layouts::Layout;
 use raxel_oracle::Oracle;
 use raxel_oracle::camera::Pinhole;
-use raxel_world::layout::Layout;
 
 use super::judge::{Truth, bounces, judge, judge_periods, period_bounces};
 use super::measure::{Bounces, CaseError, Run, first, measure};
 use super::{Case, Effort, Matrix, Measured, PassSpread, Refusal, Row};
+use raxel_execute::{ExecuteError, ExecutorOptions};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::{self, ExecuteError, ExecutorOptions};
 use raxel_runtime::load::Loader;
 use raxel_runtime::runner::GraphRunner;
 use raxel_runtime::sources::SourceName;
@@ -263,7 +263,7 @@ pub fn cameras(world: &SessionWorld, wanted: &[String]) -> Vec<(String, Camera)>
 
 /// A camera as graphs push it.
 pub fn pinhole(camera: &Camera, size: [u32; 2]) -> Pinhole {
-    let builtins = execute::Builtins::of(camera, camera, size, &SessionWorld::empty());
+    let builtins = raxel_runtime::builtins::of(camera, camera, size, &SessionWorld::empty());
     Pinhole {
         cell: builtins.camera_cell.into(),
         frac: builtins.camera_frac.into(),

@@ -12,9 +12,9 @@ mod run;
 
 use std::path::PathBuf;
 
+use raxel_execute::Texels;
 use raxel_gpu::{Device, Validation};
 use raxel_runtime::camera::Camera;
-use raxel_runtime::execute::Texels;
 use raxel_runtime::params::SetError;
 use raxel_runtime::session::{FrameError, OpenError, ReadError};
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_edit::EditError;
+use raxel_layouts::LayoutError;
 use raxel_stream::StreamError;
-use raxel_world::layout::LayoutError;
 
 /// Why rays cannot be traced.
 #[derive(Debug, thiserror::Error)]

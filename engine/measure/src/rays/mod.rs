@@ -10,7 +10,7 @@
 //! use raxel_oracle::Ray;
 //! use raxel_measure::rays::{Method, Stream, Tracer};
 //! use raxel_world::World;
-//! use raxel_world::layout::Layout;
+//! use raxel_layouts::Layout;
 //!
 //! let device = Device::new(&DeviceOptions::default())?;
 //! let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::Tree64))?;

@@ -7,16 +7,16 @@ use raxel_diagnostics::{FileError, Files, SourceMap};
 use raxel_gpu::{
     Buffer, ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk,
 };
+use raxel_layouts::{Encoded, EncodedImage, Layout};
 use raxel_shader::interface::BindingKind;
 use raxel_shader::{Compiler, Request, Shader, ShaderSource};
 use raxel_world::World;
-use raxel_world::layout::{Encoded, EncodedImage, Layout};
 
 use super::error::RayError;
 use super::masks;
 use super::stream::PATIENCE;
 use super::stream::Pace;
-use raxel_runtime::execute::{Texture, upload_image};
+use raxel_execute::{Texture, upload_image};
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
 
 /// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.

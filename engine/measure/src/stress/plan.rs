@@ -5,12 +5,12 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::IVec3;
+use raxel_layouts::Layout;
 use raxel_oracle::metrics::most_steps;
 use raxel_oracle::scenes::Scene;
 use raxel_oracle::sets::RaySet;
 use raxel_oracle::{Hit, Ray};
 use raxel_world::World;
-use raxel_world::layout::Layout;
 
 use crate::rays::Method;
 

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use glam::IVec3;
+use raxel_layouts::instances::{Frame, Instance, InstanceModel, Instances, Pose};
 use raxel_oracle::instances::{Scene, SceneHit};
 use raxel_oracle::metrics::{Errors, ULPS, Wrong, near};
 use raxel_oracle::scenes::{self, Scene as Solids};
 use raxel_oracle::sets::Random;
 use raxel_oracle::{FAR, Lattice, Ray};
 use raxel_world::World;
-use raxel_world::instances::{Frame, Instance, InstanceModel, Instances, Pose};
 
 use crate::rays::{HitWords, RayError, State};
 

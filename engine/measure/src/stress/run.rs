@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use raxel_diagnostics::Files;
 use raxel_gpu::{Device, DeviceKind};
+use raxel_layouts::Layout;
 use raxel_oracle::camera::Tile;
 use raxel_oracle::metrics::{Errors, Outcome};
 use raxel_oracle::port::Tree64;
@@ -14,7 +15,6 @@ use raxel_oracle::{Hit, Oracle, Ray};
 use raxel_runtime::sources::layout_limits;
 use raxel_stream::StreamError;
 use raxel_world::World;
-use raxel_world::layout::Layout;
 use rayon::prelude::*;
 
 use super::judge::{Batch, Differences, Oracles, Sample, Seen, Tally, WRONG_KEPT, compare};

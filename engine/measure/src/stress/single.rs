@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use raxel_diagnostics::Files;
 use raxel_gpu::Device;
+use raxel_layouts::Layout;
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::{Hit, Oracle, Ray};
 use raxel_runtime::sources::layout_limits;
 use raxel_world::World;
-use raxel_world::layout::Layout;
 
 use super::judge::{latest_start, said};
 use super::plan::{Kind, Plan, Row};

@@ -7,7 +7,8 @@ use glam::IVec3;
 use raxel_edit::{Change, EditedSource, Edits, KeptSource, Operation, Scene};
 use raxel_oracle::sets::{Random, RayTargets};
 use raxel_stream::{PoolMemory, Publication, Reach, StreamError, StreamOptions, Streamer, View};
-use raxel_world::{Bounds, ChunkPos, ChunkSource, StreamSettings, World};
+use raxel_world::{Bounds, ChunkPos, ChunkSource, World};
+use raxel_worldfile::StreamSettings;
 
 use super::edited::{BEYOND, Edit, edited, step};
 use crate::rays::RayError;
@@ -328,7 +329,7 @@ mod tests {
         let world = site("hills", Sites::Near);
         let stages = stages(&world, 1, MOST_BYTES).expect("it is streamed");
         let mut stale = stages[1].words.clone();
-        let header = size_of::<raxel_world::layout::Tree64Header>() / 4;
+        let header = size_of::<raxel_layouts::Tree64Header>() / 4;
         stale[..header].copy_from_slice(&stages[0].words[..header]);
         // Who follows poison may leave the words.
         let traced = catch_unwind(AssertUnwindSafe(|| judge(&stale, &stages[0], &world).wrong()));

@@ -5,8 +5,8 @@
     reason = "this is a shader's arithmetic, whose words have 32 bits and wrap"
 )]
 
+use raxel_layouts::Tree64Header;
 use raxel_ray::{Hit, Ray};
-use raxel_world::layout::Tree64Header;
 
 use super::walk::Walk;
 
@@ -64,7 +64,7 @@ fn free_block(mask: Mask, child: u32, shift: u32) -> [u32; 3] {
 }
 
 impl<'a> Tree64<'a> {
-    /// Reads a buffer that [`raxel_world::layout::Layout::encode`] wrote.
+    /// Reads a buffer that [`raxel_layouts::Layout::encode`] wrote.
     pub fn new(buffer: &'a [u32]) -> Self {
         let (header, words) = buffer.split_at(Tree64Header::WORDS as usize);
         Self { header: *bytemuck::from_bytes(bytemuck::cast_slice(header)), words }

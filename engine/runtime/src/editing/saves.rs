@@ -6,7 +6,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Files, codes};
 use raxel_edit::EditError;
 use raxel_edit::save::{self, Meta, Save, SaveError, SaveEvent, SaveOptions};
-use raxel_world::{ChunkPos, Loaded, OnGeneratorChange, SaveSettings};
+use raxel_world::ChunkPos;
+use raxel_worldfile::{Loaded, OnGeneratorChange, SaveSettings};
 
 use super::{Editing, scene_of};
 use crate::world::SessionWorld;

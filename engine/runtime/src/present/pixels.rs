@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, Device, Image, ImageInfo, Location, Recording, vk};
 
 use super::error::PresentError;
-use crate::execute::Picture;
+use raxel_execute::Picture;
 
 /// The picture that was taken last.
 #[derive(Default)]

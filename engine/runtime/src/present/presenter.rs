@@ -12,7 +12,7 @@ use raxel_shader::{GraphicsStage, compile_graphics};
 
 use super::error::PresentError;
 use super::pixels::Pixels;
-use crate::execute::{FramePicture, Picture};
+use raxel_execute::{FramePicture, Picture};
 
 /// Pictures whose copies to the window are in flight at once.
 const FRAMES: usize = 2;

@@ -14,9 +14,9 @@ use super::project_state::{BuildSettings, ProjectState};
 use super::watch::{Notice, Tell, Watcher};
 use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
-use crate::execute::{ExecuteError, Prepared};
 use crate::load::Loader;
 use crate::recording_files::{Content, content};
+use raxel_execute::{ExecuteError, Prepared};
 
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 
-use crate::execute::SwapReport;
+use raxel_execute::SwapReport;
 
 /// Something that happened apart from frames.
 #[derive(Debug)]

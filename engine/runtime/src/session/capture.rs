@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use raxel_gpu::RenderDoc;
 
 use super::{FrameError, Session};
-use crate::execute::FrameReport;
+use raxel_execute::FrameReport;
 
 /// Why a frame was not captured.
 #[derive(Debug, thiserror::Error)]

@@ -6,12 +6,12 @@ use std::collections::VecDeque;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::records::{self, Records};
 use raxel_graph::checked::ResourceId;
-use raxel_world::instances::records::{self as poses, PoseRecords};
-use raxel_world::instances::{Frame, Instances};
+use raxel_layouts::instances::records::{self as poses, PoseRecords};
+use raxel_layouts::instances::{Frame, Instances};
 
 use super::{FrameError, Session};
-use crate::execute::{ExecuteError, PassOutcome, ReadTicket};
 use crate::sources::{EDITS, WrittenPoses, instance_frames};
+use raxel_execute::{ExecuteError, PassOutcome, ReadTicket};
 
 /// Frames from one that writes something to the first that can show it. A frame waits for the device to have finished the frame before the
 /// last in any case, so that the copy costs no further wait, and what a film shows does not depend on the time.

@@ -9,11 +9,11 @@ use crate::build::Selection;
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
-use crate::execute::{DeviceSource, Override, WriteError};
-use crate::moment::Moment;
 use crate::params::{self, Params, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
+use raxel_execute::moment::Moment;
+use raxel_execute::{DeviceSource, Override, WriteError};
 
 impl Session {
     /// The params that the graph declares.

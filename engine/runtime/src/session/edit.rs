@@ -11,8 +11,8 @@ use raxel_world::{ChunkPos, Unavailable};
 
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
+use crate::builtins;
 use crate::editing::{Changes, Editing};
-use crate::execute::Builtins;
 
 /// Why an edit was not made, undone or redone. The world and the steps that can be undone are then as they were; an edit that was too
 /// large has taken the place of what could be redone.
@@ -89,7 +89,7 @@ impl Session {
         let pixel = self.viewport.to_output(pixel);
         let inside: [u32; 2] =
             std::array::from_fn(|i| u32::try_from(pixel[i]).unwrap_or(0).min(output[i].saturating_sub(1)));
-        let camera = Builtins::of(&self.camera, &self.previous_camera, output, &self.world);
+        let camera = builtins::of(&self.camera, &self.previous_camera, output, &self.world);
         let pinhole = Pinhole {
             cell: camera.camera_cell.into(),
             frac: camera.camera_frac.into(),

@@ -4,8 +4,8 @@ use raxel_diagnostics::{Diagnostic, SourceMap};
 
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTargetError;
-use crate::execute::ExecuteError;
 use crate::params::SetError;
+use raxel_execute::ExecuteError;
 
 /// Why a session does not open.
 #[derive(Debug, thiserror::Error)]

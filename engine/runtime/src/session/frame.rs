@@ -12,13 +12,13 @@ use super::{FrameError, ReadError, Session};
 use crate::build::{self, Assembly, Selection};
 use crate::build_error::BuildError;
 use crate::clock::FrameTime;
-use crate::execute::{
-    Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
-    Pipelined, Progress, ReadTicket, Texels,
-};
 use crate::params::SetError;
 use crate::reload::ReloadEvent;
 use crate::stream::{Refused, WorldStream};
+use raxel_execute::{
+    Builtins, Captured, ExecuteError, FrameInputs, FramePicture, FrameReport, GpuTimes, PassOutcome, PassTime, Picture,
+    Pipelined, Progress, ReadTicket, Texels,
+};
 
 /// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
 const KEPT_PLANS: usize = 16;
@@ -236,7 +236,7 @@ impl Session {
             world_changed_min,
             world_changed_max,
             cursor_position: self.cursor.unwrap_or([-1; 2]),
-            ..Builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
+            ..crate::builtins::of(&self.camera, &self.previous_camera, self.selection.output, &self.world)
         };
         if self.subpixel.iter().any(|offset| *offset != 0.0) {
             let aspect = f64::from(builtins.output_aspect);

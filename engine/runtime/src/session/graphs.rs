@@ -3,10 +3,10 @@
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTarget;
-use crate::execute::ExecuteError;
-use crate::moment::Moment;
 use crate::reload::project_state::BuildSettings;
 use crate::sources::POSES;
+use raxel_execute::ExecuteError;
+use raxel_execute::moment::Moment;
 
 impl Session {
     /// Lets the graph run that the demo wants at a time on the clock. True when it is another one.

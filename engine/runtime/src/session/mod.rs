@@ -29,16 +29,14 @@ pub use raxel_gpu::Validation;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::{Observe, Plan};
-use raxel_world::layout::Layout;
+use raxel_layouts::Layout;
 
 use crate::build::{DeviceContext, Selection};
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::DebugTarget;
 use crate::editing::{Editing, Saves};
-use crate::execute::{Executor, ExecutorOptions, Override};
 use crate::load::Loader;
-use crate::moment::Moment;
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -47,6 +45,8 @@ use crate::reload::project_state::ProjectState;
 use crate::reload::{ReloadEvent, Waker};
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
+use raxel_execute::moment::Moment;
+use raxel_execute::{Executor, ExecutorOptions, Override};
 
 /// What is opened, and how. Start from [`Options::default`] and change what matters.
 #[derive(Clone)]
@@ -64,7 +64,7 @@ pub struct Options {
     pub size: [u32; 2],
     /// Pixels of the output for each pixel of the window, along each axis.
     pub scale: f64,
-    /// Seconds of a frame; `None` follows the wall clock. `1.0 / 60.0` is a sixtieth exactly ([`crate::moment::Fraction::of`]).
+    /// Seconds of a frame; `None` follows the wall clock. `1.0 / 60.0` is a sixtieth exactly ([`raxel_execute::moment::Fraction::of`]).
     pub step: Option<f64>,
     /// The debug target: the graph's own when empty.
     pub debug_target: DebugTarget,

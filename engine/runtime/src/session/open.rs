@@ -13,9 +13,7 @@ use crate::build::{self, DeviceContext};
 use crate::build_error::BuildError;
 use crate::clock::{Clock, Pace};
 use crate::editing::Editing;
-use crate::execute::{self, Executor, ExecutorOptions};
 use crate::load::{Loader, Part};
-use crate::moment::Fraction;
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -23,6 +21,8 @@ use crate::reload::builder::Reloader;
 use crate::reload::project_state::{BuildSettings, Named, ProjectState};
 use crate::sources::SourceName;
 use crate::world::SessionWorld;
+use raxel_execute::moment::Fraction;
+use raxel_execute::{self as execute, Executor, ExecutorOptions};
 
 impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.

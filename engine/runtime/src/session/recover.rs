@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use super::{FrameError, Session, open};
 use crate::build;
 use crate::build_error::BuildError;
-use crate::execute::{ExecuteError, Suspect};
 use crate::reload::ReloadEvent;
+use raxel_execute::{ExecuteError, Suspect};
 
 /// A device that dies sooner after it was opened counts against the budget.
 const SHORT_LIFE: Duration = Duration::from_secs(10);

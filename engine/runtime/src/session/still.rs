@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use raxel_graph::checked::{Graph, MOST_STILL, PassId, Value};
 
-use crate::execute::{Builtins, Override};
 use crate::world::SessionWorld;
+use raxel_execute::{Builtins, Override};
 
 /// Compares each frame with the one before it.
 #[derive(Default)]

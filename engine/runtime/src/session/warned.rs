@@ -4,7 +4,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, ResourceId, Warning};
 
 use super::Session;
-use crate::execute::Counted;
+use raxel_execute::Counted;
 
 /// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
 const GONE: u32 = 60;

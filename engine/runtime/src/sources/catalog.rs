@@ -5,10 +5,10 @@ use std::sync::Arc;
 use raxel_diagnostics::Files;
 use raxel_edit::records;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
+use raxel_layouts::instances::{InstanceBuffer, records as poses};
+use raxel_layouts::{BlockMember, Layout};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
-use raxel_world::instances::{InstanceBuffer, records as poses};
-use raxel_world::layout::{BlockMember, Layout};
 
 use super::SourceName;
 use super::file::FileSources;
@@ -64,7 +64,7 @@ fn described(name: &SourceName) -> SourceLayout {
         block: match (name, layout) {
             (_, Some(layout)) => block("RxWorld", &layout.block()),
             (SourceName::Instances, None) => block("RxInstances", &InstanceBuffer::block()),
-            (_, None) => block("RxLights", &raxel_world::lights::block()),
+            (_, None) => block("RxLights", &raxel_layouts::lights::block()),
         },
         image: layout.filter(|layout| layout.has_image()).map(|_| VOXEL_FORMAT),
         access: Access::Read,

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Graph, Resource, Value};
-use raxel_world::instances::{Frame, InstanceBuffer, Instances, Pose};
-use raxel_world::layout::{LayoutError, Limits};
+use raxel_layouts::instances::{Frame, InstanceBuffer, Instances, Pose};
+use raxel_layouts::{LayoutError, Limits};
 
-use crate::execute::DeviceSource;
 use crate::params;
 use crate::world::SessionWorld;
+use raxel_execute::DeviceSource;
 
 /// Poses that passes have written, which hold until others are written or time jumps.
 #[derive(Clone, Debug, Default)]

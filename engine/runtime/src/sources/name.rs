@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use raxel_world::layout::Layout;
+use raxel_layouts::Layout;
 
 /// The name of a source that is made from voxels.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

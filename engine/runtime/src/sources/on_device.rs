@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_world::layout::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
+use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
@@ -17,9 +17,9 @@ use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
 use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
 use crate::build_error::BuildError;
-use crate::execute::{self, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 use crate::stream::{Refused, WorldStream};
 use crate::world::{SessionWorld, WorldIdentity};
+use raxel_execute::{self as execute, Builder, DeviceSource, ExecuteError, FRAME_BYTES, Texture};
 
 /// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
 #[derive(Debug, Default)]

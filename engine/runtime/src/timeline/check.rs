@@ -138,7 +138,7 @@ mod tests {
 
     use super::super::{Place, read};
     use super::*;
-    use crate::moment::{Fraction, Moment};
+    use raxel_execute::moment::{Fraction, Moment};
 
     const GOOD: &str = r#"
 name = "flight"

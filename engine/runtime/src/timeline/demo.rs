@@ -4,15 +4,15 @@ use glam::DVec3;
 use raxel_diagnostics::{Span, Spanned};
 use raxel_graph::checked::{Graph, ParamId, Value};
 use raxel_language::{ByName, Keys, Shape};
-use raxel_world::file::{CAMERA_COORDINATES, CAMERA_FOV};
+use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::{Interpolation, sample, segment};
 use super::edits::{self, EditKey};
 use super::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
-use crate::moment::{Fraction, Moment};
 use crate::params;
+use raxel_execute::moment::{Fraction, Moment};
 
 /// A world, a graph and a timeline.
 #[derive(Clone, Debug, Keys)]

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::curve::Interpolation;
 use super::demo::{CameraKey, Caption, DebugTargetKey, Demo, GraphKey, TrackKeys};
 use crate::debug_target::DebugTarget;
-use crate::moment::{Fraction, Moment};
+use raxel_execute::moment::{Fraction, Moment};
 
 /// Reads a demo, with its warnings, or everything that is wrong with the file. Names of params and targets are checked by
 /// [`Demo::check`], when the graph is known.

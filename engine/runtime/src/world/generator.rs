@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use raxel_diagnostics::Files;
-use raxel_world::Loaded;
+use raxel_worldfile::Loaded;
 
 /// Keys of a world file that change no voxel.
 const COSMETIC: [&str; 6] = ["name", "about", "camera", "cameras", "save", "stream"];

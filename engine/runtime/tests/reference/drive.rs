@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use raxel_execute::moment::Moment;
 use raxel_graph::checked::Value;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::moment::Moment;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Observe, Options, Session};
 

@@ -150,7 +150,7 @@ impl PoolMemory for Words {
     }
 }
 
-const HEADER: usize = raxel_world::layout::Tree64Header::WORDS as usize;
+const HEADER: usize = raxel_layouts::Tree64Header::WORDS as usize;
 const WORDS: u32 = 1 << 17;
 const TOP: u32 = 2;
 

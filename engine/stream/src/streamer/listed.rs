@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use raxel_world::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
+use raxel_layouts::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
 
 use crate::pool::{Block, Pool};
 use crate::reach::TileKey;

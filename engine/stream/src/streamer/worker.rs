@@ -4,8 +4,8 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
-use raxel_world::layout::{TileBlock, TileNode};
-use raxel_world::lights::{LIGHT_WORDS, LightGroup, TileLights};
+use raxel_layouts::lights::{LIGHT_WORDS, LightGroup, TileLights};
+use raxel_layouts::{TileBlock, TileNode};
 use raxel_world::{Cause, Content, Side, Unavailable};
 
 use super::threads::{caught, planted};

@@ -16,8 +16,8 @@ use super::matrix;
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending, Table, shown};
 use crate::session::{frame_failure, open_failure, print_messages, print_validation, validated};
+use raxel_output::{Folders, Pending, Table, shown};
 
 /// Runs all frames of the demo without a window, one after the other, and reports their times.
 pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, console: &Console) -> Result {
@@ -109,7 +109,7 @@ fn table(times: &FrameTimes) -> Result<Vec<u8>> {
         let head = [graph.to_owned(), name.to_owned(), of.milliseconds.len().to_string()];
         table.row(head.into_iter().chain(numbers))?;
     }
-    table.finish()
+    Ok(table.finish()?)
 }
 
 fn machine(demo: &Demo, session: &Session, times: &FrameTimes) -> Value {

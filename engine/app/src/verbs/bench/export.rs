@@ -13,7 +13,7 @@ use serde_json::json;
 use super::labels::stem;
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
-use crate::output::{Pending, shown};
+use raxel_output::{Pending, shown};
 
 /// Writes the voxels of each world, and the rays and hits of each camera. What cannot be exported is left out and said, like what
 /// `raxel bench` cannot measure; if nothing is left, it is an error.
@@ -89,7 +89,7 @@ fn write<const N: usize>(
     console: &Console,
 ) -> Result {
     let paths = names.map(|name| folder.join(name));
-    let pending: Vec<Pending> = paths.iter().map(|path| Pending::new(path)).collect::<Result<_>>()?;
+    let pending: Vec<Pending> = paths.iter().map(|path| Pending::new(path)).collect::<raxel_output::Result<_>>()?;
     let fill = || -> std::io::Result<()> {
         let mut files = Vec::with_capacity(N);
         for pending in &pending {

@@ -13,7 +13,7 @@ use super::labels::stem;
 use super::matrix::same_view;
 use super::table::{Mean, means};
 use crate::failure::Result;
-use crate::output::{Pending, Table, shown};
+use raxel_output::{Pending, Table, shown};
 
 /// What was measured where, with what.
 pub(super) struct About {
@@ -224,7 +224,7 @@ fn csv(rows: &[Row]) -> Result<Vec<u8>> {
         let place = place.into_iter().chain([case.layout.unwrap_or_default()]).map(str::to_owned);
         table.row(place.chain(values).chain([reason.cloned().unwrap_or_default()]))?;
     }
-    table.finish()
+    Ok(table.finish()?)
 }
 
 /// For the names of the columns.

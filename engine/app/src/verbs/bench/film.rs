@@ -8,8 +8,8 @@ use serde_json::json;
 use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{Coding, Compression, Layers, Mode, Output, Place, Scratch, Shoot, Stages};
 use crate::session::{What, frame_failure, print_validation, validated};
+use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Scratch, Shoot, Stages};
 
 /// Measures how fast frames are made and written, and which stage bounds it: rendering, read-back, encoding or writing. The stages run at
 /// the same time, on all cores; what is measured first is the same with each frame on disk before the next begins.
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         let output = Output::parse(&path.display().to_string(), None)?;
         let place = match Place::prepare(&output, size, fps, 0) {
             Err(failure) if matches!(output, Output::Film(_)) => {
-                console.message(&format!("{name}: left out: {}", failure.message.unwrap_or_default()));
+                console.message(&format!("{name}: left out: {}", failure.message));
                 continue;
             }
             place => place?,

@@ -7,16 +7,16 @@ use std::sync::Arc;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_diagnostics::{Diagnostic, names};
 use raxel_gpu::{DeviceKind, DeviceOptions};
+use raxel_layouts::Layout;
 use raxel_measure::bench::{BenchError, Effort, Matrix, Refusal, Row, Runner, cameras};
 use raxel_runtime::world::SessionWorld;
-use raxel_world::layout::Layout;
 
 use super::{export, files, table as printed};
 use crate::args::{Messages, Size, each_once, size};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending};
+use raxel_output::{Folders, Pending};
 
 /// What is measured, and where it is written.
 #[derive(Debug, clap::Args)]

@@ -9,8 +9,8 @@ use super::first_picture::first_picture;
 use crate::args::{Messages, Size, size};
 use crate::console::{self, Console, Format};
 use crate::failure::{Exit, Failure, Result};
-use crate::output::Scratch;
 use crate::session::{What, frame_failure, open_failure};
+use raxel_output::Scratch;
 
 /// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph, and from the start of the program
 /// to its first picture, with nothing kept from earlier runs and again. A copy of the project is edited, never the project.

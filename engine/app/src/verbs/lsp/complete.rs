@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, InsertTextFormat, MarkupContent, MarkupKind};
 use raxel_graph::checked::Builtin;
+use raxel_layouts::Layout;
 use raxel_shader::library;
-use raxel_world::layout::Layout;
 use serde_json::Value;
 
 use super::documents::Document;
@@ -68,7 +68,7 @@ fn describe(key: &str, resolved: &Value, node: &Value) -> String {
 fn schema(path: &str) -> Value {
     match FileKind::of(path) {
         FileKind::Graph => raxel_graph::schema(),
-        FileKind::World => raxel_world::file::schema(),
+        FileKind::World => raxel_worldfile::schema(),
         FileKind::Demo => raxel_runtime::timeline::schema(),
         FileKind::Project => raxel_runtime::manifest::schema(),
     }

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use raxel_layouts::Layout;
 use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
-use raxel_world::layout::Layout;
 use serde_json::{Value, json};
 
 use super::About;
 use crate::console::{Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{Folders, Pending, Table, shown};
+use raxel_output::{Folders, Pending, Table, shown};
 
 /// The files that are asked for; whether they can be written is found out before anything is traced.
 #[derive(Default)]
@@ -108,7 +108,7 @@ fn csv(plan: &Plan, report: &Report) -> Result<Vec<u8>> {
             }
         }
     }
-    table.finish()
+    Ok(table.finish()?)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "every whole number below 9·10¹⁵ fits")]

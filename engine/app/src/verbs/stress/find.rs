@@ -4,12 +4,12 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use raxel_diagnostics::names;
+use raxel_layouts::Layout;
 use raxel_measure::rays::Method;
 use raxel_measure::stress::{Row, Site, Sites};
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::sets::{self, RaySet};
 use raxel_runtime::project::Project;
-use raxel_world::layout::Layout;
 
 use crate::args::each_once;
 use crate::console::Console;

@@ -11,9 +11,9 @@ use std::sync::Arc;
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_diagnostics::{Files, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions};
+use raxel_layouts::Layout;
 use raxel_measure::rays::{Method, RayError, Tracer};
 use raxel_measure::stress::{self, Invariants, Plan, Report, Row, invariants};
-use raxel_world::layout::Layout;
 
 use crate::args::{Messages, OnDevice};
 use crate::console::{Console, Format};

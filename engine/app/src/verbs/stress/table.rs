@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
+use raxel_layouts::Layout;
 use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
-use raxel_world::layout::Layout;
 
 use super::{About, files};
 use crate::console::{self, Console, Format};

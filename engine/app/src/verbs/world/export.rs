@@ -10,7 +10,7 @@ use crate::args::Messages;
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
 use crate::front::Front;
-use crate::output::{Pending, shown};
+use raxel_output::{Pending, shown};
 
 /// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene. Its instances are no voxels, and are no part of it.
 #[derive(Debug, clap::Args)]

@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::args::Messages;
 use crate::console::{self, Console, Format};
 use crate::failure::{Failure, Result};
-use crate::output::{Folders, Pending, shown};
+use raxel_output::{Folders, Pending, shown};
 
 /// Copies a `MagicaVoxel` scene into the project and writes a world around it.
 #[derive(Debug, clap::Args)]

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use raxel_layouts::Layout;
 use raxel_runtime::project::Project;
-use raxel_world::layout::Layout;
 use serde_json::json;
 
 use crate::args::Messages;

@@ -13,7 +13,7 @@ use crate::args::Messages;
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Pending, shown};
+use raxel_output::{Pending, shown};
 
 /// Writes all edits of a world's save into its chunks, so that no journal is left to be replayed, and prints the sizes.
 #[derive(Debug, clap::Args)]

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, PoisonError};
 
+use raxel_layouts::Tree64Header;
+use raxel_layouts::lights::HEADER_WORDS;
 use raxel_world::ChunkPos;
-use raxel_world::layout::Tree64Header;
-use raxel_world::lights::HEADER_WORDS;
 
 use super::{Director, StreamError};
 use crate::cube::Cube;

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
-use raxel_world::{ChunkPos, ChunkSource, Content, Material, StreamSettings, Unavailable};
+use raxel_world::{ChunkPos, ChunkSource, Content, Material, Unavailable};
+use raxel_worldfile::StreamSettings;
 
 use super::*;
 use crate::{PoolMemory, Publication, Reach, StreamOptions, Streamer, View};

@@ -10,7 +10,7 @@ use super::super::files::{command, today};
 use super::table::at;
 use super::{Judgement, Row, chart};
 use crate::failure::Result;
-use crate::output::{Pending, Table, shown};
+use raxel_output::{Pending, Table, shown};
 
 /// Milliseconds at which errors are compared: up to a frame at 60 Hz and one step beyond.
 const TIMES: [f64; 6] = [0.5, 1.0, 4.0, 16.0, 16.6, 20.0];
@@ -130,5 +130,5 @@ fn csv(all: &[Judgement]) -> Result<Vec<u8>> {
             }
         }
     }
-    table.finish()
+    Ok(table.finish()?)
 }

@@ -18,7 +18,7 @@ use crate::args::{Messages, Size, each_once, size};
 use crate::console::{self, Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::front::Front;
-use crate::output::{Folders, Pending};
+use raxel_output::{Folders, Pending};
 
 /// Judges lighting systems: the error of their light against a converged path tracer, bias and noise apart, over GPU time.
 #[derive(Debug, clap::Args)]

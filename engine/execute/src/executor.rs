@@ -1,0 +1,590 @@
+//! The executor: one running plan, two frames in flight.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
+use raxel_graph::checked::{Display, PassId};
+use raxel_graph::plan::{Lifetime, Plan};
+
+use super::FRAMES;
+use super::capture::{Capture, Captured};
+use super::counted::Counted;
+use super::error::{ExecuteError, Suspect};
+use super::inputs::FrameInputs;
+use super::physical::Filling;
+use super::prepare::{Builder, Prepared, display_key};
+use super::readback::ReadTicket;
+use super::record::{DeviceRecorder, initialize_resources};
+use super::replay::Counts;
+use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
+use super::shared::{Running, Shared, lock};
+use super::slot::FrameSlot;
+use super::times::Times;
+use super::upload::Uploads;
+
+/// What an executor does besides running passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExecutorOptions {
+    /// Passes whose results are still valid are not dispatched again.
+    pub memo: bool,
+    /// GPU time is taken of every pass.
+    pub timings: bool,
+    /// Each pass leaves a mark when it begins and when it has finished, so that the one that ran when the device was lost is known.
+    pub markers: bool,
+    /// How long a frame may take before the device counts as lost.
+    pub watchdog: Duration,
+}
+
+impl Default for ExecutorOptions {
+    fn default() -> Self {
+        Self { memo: true, timings: true, markers: true, watchdog: Duration::from_secs(10) }
+    }
+}
+
+/// Runs plans on a device.
+pub struct Executor {
+    pub(super) shared: Arc<Shared>,
+    pub(super) running: Option<Prepared>,
+    /// The plan of the last frame: what can be read is what it left.
+    pub(super) ran: Option<Arc<Plan>>,
+    slots: [FrameSlot; FRAMES],
+    /// Frames begun; rotates histories.
+    pub(super) frame: u64,
+    /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
+    needs_full_barrier: bool,
+    full: Barrier,
+    uploads: Uploads,
+    /// The versions of the running plan's sources that its memo knows: index of the resource, version.
+    versions: Vec<(usize, u64)>,
+    /// The running plan's copies of sources: indices of resources.
+    copies: Vec<usize>,
+    memo: bool,
+    times: Times,
+    pub(super) readbacks: ReadbackRing,
+    /// The debug target is shown in this way instead of the graph's.
+    display: Option<Display>,
+    /// The next frame copies what it shows; of a buffer, these bytes.
+    capture: Option<Range<u64>>,
+    captures: u64,
+    captured: Option<ReadTicket<Captured>>,
+    /// What frames of the running plan have counted in words that are warned of, in their order.
+    counted: Vec<Counted>,
+    progress: Observed,
+}
+
+/// The picture that the last frame ended at: RGBA with 8 bits a channel, sRGB-encoded, in `GENERAL`. The next frame writes it again, behind
+/// every copy of it that was submitted before.
+#[derive(Clone, Debug)]
+pub struct FramePicture {
+    /// The picture, on the device.
+    pub image: Arc<Image>,
+    /// Reached when the picture is whole.
+    pub finished: TimelineValue,
+}
+
+/// How far the device has come with what was waited for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// It has finished.
+    Done,
+    /// It works.
+    Working {
+        /// The pass it works on, as far as the crash markers can tell.
+        pass: Option<String>,
+        /// Time since the device last finished something.
+        elapsed: Duration,
+    },
+}
+
+/// The last value that the device was seen to have reached, and when it was first seen so.
+struct Observed {
+    reached: TimelineValue,
+    since: Instant,
+}
+
+impl Executor {
+    /// An executor that has nothing to run yet.
+    pub fn new(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
+        let slots = [FrameSlot::new(&device, 0, "even frames")?, FrameSlot::new(&device, 1, "odd frames")?];
+        let shared = Arc::new(Shared::new(device, options));
+        Ok(Executor {
+            slots,
+            uploads: Uploads::new(shared.writes.clone()),
+            versions: Vec::new(),
+            copies: Vec::new(),
+            readbacks: ReadbackRing::new(&shared.device),
+            display: None,
+            capture: None,
+            captures: 0,
+            captured: None,
+            counted: Vec::new(),
+            progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
+            shared,
+            running: None,
+            ran: None,
+            frame: 0,
+            needs_full_barrier: true,
+            full: Barrier::full(),
+            memo: options.memo,
+            times: Times::default(),
+        })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.shared.device
+    }
+
+    /// What makes plans ready to be swapped in, on any thread.
+    pub fn builder(&self) -> Builder {
+        Builder { shared: self.shared.clone() }
+    }
+
+    /// The running plan.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.running.as_ref().map(Prepared::plan)
+    }
+
+    /// Whether a prepared plan shares its resources with the plan that runs now. One that was prepared before the last swap may hold
+    /// contents of earlier frames; it is to be prepared again.
+    pub fn is_current(&self, prepared: &Prepared) -> bool {
+        lock(&self.shared.running).serial == prepared.swaps_before
+    }
+
+    /// Runs another plan from the next frame on. What both describe alike keeps its contents; what only the old one used is destroyed
+    /// when the device has finished with it.
+    pub fn swap(&mut self, mut next: Prepared) -> SwapReport {
+        let mut report = SwapReport::default();
+        let old = self.running.as_ref();
+        for (index, physical) in next.resources.iter().enumerate() {
+            let before = old.and_then(|old| old.resources.iter().position(|before| Arc::ptr_eq(before, physical)));
+            if let (Some(old), Some(before)) = (old, before) {
+                let now = &next.plan().resources[index];
+                if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
+                    // What it held was made to be noticed, not to be kept.
+                    physical.initialized.store(false, Ordering::Relaxed);
+                } else {
+                    next.replay.memo.carry(index, &old.replay.memo, before);
+                }
+                report.kept.push(physical.name.clone());
+                continue;
+            }
+            report.created.push(physical.name.clone());
+            if let Some(source) = physical.source() {
+                next.replay.memo.supply(index, source.version());
+            }
+        }
+        if let Some(old) = old {
+            let gone = |name: &String| !next.resources.iter().any(|physical| physical.name == *name);
+            report.dropped = old.resources.iter().map(|physical| physical.name.clone()).filter(gone).collect();
+            next.replay.carry_ticks(&old.replay);
+        }
+        next.replay.set_memo(self.memo);
+        let plan = next.plan();
+        self.times = Times::of_plan(plan);
+        self.counted.clear();
+        for slot in &mut self.slots {
+            slot.ran.reserve(plan.passes.len());
+        }
+        let mut running = lock(&self.shared.running);
+        let (resources, picture) = (next.resources.clone(), Some(next.display.picture.clone()));
+        *running = Running { serial: running.serial + 1, resources, picture };
+        drop(running);
+        self.running = Some(next);
+        self.shared.pipelines.swapped();
+        self.needs_full_barrier = true;
+        self.supply_sources();
+        report
+    }
+
+    /// Whether passes whose results are still valid are left out.
+    pub fn set_memo(&mut self, on: bool) {
+        self.memo = on;
+        if let Some(running) = &mut self.running {
+            running.replay.set_memo(on);
+        }
+    }
+
+    /// Every resource starts again at its `init` before the next frame.
+    pub fn reset_history(&mut self) {
+        if let Some(running) = &mut self.running {
+            for physical in running.resources.iter().filter(|p| p.source().is_none()) {
+                physical.initialized.store(false, Ordering::Relaxed);
+                if let Some(filling) = &physical.filling {
+                    filling.reset();
+                }
+            }
+            running.replay.reset();
+            self.supply_sources();
+            self.needs_full_barrier = true;
+        }
+    }
+
+    /// How many frames back the histories go that passes write, and whether one of them is to be filled with its `init` first.
+    pub fn histories(&self) -> (u32, bool) {
+        let resources = self.running.iter().flat_map(|running| &running.resources);
+        let with_history =
+            resources.filter(|physical| physical.source().is_none() && physical.count() > 1 && physical.is_written());
+        with_history.fold((0, false), |(depth, cleared), physical| {
+            (depth.max(physical.count() - 1), cleared || physical.needs_init())
+        })
+    }
+
+    /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
+    pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
+        let number = self.frame;
+        let result = self.run_frame(inputs);
+        if result.is_ok() {
+            self.ran = self.plan().cloned();
+        }
+        result.map_err(|error| {
+            // Nothing was submitted: the next frame is this one.
+            self.needs_full_barrier = true;
+            if let Some(running) = self.running.as_mut().filter(|_| self.frame != number) {
+                running.replay.undo();
+                // A lost device says by its marks which pass it worked on.
+                if !matches!(error, ExecuteError::DeviceLost { .. }) {
+                    self.slots[(number % FRAMES as u64) as usize].undo();
+                }
+            }
+            self.frame = number;
+            self.supply_sources();
+            self.attribute_loss(error)
+        })
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
+    fn run_frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
+        let slot_index = (self.frame % FRAMES as u64) as usize;
+        let device = self.shared.device.clone();
+        device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
+        device.collect();
+        self.read_times(slot_index)?;
+        self.read_counted(slot_index);
+        // The frame that used this slot's staging buffer last has finished.
+        let uploads = self.uploads.stage(&device, slot_index)?;
+
+        let start = Instant::now();
+        let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
+        for (index, known) in &mut self.versions {
+            let version = running.resources[*index].source().map_or(*known, |source| source.version());
+            if version != std::mem::replace(known, version) {
+                running.replay.memo.supply(*index, version);
+            }
+        }
+        for index in &self.copies {
+            let due = running.resources[*index].filling.as_ref().and_then(Filling::due);
+            running.replay.memo.fill_copy(*index, due);
+        }
+        let capture = match (self.capture.take(), running.display.resource) {
+            (Some(bytes), Some(index)) => {
+                Capture::of_shown(&device, running.plan(), &running.resources[index], &bytes)?
+            }
+            _ => None,
+        };
+        self.captures += u64::from(capture.is_some());
+        let push = self.display.map_or(running.display.push, |display| running.display.push.with_display(&display));
+        if self.display.is_some() || self.captures > 0 {
+            let key = display_key(running.plan(), &push, self.captures);
+            running.replay.set_display(key);
+        }
+        let number = self.frame;
+        let decided = running.replay.decide(number, inputs);
+        let uninitialized = running.resources.iter().any(|p| p.needs_init())
+            || !running.display.picture.initialized.load(Ordering::Relaxed);
+        let slot = &mut self.slots[slot_index];
+        let mut report = FrameReport { frame: number, ..FrameReport::default() };
+        self.frame += 1;
+        if !decided && !uninitialized && !uploads {
+            // The barriers of the plan reach from one recorded frame to the next only if none is left out.
+            self.needs_full_barrier = true;
+            count(&mut report, running.replay.walk(&mut NullRecorder));
+            note_filled(running, &self.copies);
+            report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
+            return Ok(report);
+        }
+
+        slot.begin(number, &running.instrumentation);
+        let mut recording = slot.commands.begin()?;
+        if uninitialized {
+            initialize_resources(&mut recording, running);
+        } else if self.needs_full_barrier {
+            recording.barrier(&self.full);
+        }
+        self.uploads.record(&mut recording, slot_index, &running.updates);
+        if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
+            recording.reset_timestamps(timestamps);
+        }
+        let mut recorder = DeviceRecorder {
+            recording: &mut recording,
+            prepared: running,
+            frame: number,
+            slot: slot_index,
+            ran: &mut slot.ran,
+            display: push,
+            capture: capture.as_ref(),
+            failed: None,
+        };
+        let counts = running.replay.walk(&mut recorder);
+        if let Some(error) = recorder.failed {
+            return Err(error.into());
+        }
+        count(&mut report, counts);
+        running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
+        slot.counted = Some(running.counted.clone());
+        // Nothing may fail from here on: the frame is a fact.
+        let submitted = recording.submit()?;
+        slot.submitted = Instant::now();
+        if let Some(capture) = capture.filter(|_| counts.displayed) {
+            self.captured = Some(capture.ticket(&device, submitted));
+        }
+        self.progress.since = start;
+        self.uploads.submitted();
+        note_filled(running, &self.copies);
+        if uninitialized {
+            running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
+            running.display.picture.initialized.store(true, Ordering::Relaxed);
+        }
+        self.needs_full_barrier = !decided;
+        report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
+        Ok(report)
+    }
+
+    /// The picture of the last frame; `None` before the first.
+    pub fn picture(&self) -> Option<FramePicture> {
+        let picture = &self.running.as_ref()?.display.picture;
+        let drawn = picture.initialized.load(Ordering::Relaxed);
+        let finished = self.slots.iter().map(|slot| slot.commands.submitted()).max().unwrap_or_default();
+        drawn.then(|| FramePicture { image: picture.image.clone(), finished })
+    }
+
+    /// Waits at most so long for the picture of the last frame to be whole.
+    ///
+    /// # Errors
+    /// [`ExecuteError::DeviceLost`] when the device has finished nothing for as long as the watchdog allows.
+    pub fn wait_picture(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let finished = self.slots.iter().map(|slot| slot.commands.submitted()).max().unwrap_or_default();
+        self.observe(finished, at_most)
+    }
+
+    /// Waits at most so long until the next frame can begin without waiting. Errors as for [`Self::wait_picture`].
+    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
+    pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let slot = (self.frame % FRAMES as u64) as usize;
+        self.observe(self.slots[slot].commands.submitted(), at_most)
+    }
+
+    fn observe(&mut self, until: TimelineValue, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let device = self.shared.device.clone();
+        match device.wait(until, at_most) {
+            Ok(()) => return Ok(Progress::Done),
+            Err(raxel_gpu::Error::TimedOut { .. }) => {}
+            Err(error) => return Err(self.attribute_loss(error.into())),
+        }
+        let reached = device.reached().map_err(|error| self.attribute_loss(error.into()))?;
+        // Nothing new was finished, or nothing was asked for since all was finished.
+        if reached > self.progress.reached {
+            self.progress = Observed { reached, since: Instant::now() };
+        }
+        let elapsed = self.progress.since.elapsed();
+        if elapsed >= self.shared.watchdog() {
+            return Err(self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true }));
+        }
+        Ok(Progress::Working { pass: self.suspect().map(|suspect| suspect.pass), elapsed })
+    }
+
+    /// Changes how long a frame may take before the device counts as lost.
+    pub fn set_watchdog(&mut self, limit: Duration) {
+        self.shared.set_watchdog(limit);
+    }
+
+    /// Gives the device up without waiting for what it works on. Nothing more can be run.
+    pub fn abandon(&mut self) {
+        self.shared.device.abandon();
+    }
+
+    /// Waits until the device has finished all frames.
+    pub fn wait(&mut self) -> Result<(), ExecuteError> {
+        let result = self.shared.device.wait_idle(self.shared.watchdog());
+        result.map_err(|error| self.attribute_loss(error.into()))
+    }
+
+    /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
+    pub fn timings(&mut self) -> &[PassTime] {
+        self.gpu_times().passes
+    }
+
+    /// [`Self::timings`] with the frame that they are of, and its span.
+    pub fn gpu_times(&mut self) -> GpuTimes<'_> {
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let finished =
+                self.shared.device.reached().is_ok_and(|reached| self.slots[slot].commands.submitted() <= reached);
+            if finished && self.read_times(slot).is_err() {
+                break;
+            }
+        }
+        self.times.get()
+    }
+
+    /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
+    pub fn take_counted(&mut self) -> Vec<Counted> {
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let submitted = self.slots[slot].commands.submitted();
+            if !self.shared.device.has_reached(submitted).unwrap_or(false) {
+                break;
+            }
+            self.read_counted(slot);
+        }
+        std::mem::take(&mut self.counted)
+    }
+
+    /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
+        self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
+    }
+
+    /// Shows the debug target in another way than the graph says, from the next frame on.
+    pub fn set_display(&mut self, display: Option<Display>) {
+        // A plan that was prepared for the graph's own way has the key of that one.
+        self.captures += u64::from(self.display != display);
+        self.display = display;
+    }
+
+    /// The next frame takes a copy of what it shows; of a buffer, these bytes of it.
+    pub fn capture_shown(&mut self, bytes: Range<u64>) {
+        self.capture = Some(bytes);
+    }
+
+    /// The copy that was taken last, once.
+    pub fn captured(&mut self) -> Option<ReadTicket<Captured>> {
+        self.captured.take()
+    }
+
+    /// Gives the device up, and says that it is lost with the pass that it works on.
+    pub fn cancel(&mut self) -> ExecuteError {
+        self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true })
+    }
+
+    /// Reads the times of a finished frame, if they are of the plan that runs now.
+    fn read_times(&mut self, slot: usize) -> Result<(), ExecuteError> {
+        let slot = &mut self.slots[slot];
+        if std::mem::replace(&mut slot.times_read, true) {
+            return Ok(());
+        }
+        let (Some(instrumentation), Some(running)) = (&slot.instrumentation, &self.running) else { return Ok(()) };
+        if !Arc::ptr_eq(&running.instrumentation, instrumentation) {
+            return Ok(());
+        }
+        self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
+    }
+
+    /// Reads what a finished frame has counted, once, if it is of the plan that runs now.
+    fn read_counted(&mut self, slot: usize) {
+        let slot = &mut self.slots[slot];
+        if let (Some(counted), Some(running)) = (&slot.counted, &self.running)
+            && Arc::ptr_eq(counted, &running.counted)
+        {
+            self.counted.extend(counted.read(slot.index, &slot.copied));
+        }
+        slot.copied.clear();
+    }
+
+    /// Tells the memo what the running plan's sources hold.
+    fn supply_sources(&mut self) {
+        let Some(running) = &mut self.running else { return };
+        self.versions.clear();
+        self.copies.clear();
+        for (index, physical) in running.resources.iter().enumerate() {
+            if physical.filling.is_some() {
+                self.copies.push(index);
+            }
+            if let Some(source) = physical.source() {
+                let version = source.version();
+                // What passes made of it is not what its version says.
+                if !physical.is_written() {
+                    running.replay.memo.supply(index, version);
+                }
+                self.versions.push((index, version));
+            }
+        }
+    }
+
+    /// Adds the suspect to a device loss, and gives up a device that hangs.
+    pub(super) fn attribute_loss(&self, error: ExecuteError) -> ExecuteError {
+        match error {
+            ExecuteError::DeviceLost { timed_out, .. } => {
+                if timed_out {
+                    self.shared.device.abandon();
+                }
+                ExecuteError::DeviceLost { suspect: self.suspect(), timed_out }
+            }
+            error => error,
+        }
+    }
+
+    /// The pass that the device works on: the first of the older frame in flight, or else of the newer one, that has begun and not finished.
+    pub fn suspect(&self) -> Option<Suspect> {
+        let mut slots: Vec<&FrameSlot> = self.slots.iter().collect();
+        slots.sort_by_key(|slot| slot.frame);
+        slots.into_iter().find_map(FrameSlot::suspect)
+    }
+}
+
+impl Drop for Executor {
+    fn drop(&mut self) {
+        // Command buffers must not be freed while they run; what a hung device holds is leaked.
+        match self.shared.device.wait_idle(self.shared.watchdog()) {
+            // A trace has the last frames, too.
+            Ok(()) => {
+                self.timings();
+            }
+            Err(raxel_gpu::Error::TimedOut { .. }) => self.shared.device.abandon(),
+            Err(_) => {}
+        }
+    }
+}
+
+/// Whether a plan fills a resource although the graph does not clear it.
+fn is_poisoned(plan: &Plan, index: usize) -> bool {
+    let planned = &plan.resources[index];
+    planned.clear.is_some() && !plan.graph.resource(planned.resource).kind.is_cleared()
+}
+
+/// Copies of sources that were due have been filled, or written over in the frame before anybody looked: they are not due again.
+fn note_filled(running: &Prepared, copies: &[usize]) {
+    for &index in copies {
+        if let (Some(filling), Some(version)) = (&running.resources[index].filling, running.replay.memo.copy_due(index))
+        {
+            filling.filled(version);
+        }
+    }
+}
+
+fn count(report: &mut FrameReport, counts: Counts) {
+    report.dispatched = counts.dispatched;
+    report.skipped = counts.skipped;
+    report.idle = counts.idle;
+    report.barriers = counts.barriers;
+    report.clears = counts.clears;
+    report.displayed = counts.displayed;
+}
+
+/// Records nothing.
+struct NullRecorder;
+
+impl super::replay::Recorder for NullRecorder {
+    fn uniforms(&mut self, _: &[u8]) {}
+    fn barrier(&mut self, _: usize) {}
+    fn clear(&mut self, _: usize, _: usize) {}
+    fn copy(&mut self, _: usize) {}
+    fn bind(&mut self, _: usize) {}
+    fn push(&mut self, _: usize, _: &[u8]) {}
+    fn dispatch(&mut self, _: usize) {}
+    fn present(&mut self) {}
+}

@@ -1,0 +1,51 @@
+//! Executes a plan on a device, without a session: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
+//! picture of the debug target, reads anything back.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod blocks;
+mod capture;
+mod counted;
+mod device;
+mod digest;
+mod display;
+mod error;
+mod executor;
+mod inputs;
+mod instrumentation;
+mod memo;
+pub mod moment;
+mod physical;
+mod pipelines;
+mod prepare;
+mod readback;
+mod record;
+mod replay;
+mod report;
+mod retained;
+mod rotations;
+mod shared;
+mod slot;
+mod source;
+mod texel;
+mod ticks;
+mod times;
+mod upload;
+mod values;
+
+pub use capture::Captured;
+pub use counted::Counted;
+pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
+pub use display::display_of;
+pub use error::{ExecuteError, Suspect};
+pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
+pub use inputs::{Builtins, FrameInputs, Override};
+pub use prepare::{Builder, Pipelined, Prepared};
+pub use readback::ReadTicket;
+pub use replay::{Counts, Recorder, Replay};
+pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
+pub use source::{DeviceSource, Sources, WriteError};
+pub use upload::FRAME_BYTES;
+
+/// Frames that are recorded while the device still works on earlier ones.
+const FRAMES: usize = 2;

@@ -1,0 +1,259 @@
+//! Dispatches over lists: each element gets one thread, however many there are.
+
+use raxel_execute::Builtins;
+use raxel_graph::checked::Value;
+
+use crate::lab::{Lab, Planned};
+
+/// Five million threads of 64 are 78,125 workgroups: more than a device need take along x.
+const LONG: u32 = 5_000_000;
+
+const GRAPH: &str = r#"
+name = "lists"
+present = "color"
+[targets.color]
+format = "r32f"
+[buffers.list]
+size = { count = 5000000, stride = 4 }
+clear = 0
+[buffers.pairs]
+size = { of = "short", per = 3, stride = 8 }
+clear = 0
+[buffers.short]
+size = { count = 70, stride = 4 }
+init = 5
+[[passes]]
+name = "long"
+shader = "long.comp"
+dispatch = { threads = "list" }
+bind = { List = "list", outColor = "color" }
+push = { count = "buffer.list.count" }
+[[passes]]
+name = "pairs"
+shader = "pairs.comp"
+dispatch = { threads = "pairs" }
+specialization = { COUNT = "buffer.pairs.count", WIDTH = "buffer.short.count" }
+bind = { Pairs = "pairs", Short = "short", color = "color" }
+"#;
+
+/// A workgroup with all three axes: its threads are neighbours all the same.
+const LONG_SHADER: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(std430) buffer List { uint list[]; };
+layout(r32f) uniform writeonly image2D outColor;
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    uint i = rx_thread();
+    if (i == 0u) imageStore(outColor, ivec2(0), vec4(1));
+    if (i < count) atomicAdd(list[i], i + 1u);
+}";
+
+/// A workgroup as wide as another list is long.
+const PAIRS_SHADER: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x_id = 1) in;
+layout(constant_id = 0) const uint COUNT = 1;
+layout(constant_id = 1) const uint WIDTH = 1;
+layout(std430) buffer Pairs { uvec2 pairs[]; };
+layout(std430) readonly buffer Short { uint five[]; };
+layout(r32f) uniform image2D color;
+void main() {
+    uint i = rx_thread();
+    if (i == 0u) imageStore(color, ivec2(1, 0), imageLoad(color, ivec2(0)) + float(five[WIDTH - 1u]));
+    if (i < COUNT) pairs[i] += uvec2(WIDTH, COUNT);
+}";
+
+const FILES: [(&str, &str); 3] =
+    [("graphs/test.toml", GRAPH), ("shaders/long.comp", LONG_SHADER), ("shaders/pairs.comp", PAIRS_SHADER)];
+
+#[test]
+fn each_element_gets_one_thread() {
+    let mut lab = Lab::new();
+    let plan = lab.load(&FILES, &Planned { pinned: &["list", "pairs"], ..Planned::default() });
+    assert!(plan.passes[0].groups.is_some_and(|[x, y, z]| x > 1 && y == 2 && z == 1), "{:?}", plan.passes[0].groups);
+    assert_eq!(plan.passes[1].groups, Some([3, 1, 1]));
+    lab.frame();
+    let list = lab.words("list");
+    assert_eq!(list.len(), LONG as usize);
+    let wrong = (0_u32..).zip(&list).find(|(i, word)| **word != i + 1);
+    assert_eq!(wrong, None, "element and what its threads added up to");
+    let pairs = lab.words("pairs");
+    assert_eq!(pairs.len(), 2 * 210);
+    assert!(pairs.chunks(2).all(|pair| pair == [70, 210]), "{pairs:?}");
+    assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 6.0);
+}
+
+const WORLD_GRAPH: &str = r#"
+name = "world"
+present = "probes"
+[targets.probes]
+format = "r32ui"
+size = { of = "world", scale = 0.25 }
+mips = "full"
+[buffers.faces]
+size = { of = "world", scale = 0.25, per = 6, stride = 4 }
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = { threads = "probes" }
+bind = { probes = "probes", Faces = "faces" }
+push = { extent = { type = "ivec3", from = "target.probes.size" }, count = "buffer.faces.count" }
+"#;
+
+const FILL: &str = "#version 460
+layout(local_size_x = 4, local_size_y = 4) in;
+layout(r32ui) uniform writeonly uimage3D probes;
+layout(std430) writeonly buffer Faces { uint faces[]; };
+layout(push_constant) uniform Push { ivec3 extent; uint count; };
+void main() {
+    ivec3 at = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(at, imageSize(probes)))) return;
+    uint index = uint((at.z * extent.y + at.y) * extent.x + at.x);
+    imageStore(probes, at, uvec4(index + count));
+    for (uint face = 0u; face < 6u; face++) faces[index * 6u + face] = index;
+}";
+
+/// A target over the world has its extent; a world of another extent resizes it, and nothing is left of the old one.
+#[test]
+fn targets_follow_the_world() {
+    let mut lab = Lab::new();
+    for (world, extent) in [([16, 9, 5], [4_u32, 3, 2]), ([0; 3], [1; 3]), ([17, 1, 40], [5, 1, 10])] {
+        let how = Planned { world, present: "probes", pinned: &["faces"], ..Planned::default() };
+        lab.load(&[("graphs/test.toml", WORLD_GRAPH), ("shaders/fill.comp", FILL)], &how);
+        lab.frame();
+        let count: u32 = extent.iter().product();
+        let slice = count / extent[2];
+        for z in 0..extent[2] {
+            let texels: Vec<u32> = lab.integers("probes", 0, z).iter().map(|texel| texel[0]).collect();
+            assert_eq!(texels, (z * slice..(z + 1) * slice).map(|i| i + 6 * count).collect::<Vec<_>>(), "{world:?}");
+        }
+        let faces: Vec<u32> = (0..count).flat_map(|i| [i; 6]).collect();
+        assert_eq!(lab.words("faces"), faces);
+    }
+}
+
+/// What is queued is counted by a pass; the pass behind it runs with as many threads, whatever the shape of its workgroup.
+const QUEUE_GRAPH: &str = r#"
+name = "queue"
+present = "hits"
+[params.count]
+type = "u32"
+default = 0
+[buffers.queue]
+size = { count = 4, stride = 4 }
+[buffers.hits]
+size = { count = 5000100, stride = 4 }
+clear = 0
+[[passes]]
+name = "enqueue"
+shader = "enqueue.comp"
+dispatch = [1]
+bind = { Queue = "queue" }
+push = { count = "param.count" }
+[[passes]]
+name = "run"
+shader = "run.comp"
+specialization = { local_size_x = WIDE }
+dispatch = { count = "queue", offset = 8 }
+bind = { Queue = "queue", Hits = "hits" }
+"#;
+
+const ENQUEUE: &str = "#version 460
+layout(local_size_x = 1) in;
+layout(std430) writeonly buffer Queue { uint queue[]; };
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    for (int i = 0; i < 4; i++) queue[i] = i == 2 ? count : 1000000000u;
+}";
+
+/// The constant that sizes the workgroup has no name of its own.
+const RUN: &str = "#version 460
+#include <raxel/thread.glsl>
+layout(local_size_x_id = 5, local_size_y = 2) in;
+layout(std430) readonly buffer Queue { uint queue[]; };
+layout(std430) buffer Hits { uint hits[]; };
+void main() {
+    uint i = rx_thread();
+    // Those past the end are counted too, in one place each.
+    if (i < queue[2]) atomicAdd(hits[i], 1u); else atomicAdd(hits[5000001u + min(i - queue[2], 98u)], 1u);
+}";
+
+#[test]
+fn a_queue_gets_a_thread_for_each_element() {
+    for wide in [1_u32, 32] {
+        let graph = QUEUE_GRAPH.replace("WIDE", &wide.to_string());
+        let files = [("graphs/test.toml", &graph[..]), ("shaders/enqueue.comp", ENQUEUE), ("shaders/run.comp", RUN)];
+        let mut lab = Lab::new();
+        let plan = lab.load(&files, &Planned { present: "hits", ..Planned::default() });
+        let names: Vec<_> = plan.passes.iter().map(|live| plan.graph.pass(live.pass).name.as_str()).collect();
+        assert_eq!(names, ["enqueue", "run.arguments", "run"]);
+        for count in [0_u32, 1, 64, 65, 5_000_000] {
+            lab.frame_with(&Builtins::default(), &[Value::U32(count)]);
+            let hits = lab.words("hits");
+            let wrong = (0_u32..5_000_001).zip(&hits).find(|(i, hit)| **hit != u32::from(i < &count));
+            assert_eq!(wrong, None, "thread and how often it ran, of {count} in groups of {wide}×2");
+            // Less than a workgroup is to spare in each row.
+            let group = wide * 2;
+            let spare: u32 = hits[5_000_001..].iter().sum();
+            let rows = count.div_ceil(group).div_ceil(65_535);
+            assert!(spare < (rows * group).max(1), "{spare} threads too many for {count}");
+        }
+        let report = lab.frame_with(&Builtins::default(), &[Value::U32(5_000_000)]);
+        assert_eq!((report.dispatched, report.skipped), (0, 3), "a queue that did not change is not run again");
+    }
+}
+
+const VALUES_GRAPH: &str = r#"
+name = "values"
+present = "color"
+[targets.color]
+format = "rgba32f"
+[buffers.kernel]
+values = [0.0625, 0.25, 0.375, 1]
+[buffers.points]
+values = [[1, 2, 3], [-4, 5, -6]]
+type = "ivec3"
+[[passes]]
+name = "show"
+shader = "show.comp"
+dispatch = { threads = "kernel" }
+bind = { outColor = "color", Kernel = "kernel", Points = "points" }
+push = { count = "buffer.kernel.count" }
+specialization = { LAMP = "material.lamp" }
+"#;
+
+const SHOW: &str = "#version 460
+layout(local_size_x = 8) in;
+layout(constant_id = 0) const uint LAMP = 0;
+layout(rgba32f) uniform writeonly image2D outColor;
+layout(std430) readonly buffer Kernel { float kernel[]; };
+layout(std430) readonly buffer Points { ivec3 points[]; };
+layout(push_constant) uniform Push { uint count; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < count) imageStore(outColor, ivec2(i, 0), vec4(kernel[i], vec2(points[i % 2u].xz), LAMP));
+}";
+
+/// What the file writes is in the buffer, laid out as the shader reads it; an edit of it is seen by what read it.
+#[test]
+fn values_are_in_their_buffer() {
+    let mut lab = Lab::new();
+    let mut shown = |graph: &str| {
+        lab.load(&[("graphs/test.toml", graph), ("shaders/show.comp", SHOW)], &Planned::default());
+        lab.frame();
+        lab.floats("color", 0, 0, 0)[..4].to_vec()
+    };
+    let first = shown(VALUES_GRAPH);
+    assert_eq!(
+        first,
+        [[0.0625, 1.0, 3.0, 2.0], [0.25, -4.0, -6.0, 2.0], [0.375, 1.0, 3.0, 2.0], [1.0, -4.0, -6.0, 2.0]]
+    );
+    let edited = shown(&VALUES_GRAPH.replace("0.25", "0.5"));
+    assert_eq!(edited[1], [0.5, -4.0, -6.0, 2.0]);
+    assert_eq!([edited[0], edited[2], edited[3]], [first[0], first[2], first[3]]);
+    // On reset it is written anew.
+    lab.executor.reset_history();
+    lab.frame();
+    assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 0.5);
+}

@@ -1,0 +1,110 @@
+//! Varies: which resources may hold something else in every frame. What is made from params, the world and the output alone is the
+//! same for many frames, so it keeps its memory to itself: the memo then finds it in place. (A table of a sky that shares memory would be
+//! made again in every frame.)
+
+use crate::back::cull::Cull;
+use crate::back::lifetimes::{Life, read_before_written};
+use crate::back::order::{Action, Order, ResourceAccess};
+use crate::ir::checked::{Builtin, Fill, Graph, ResourceId, Source};
+use crate::ir::plan::AccessMask;
+
+/// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
+/// because they grow out of what was there in the frame before.
+pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> Vec<bool> {
+    let mut varies: Vec<bool> =
+        (0..cull.used.len()).map(|index| feeds_back(graph, cull, order, lives, index)).collect();
+    let index = |id: ResourceId| cull.used.binary_search(&id).ok();
+    loop {
+        let before = varies.clone();
+        for &id in &cull.live {
+            let pass = graph.pass(id);
+            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+            let moves = fills.any(moves)
+                || pass.accesses.iter().any(|a| a.access.reads() && index(a.resource).is_some_and(|at| varies[at]));
+            for stored in pass.accesses.iter().filter(|access| moves && access.access.writes()) {
+                if let Some(at) = index(stored.resource) {
+                    varies[at] = true;
+                }
+            }
+        }
+        if varies == before {
+            return varies;
+        }
+    }
+}
+
+/// Whether passes store to it, and load what an earlier frame stored.
+fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: usize) -> bool {
+    // A copy of a source is not filled in every frame: what passes made of it stays.
+    let fills = |access: &&ResourceAccess| matches!(order.actions[access.action as usize], Action::Copy(_));
+    let of_it = order.accesses.iter().filter(|access| access.resource as usize == index && !fills(access));
+    let accesses: Vec<ResourceAccess> = of_it.copied().collect();
+    let resource = graph.resource(cull.used[index]);
+    let stored = accesses.iter().any(|access| access.mask == AccessMask::SHADER_STORAGE_WRITE);
+    let older = accesses.iter().any(|access| access.age > 0);
+    stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&accesses))
+}
+
+/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,
+/// a pass runs only now and then, or a shader is told how long the picture has been still. A frame of a graph that does not look back
+/// can be made without those before it.
+pub(crate) fn looks_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
+    let carried = (0..cull.used.len()).any(|index| {
+        let resource = graph.resource(cull.used[index]);
+        // Passes may store to a part of it only: the rest stays, once it was filled.
+        let stays = resource.kind.is_initialised() || resource.keep;
+        let stored = || order.accesses.iter().any(|access| access.resource as usize == index && access.writes());
+        stays && stored() || feeds_back(graph, cull, order, lives, index)
+    });
+    carried
+        || cull.live.iter().map(|id| graph.pass(*id)).any(|pass| {
+            let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
+            pass.every.is_some()
+                || fills.any(|fill| {
+                    matches!(
+                        fill.from,
+                        Source::Clock(..) | Source::Builtin(Builtin::FrameStill | Builtin::HistoryValid)
+                    )
+                })
+        })
+}
+
+/// Whether a value may be another in every frame.
+fn moves(fill: &Fill) -> bool {
+    match fill.from {
+        Source::Value(_)
+        | Source::Param(_)
+        | Source::ExtentOf(_)
+        | Source::CountOf(_)
+        | Source::Material(_)
+        | Source::Round(_) => false,
+        Source::Clock(..) => true,
+        Source::Builtin(builtin) => match builtin {
+            Builtin::OutputSize
+            | Builtin::OutputAspect
+            | Builtin::WorldMin
+            | Builtin::WorldMax
+            | Builtin::WorldVoxels
+            | Builtin::WorldSerial
+            | Builtin::WorldEdited
+            | Builtin::WorldChangedMin
+            | Builtin::WorldChangedMax => false,
+            Builtin::CameraCell
+            | Builtin::CameraFrac
+            | Builtin::CameraViewToWorld
+            | Builtin::CameraWorldToView
+            | Builtin::CameraFov
+            | Builtin::CameraTanHalfFov
+            | Builtin::CameraPreviousCell
+            | Builtin::CameraPreviousFrac
+            | Builtin::CameraPreviousViewToWorld
+            | Builtin::CameraPreviousWorldToView
+            | Builtin::FrameIndex
+            | Builtin::FrameTime
+            | Builtin::FrameDelta
+            | Builtin::FrameStill
+            | Builtin::HistoryValid
+            | Builtin::CursorPosition => true,
+        },
+    }
+}

@@ -1,0 +1,72 @@
+//! Reads `[loops.*]`, and the mips that follow a loop.
+
+use raxel_diagnostics::Spanned;
+use raxel_diagnostics::table::{Node, Table};
+
+use super::{at, removes};
+use crate::front::model::{Loop, Mip, Rounds};
+use crate::ir::checked::{MOST_ROUNDS, RoundIndex};
+
+/// Mips that a target may have at most, less one.
+const LAST_MIP: u32 = 16;
+
+pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
+    let before = table.reporter().count();
+    let mut read = Loop {
+        name: Spanned::new(name, node.key_span.clone()),
+        remove: removes(table, &["remove"]),
+        flawed: false,
+        count: table.get("count").and_then(|node| at(&node, rounds(&node))),
+        down: table.get("order").and_then(|node| at(&node, node.word(&[("up", false), ("down", true)]))),
+        swap: table.get("swap").and_then(|node| swap(&node)),
+    };
+    table.finish();
+    read.flawed = table.reporter().count() > before;
+    read
+}
+
+fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
+    if node.is_integer() {
+        return node.integer(0..=MOST_ROUNDS).map(Rounds::Fixed);
+    }
+    if node.is_string() {
+        let text = node.string()?;
+        return match text.strip_prefix("param.") {
+            Some(name) => Some(Rounds::Param(Spanned::new(name.to_owned(), node.span.clone()))),
+            None => node.bad_value(format!("`{}` is \"{text}\"; a param is written \"param.NAME\"", node.name)),
+        };
+    }
+    if !node.is_table() {
+        return node.wrong_type("a number of rounds, `\"param.NAME\"` or `{ mips = \"NAME\" }`");
+    }
+    let table = node.table()?;
+    let mips = table.need_string("mips");
+    table.finish();
+    mips.map(|(name, span)| Rounds::Mips(Spanned::new(name, span)))
+}
+
+/// `[["a", "b"], …]`; `None` when a part of it is wrong.
+fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
+    node.array()?
+        .iter()
+        .map(|pair| {
+            let names = pair.array()?;
+            let [first, second] = &names[..] else {
+                return pair.bad_value(format!("`{}` needs 2 names, not {}", pair.name, names.len()));
+            };
+            Some([at(first, first.string())?, at(second, second.string())?])
+        })
+        .collect()
+}
+
+/// A number, `"loop.index"` or `"loop.next"`.
+pub fn mip(node: &Node<'_, '_>) -> Option<Mip> {
+    if node.is_string() {
+        let words = RoundIndex::ALL.map(|index| (index.name(), Mip::Round(index)));
+        return node.word(&words);
+    }
+    if !node.is_integer() {
+        return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
+    }
+    node.integer(0..=LAST_MIP).map(Mip::Level)
+}

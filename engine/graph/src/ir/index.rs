@@ -1,0 +1,13 @@
+//! Indices as the 32-bit numbers that plans hold.
+
+/// An index, or a count, of what a graph has: resources, passes, steps, actions, bindings.
+///
+/// Each of them comes from text of its own in a graph file, or from a pass that is repeated at most [`MOST_ROUNDS`] times, so that memory
+/// is exhausted long before 2³² of them are there.
+///
+/// [`MOST_ROUNDS`]: crate::ir::checked::MOST_ROUNDS
+#[expect(clippy::cast_possible_truncation, reason = "no graph has 2³² parts, see above")]
+pub(crate) fn index32(index: usize) -> u32 {
+    debug_assert!(u32::try_from(index).is_ok(), "a graph has {index} parts");
+    index as u32
+}

@@ -1,0 +1,607 @@
+//! The plan: the immutable result of compiling a graph for one output size, one present point and one state of the conditions.
+//! A frame is the walk over [`Plan::steps`]; everything in it is an index or a number.
+//!
+//! Synchronisation model. All passes run on one queue in program order. Images stay in `GENERAL` from their creation on. A gap
+//! between two steps holds at most one [`Barrier`], recorded as one `vkCmdPipelineBarrier2`: at most one global memory barrier (a
+//! compute graph has no use for narrower ones: no layout changes, and execution dependencies are never per resource), and one
+//! image barrier per aliased image that becomes live there (`UNDEFINED` → `GENERAL`). The plan is cyclic: barriers also cover the
+//! hazards of a frame with the frames before it, so that frames follow each other with no barrier of their own in between. A pass
+//! that does not run in a frame (`every`, or its result is still valid) leaves its barriers in place, which keeps all others covered.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use bitflags::bitflags;
+use raxel_shader::format::Format;
+use serde::Serialize;
+
+use crate::ir::checked::{BoundAccess, Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
+use crate::ir::index::index32;
+use crate::ir::size::Size;
+use crate::ir::subresources::SubresourceRange;
+
+/// What a plan is made for, besides the graph.
+#[derive(Clone)]
+pub struct PlanInput<'a> {
+    /// Extent of the output in pixels, both at least 1.
+    pub output: [u32; 2],
+    /// What is shown, and when it is taken.
+    pub present: Present,
+    /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
+    pub pinned: &'a [ResourceId],
+    /// What else can be read at the end of a frame.
+    pub observe: Observe,
+    /// Whether a fact holds.
+    pub facts: &'a dyn Fn(&Fact) -> bool,
+    /// Rounds of the loops that follow a param; a param that is not here has its default.
+    pub counts: &'a [(ParamId, u32)],
+    /// Sizes of each source, e.g. `world.tree64`, and of what copies of a source need, under [`copy_name`].
+    pub sources: &'a BTreeMap<String, SourceSize>,
+    /// The world that sizes follow.
+    pub world: WorldInput<'a>,
+    /// Memory requirements of images and buffers on the device.
+    pub memory: &'a dyn MemoryModel,
+    /// Whether transient resources may share memory.
+    pub alias: bool,
+    /// Whether transient memory is filled with a value that is plainly wrong before its first use in a frame: NaN, magenta or
+    /// 0xDEADBEEF.
+    pub poison: bool,
+    /// Limits of the device.
+    pub limits: Limits,
+}
+
+/// Which resources can be read at the end of a frame, besides those that are pinned. It never changes what later frames compute: passes that
+/// leave something for later frames run in either case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Observe {
+    /// What is shown. Passes that nothing shown depends on are culled, and transient resources may share memory.
+    Shown,
+    /// Every target and buffer. Only passes whose `when` does not hold are culled, and nothing shares memory.
+    #[default]
+    Everything,
+}
+
+/// The properties of the world that sizes and values of a plan depend on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorldInput<'a> {
+    /// Voxels along each axis of its bounds; zero for an empty world.
+    pub extent: [u32; 3],
+    /// Names of its materials by index. `None` without a world: any name is accepted.
+    pub materials: Option<&'a [String]>,
+}
+
+impl WorldInput<'_> {
+    /// The stand-in for plans that are made without a world (`check`, `graph`).
+    pub const ON_PAPER: WorldInput<'static> = WorldInput { extent: [256; 3], materials: None };
+}
+
+/// The name under which [`PlanInput::sources`] has the size of a copy of a source: a layout that shaders write may need more room.
+pub fn copy_name(source: &str) -> String {
+    format!("copy of {source}")
+}
+
+/// Sizes of what is supplied from outside under one name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SourceSize {
+    /// Bytes of its buffer.
+    pub bytes: u64,
+    /// Texels of mip 0 of its 3-D image; `None` when it has none, or is not made yet.
+    pub image: Option<[u32; 3]>,
+}
+
+impl From<u64> for SourceSize {
+    fn from(bytes: u64) -> Self {
+        Self { bytes, image: None }
+    }
+}
+
+/// Device limits that a plan is checked against.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// `maxImageDimension2D`.
+    pub image_2d: u32,
+    /// `maxImageDimension3D`.
+    pub image_3d: u32,
+    /// `maxImageArrayLayers`.
+    pub image_layers: u32,
+    /// `maxStorageBufferRange`, bytes.
+    pub storage_buffer: u64,
+    /// `maxUniformBufferRange`, bytes.
+    pub uniform_buffer: u64,
+    /// `maxPushConstantsSize`, bytes.
+    pub push_constants: u32,
+    /// `maxComputeWorkGroupCount`.
+    pub workgroup_count: [u32; 3],
+    /// `maxComputeWorkGroupSize`.
+    pub workgroup_size: [u32; 3],
+    /// `maxComputeWorkGroupInvocations`.
+    pub workgroup_invocations: u32,
+    /// `maxComputeSharedMemorySize`, bytes.
+    pub shared_memory: u32,
+}
+
+impl Limits {
+    /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
+    pub const PORTABLE: Limits = Limits {
+        image_2d: 4096,
+        image_3d: 256,
+        image_layers: 256,
+        storage_buffer: 1 << 27,
+        uniform_buffer: 16384,
+        push_constants: 128,
+        workgroup_count: [65535; 3],
+        workgroup_size: [128, 128, 64],
+        workgroup_invocations: 128,
+        shared_memory: 16384,
+    };
+}
+
+/// The debug target: what is shown, from which point of the frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Present {
+    /// The resource.
+    pub resource: ResourceId,
+    /// 0 is this frame's content, n is `name@n`.
+    pub age: u32,
+    /// Mip shown.
+    pub mip: u32,
+    /// Layer, or slice of a 3-D target.
+    pub layer: u32,
+    /// Taken right after this pass; at the end of the frame when `None`.
+    pub after: Option<PassId>,
+    /// Where that pass is in a loop, the round after which it is taken, by its `loop.index`. After the last round when `None`, or when there is
+    /// no such round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub round: Option<u32>,
+}
+
+/// `VkMemoryRequirements`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Requirements {
+    /// Bytes.
+    pub size: u64,
+    /// Power of two, bytes.
+    pub alignment: u64,
+    /// Bit i is set when memory type i will do.
+    pub type_bits: u32,
+}
+
+/// Answers what an image or buffer needs: the device in a session, an estimate in `raxel graph`.
+pub trait MemoryModel {
+    /// Requirements of one copy of an image.
+    fn image(&self, image: &ImageDesc) -> Requirements;
+    /// Requirements of one copy of a buffer.
+    fn buffer(&self, buffer: &BufferDesc) -> Requirements;
+    /// `bufferImageGranularity`: a buffer and an image in one block must not share a page of this size.
+    fn granularity(&self) -> u64;
+}
+
+/// What is created for a target, once per copy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct ImageDesc {
+    /// Texel format.
+    pub format: Format,
+    /// 3-D image; else 2-D.
+    pub volume: bool,
+    /// Texels of mip 0; the third is 1 unless `volume`.
+    pub extent: [u32; 3],
+    /// Mips.
+    pub mips: u32,
+    /// Array layers.
+    pub layers: u32,
+    /// Usages beyond transfer source and destination, which every image has.
+    pub usage: ImageUsage,
+}
+
+/// Usages derived from the accesses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct ImageUsage {
+    /// Bound as a storage image.
+    pub storage: bool,
+    /// Bound as a sampled image.
+    pub sampled: bool,
+}
+
+/// What is created for a buffer, once per copy. All buffers have storage and transfer usage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct BufferDesc {
+    /// Bytes.
+    pub size: u64,
+    /// Bound as a uniform buffer.
+    pub uniform: bool,
+    /// Read as indirect arguments.
+    pub indirect: bool,
+}
+
+/// The immutable result of compiling a graph.
+#[derive(Clone, Debug, Serialize)]
+pub struct Plan {
+    /// The graph it was made from, its loops written out: [`Graph::declared`] leads back to the passes of the file.
+    #[serde(skip)]
+    pub graph: Arc<Graph>,
+    /// Extent of the output in pixels.
+    pub output: [u32; 2],
+    /// The debug target.
+    pub present: Present,
+    /// What is created: only what live passes, the present point or pins use. Order of [`Graph::resources`].
+    pub resources: Vec<ResourcePlan>,
+    /// Memory blocks that transient resources share.
+    pub blocks: Vec<BlockPlan>,
+    /// Sizes of all resources of the graph, created or not, in order of [`Graph::resources`].
+    #[serde(skip)]
+    pub sizes: Vec<Size>,
+    /// Indices of the materials that the graph names, in order of [`Graph::materials`].
+    pub materials: Vec<u32>,
+    /// Live passes in program order, those of a clock once for each tick that a frame may catch up.
+    pub passes: Vec<PassPlan>,
+    /// Where the ticks of each clock are, in order of [`Graph::clocks`].
+    pub clocks: Vec<ClockPlan>,
+    /// Passes that are left out, with the reason.
+    pub culled: Vec<Culled>,
+    /// The frame.
+    pub steps: Vec<Step>,
+    /// What goes in front of the steps in a frame in which the runtime writes parts of sources.
+    pub updates: SourceUpdates,
+    /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
+    /// before it.
+    #[serde(skip)]
+    pub looks_back: bool,
+}
+
+/// How writes of sources by the runtime are ordered. A frame that has some records `before`, the writes and `after`, and then the steps
+/// with their own barriers, which know nothing of updates. All of it is on the queue of the frames, so nothing waits on the CPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SourceUpdates {
+    /// From what earlier frames did with sources to the writes.
+    pub before: Dependency,
+    /// From the writes to what this frame and later ones do with sources. Empty when nothing uses any.
+    pub after: Dependency,
+}
+
+impl SourceUpdates {
+    /// From a write to a later one in the same frame that meets it.
+    pub const BETWEEN: Dependency = Dependency {
+        src: Scope { stages: Stages::CLEAR, access: AccessMask::TRANSFER_WRITE },
+        dst: Scope { stages: Stages::CLEAR, access: AccessMask::TRANSFER_WRITE },
+    };
+}
+
+/// The ticks of a clock in a frame: steps in a row, tick after tick. A frame with n ticks due runs the first n of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ClockPlan {
+    /// The first of the steps (index into [`Plan::steps`]).
+    pub first: u32,
+    /// One past the last; equal to `first` when the clock has nothing to do.
+    pub end: u32,
+}
+
+/// Which counter selects the current copy of a resource at one step: copy `counter mod copies` is the current one. The counter is
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum Turn {
+    /// the number of the frame;
+    Frame,
+    /// in front of a clock's ticks, the number of the last tick that an earlier frame has run;
+    Before(ClockId),
+    /// in the given one of the frame's ticks, the number of that tick;
+    Tick(ClockId, u32),
+    /// behind a clock's ticks, the number of the last tick that has run.
+    After(ClockId),
+}
+
+impl Plan {
+    /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
+    pub fn constant(&self, source: &Source) -> Option<Value> {
+        crate::ir::size::constant(source, &self.sizes, &self.materials)
+    }
+
+    /// A pass that writes this mip and layer (or slice) of a resource and was culled because nothing shown depends on it: the resource does not
+    /// hold what the graph computes.
+    pub fn culled_writer(&self, resource: ResourceId, mip: u32, layer: u32) -> Option<PassId> {
+        let size = &self.sizes[resource.0 as usize];
+        // The slices of a volume are one subresource.
+        let layer = if matches!(size, Size::Image { volume: true, .. }) { 0 } else { layer };
+        let read = SubresourceRange::one(mip, layer);
+        let writes = |access: &BoundAccess| {
+            access.resource == resource && access.access.writes() && SubresourceRange::of(access, size).overlaps(&read)
+        };
+        let unused = self.culled.iter().filter(|culled| culled.reason == CullReason::Unused);
+        unused.map(|culled| culled.pass).find(|&pass| self.graph.pass(pass).accesses.iter().any(writes))
+    }
+
+    /// Which counter selects the current copy of a resource at a step.
+    pub fn turn(&self, step: usize, resource: ResourceId) -> Turn {
+        self.graph.resource(resource).clock.map_or(Turn::Frame, |clock| self.clock_at(step, clock))
+    }
+
+    /// Where a clock stands at a step.
+    pub fn clock_at(&self, step: usize, clock: ClockId) -> Turn {
+        let planned = self.clocks[clock.0 as usize];
+        if index32(step) < planned.first {
+            return Turn::Before(clock);
+        }
+        match self.tick_of(step) {
+            Some(tick) if index32(step) < planned.end => Turn::Tick(clock, tick),
+            _ => Turn::After(clock),
+        }
+    }
+
+    /// Which of the frame's ticks of its clock a step belongs to, if to any.
+    pub fn tick_of(&self, step: usize) -> Option<u32> {
+        match self.steps[step] {
+            Step::Clear { tick, .. } => tick,
+            Step::Dispatch { pass } => self.passes[pass as usize].tick,
+            Step::Barrier(_) | Step::Copy { .. } | Step::Present => None,
+        }
+    }
+
+    /// The clock whose tick a step belongs to.
+    pub fn clock_of(&self, step: usize) -> Option<ClockId> {
+        self.tick_of(step)?;
+        let within = |planned: &ClockPlan| (planned.first..planned.end).contains(&index32(step));
+        self.clocks.iter().position(within).map(|clock| ClockId(index32(clock)))
+    }
+}
+
+/// One resource that exists while the plan runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResourcePlan {
+    /// Which.
+    pub resource: ResourceId,
+    /// What is created per copy.
+    pub desc: ResourceDesc,
+    /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
+    pub memory: Requirements,
+    /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`Turn`].
+    pub copies: u32,
+    /// Contents at the start of each frame, if it is cleared (or filled for [`PlanInput::poison`]).
+    pub clear: Option<Clear>,
+    /// The source that it is filled from, if it is a copy of one, e.g. `world.octree`.
+    pub copy: Option<String>,
+    /// Contents at creation and on reset.
+    pub init: Clear,
+    /// Whether the contents must survive the frame.
+    pub lifetime: Lifetime,
+    /// Whether they depend on the camera, the cursor, the frame or a clock. What does not is the same in most frames, and is kept
+    /// apart, so that it need not be made again.
+    pub varies: bool,
+}
+
+/// Image or buffer, made or supplied.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum ResourceDesc {
+    /// An image.
+    Image(ImageDesc),
+    /// A buffer.
+    Buffer(BufferDesc),
+    /// A buffer that the runtime supplies under this name.
+    Source(String),
+    /// An image that the runtime supplies under this name.
+    SourceImage(String, ImageDesc),
+}
+
+/// How long the contents of a resource matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Lifetime {
+    /// From frame to frame: it has memory of its own.
+    Persistent,
+    /// From its first to its last step in a frame; memory may be shared.
+    Transient {
+        /// First step (index into [`Plan::steps`]) that accesses it.
+        first: u32,
+        /// Last step that accesses it.
+        last: u32,
+        /// Its place, or `None` when it has memory of its own.
+        place: Option<Place>,
+    },
+}
+
+/// A place in a shared memory block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Place {
+    /// Index into [`Plan::blocks`].
+    pub block: u32,
+    /// Byte offset in it.
+    pub offset: u64,
+}
+
+/// A memory block shared by transient resources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BlockPlan {
+    /// Bytes.
+    pub size: u64,
+    /// Alignment of the block.
+    pub alignment: u64,
+    /// Memory types that suit every occupant.
+    pub type_bits: u32,
+}
+
+/// A pass that runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassPlan {
+    /// Which.
+    pub pass: PassId,
+    /// Which of the ticks that the frame catches up, for a pass of a clock; it runs when so many are due.
+    pub tick: Option<u32>,
+    /// Workgroups, or `None` for an indirect dispatch.
+    pub groups: Option<[u32; 3]>,
+    /// Specialization constants that the graph sets, by id.
+    pub specialization: Vec<(u32, Value)>,
+}
+
+/// A pass that is left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Culled {
+    /// Which.
+    pub pass: PassId,
+    /// Why.
+    pub reason: CullReason,
+}
+
+/// Why a pass is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CullReason {
+    /// Nothing presented depends on what it writes, and it leaves nothing for later frames.
+    Unused,
+    /// Its `when` does not hold.
+    Condition,
+}
+
+/// One step of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Step {
+    /// One `vkCmdPipelineBarrier2`.
+    Barrier(Barrier),
+    /// `vkCmdClearColorImage` of all mips and layers, or `vkCmdFillBuffer`, of this frame's copy.
+    Clear {
+        /// Index into [`Plan::resources`].
+        resource: u32,
+        /// The tick at whose start it is cleared, for a resource with a clock.
+        tick: Option<u32>,
+    },
+    /// `vkCmdCopyBuffer`, or `vkCmdCopyImage` of all mips, from the source of a copy ([`ResourcePlan::copy`]). Runs in frames in which the
+    /// source has changed since the last time, and after creation and reset; its barriers are there in every frame.
+    Copy {
+        /// Index into [`Plan::resources`].
+        resource: u32,
+    },
+    /// A dispatch.
+    Dispatch {
+        /// Index into [`Plan::passes`].
+        pass: u32,
+    },
+    /// The debug target is read by a compute dispatch of the runtime (as a sampled image or storage buffer).
+    Present,
+}
+
+/// One batched barrier.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Barrier {
+    /// The global memory barrier; `None` when only images become live.
+    pub memory: Option<Dependency>,
+    /// Images that take over shared memory here, `UNDEFINED` → `GENERAL`.
+    pub activate: Vec<Activation>,
+    /// The hazards it was placed for: what `raxel graph` prints. Not needed to run.
+    pub hazards: Vec<Hazard>,
+}
+
+/// Scopes of a dependency.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct Dependency {
+    /// First scope.
+    pub src: Scope,
+    /// Second scope.
+    pub dst: Scope,
+}
+
+/// Stages and accesses. Accesses are empty in a pure execution dependency.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct Scope {
+    /// `COMPUTE_SHADER`, `CLEAR`, `DRAW_INDIRECT`.
+    pub stages: Stages,
+    /// `SHADER_STORAGE_READ`, `SHADER_STORAGE_WRITE`, …
+    pub access: AccessMask,
+}
+
+bitflags! {
+    /// Pipeline stages that a plan uses, by their Vulkan names.
+    #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub struct Stages: u32 {
+        /// Dispatches.
+        const COMPUTE_SHADER = 1;
+        /// Image clears, buffer fills, copies, and updates of sources.
+        const CLEAR = 2;
+        /// Fetch of indirect arguments.
+        const DRAW_INDIRECT = 4;
+    }
+}
+
+bitflags! {
+    /// Accesses that a plan uses, by their Vulkan names.
+    #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub struct AccessMask: u32 {
+        /// Storage image or storage buffer load.
+        const SHADER_STORAGE_READ = 1;
+        /// Storage image or storage buffer store.
+        const SHADER_STORAGE_WRITE = 2;
+        /// Sampled image fetch.
+        const SHADER_SAMPLED_READ = 4;
+        /// Uniform buffer load.
+        const UNIFORM_READ = 8;
+        /// Clear, fill, copy or update.
+        const TRANSFER_WRITE = 16;
+        /// Fetch of indirect arguments.
+        const INDIRECT_COMMAND_READ = 32;
+        /// The source of a copy.
+        const TRANSFER_READ = 64;
+    }
+}
+
+/// `A|B`, or `NONE`: in text, in JSON and in debug output alike.
+macro_rules! names_joined {
+    ($($flags:ident)*) => {$(
+        impl fmt::Display for $flags {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                if self.is_empty() {
+                    return f.write_str("NONE");
+                }
+                for (i, (name, _)) in self.iter_names().enumerate() {
+                    write!(f, "{}{name}", if i > 0 { "|" } else { "" })?;
+                }
+                Ok(())
+            }
+        }
+
+        impl fmt::Debug for $flags {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{self}")
+            }
+        }
+
+        impl Serialize for $flags {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+    )*};
+}
+names_joined!(Stages AccessMask);
+
+/// An aliased resource that becomes live. For an image it is recorded as an image barrier `UNDEFINED` → `GENERAL` over all of its
+/// mips and layers; for a buffer the same dependency is part of the memory barrier and this entry only says why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Activation {
+    /// Index into [`Plan::resources`].
+    pub resource: u32,
+    /// Accesses of the former occupants → first accesses of this one.
+    pub dependency: Dependency,
+}
+
+/// Why a barrier is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Hazard {
+    /// The resource (of the later access).
+    pub resource: ResourceId,
+    /// Kind.
+    pub kind: HazardKind,
+    /// The earlier step's pass, or `None` for a clear or the present read.
+    pub from: Option<PassId>,
+    /// The later step's pass, or `None` for a clear or the present read.
+    pub to: Option<PassId>,
+    /// The earlier access is in a former frame.
+    pub wraps: bool,
+}
+
+/// Kind of a hazard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub enum HazardKind {
+    /// A load after a store.
+    ReadAfterWrite,
+    /// A store after a load.
+    WriteAfterRead,
+    /// A store after a store.
+    WriteAfterWrite,
+    /// Memory taken over from another resource.
+    Alias,
+}

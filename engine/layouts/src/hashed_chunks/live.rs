@@ -1,0 +1,280 @@
+//! 32³ chunks in a hash table, in a buffer with blocks to spare: an edit writes the 4³ parts of chunks that it changed, and the slots of
+//! chunks that come, go or become others.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{Form, HashedChunksHeader, LOG2_EDGE};
+use crate::header::{Extent, MATERIAL_WORDS, buffer};
+use crate::live::{Patch, roomy};
+use crate::parts::{Octant, child_of};
+use crate::table::{LiveTable, Table};
+use crate::{LayoutError, check_size};
+use raxel_world::Chunk;
+use raxel_world::{ChunkPos, World};
+
+/// Blocks of room besides a quarter of what the world takes.
+const ROOM: usize = 64;
+
+/// A world in a buffer of 32³ chunks that follows edits.
+pub struct LiveHashedChunks {
+    form: &'static Form,
+    extent: Extent,
+    materials: usize,
+    table: LiveTable,
+    /// What each block of the buffer holds.
+    blocks: Vec<Option<Held>>,
+    /// Blocks without a use.
+    free: Vec<usize>,
+    /// Blocks by what they hold.
+    known: HashMap<(usize, u32), usize>,
+    /// The block of each 32³ chunk with solids, by its cell.
+    places: HashMap<[u32; 3], usize>,
+}
+
+/// An octant in a block. It holds the chunk, so that no other one comes to lie at its address.
+struct Held {
+    chunk: Arc<Chunk>,
+    number: u32,
+    uses: usize,
+}
+
+impl Held {
+    fn octant(&self) -> Octant<'_> {
+        Octant { chunk: &self.chunk, number: self.number }
+    }
+
+    fn key(&self) -> (usize, u32) {
+        (Arc::as_ptr(&self.chunk) as usize, self.number)
+    }
+}
+
+/// What an edit did to blocks.
+#[derive(Default)]
+struct Changed {
+    /// Those that hold something else altogether.
+    filled: Vec<usize>,
+    /// Words of others, from the first of all blocks.
+    patches: Vec<Patch>,
+}
+
+impl LiveHashedChunks {
+    /// Puts a world into a buffer, whose words are given as well.
+    pub(crate) fn new(form: &'static Form, world: &World, limit: u64) -> Result<(Self, Vec<u32>), LayoutError> {
+        let extent = roomy(world, form.layout)?;
+        let octants = || {
+            world.chunks().flat_map(|(pos, chunk)| {
+                (0..8).map(move |number| (pos, Octant { chunk, number })).filter(|(_, octant)| octant.is_solid())
+            })
+        };
+        let distinct = octants().map(|(_, of)| (std::ptr::from_ref(of.chunk), of.number)).collect::<HashSet<_>>().len();
+        let cells = octants().map(|(pos, of)| (child_of(cell_of(pos, &extent), of.number), 0));
+        let table = LiveTable::with_room(&Table::new(cells, LOG2_EDGE, extent.log2_size), LOG2_EDGE, extent.log2_size);
+
+        let words = |blocks: usize| {
+            let front = HashedChunksHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
+            (front + table.words() + form.chunk_words * blocks) as u64
+        };
+        // Addresses are 32 bits wide and count words.
+        let limit = limit.min(4 << 32);
+        check_size(form.layout, 4 * words(distinct), limit)?;
+        let room = ((limit / 4 - words(distinct)) / form.chunk_words as u64).min((distinct / 4 + ROOM) as u64);
+        let blocks = distinct + room as usize;
+        let words = words(blocks) as usize;
+        let mut live = Self {
+            form,
+            extent,
+            materials: world.materials().len(),
+            table,
+            blocks: std::iter::repeat_with(|| None).take(blocks).collect(),
+            free: (0..blocks).rev().collect(),
+            known: HashMap::new(),
+            places: HashMap::new(),
+        };
+        let bytes = 4 * words as u64;
+        let changed = live.change(world.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone()))));
+        let changed = changed.ok_or(LayoutError::TooLarge { layout: form.layout.name(), bytes, limit })?;
+        let mut words = buffer(&live.header(world), world.materials(), words);
+        let chunks_at = live.chunks_at();
+        for patch in live.table.take_changes() {
+            let at = live.table_at() + patch.at;
+            words[at..at + patch.words.len()].copy_from_slice(&patch.words);
+        }
+        let mut filled: Vec<Option<Octant>> = vec![None; blocks];
+        for &block in &changed.filled {
+            filled[block] = live.blocks[block].as_ref().map(Held::octant);
+        }
+        let of_blocks = words[chunks_at..].par_chunks_exact_mut(form.chunk_words);
+        of_blocks.zip(filled).for_each(|(words, octant)| {
+            if let Some(octant) = octant {
+                (form.fill)(&octant, words);
+            }
+        });
+        Ok((live, words))
+    }
+
+    /// Follows a change of chunks, after which the world is `world`. Gives the words that changed, of which no two overlap; `None` when the
+    /// world no longer fits, and then it is to be made anew.
+    pub fn update(
+        &mut self,
+        world: &World,
+        changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>,
+    ) -> Option<Vec<Patch>> {
+        if world.materials().len() != self.materials {
+            return None;
+        }
+        let Changed { filled, mut patches } = self.change(changes)?;
+        let (table_at, chunks_at) = (self.table_at(), self.chunks_at());
+        patches.iter_mut().for_each(|patch| patch.at += chunks_at);
+        let words = self.form.chunk_words;
+        let fill = |&block: &usize| {
+            let mut patch = Patch { at: chunks_at + words * block, words: vec![0; words] };
+            (self.form.fill)(&self.blocks[block].as_ref()?.octant(), &mut patch.words);
+            Some(patch)
+        };
+        patches.extend(filled.par_iter().filter_map(fill).collect::<Vec<_>>());
+        let slots = self.table.take_changes().into_iter().map(|patch| Patch { at: table_at + patch.at, ..patch });
+        patches.extend(slots);
+        let header = self.header(world);
+        patches.push(Patch { at: 0, words: bytemuck::cast_slice(std::slice::from_ref(&header)).to_vec() });
+        Some(patches)
+    }
+
+    fn change(&mut self, changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>) -> Option<Changed> {
+        let mut changed = Changed::default();
+        // What is given up is written again only by a later change, so that no two patches overlap.
+        let mut released = Vec::new();
+        for (pos, chunk) in changes {
+            if !self.extent.holds(pos) {
+                if chunk.is_some() {
+                    return None;
+                }
+                continue;
+            }
+            let corner = cell_of(pos, &self.extent);
+            for number in 0..8 {
+                let cell = child_of(corner, number);
+                let there = chunk.as_ref().filter(|chunk| Octant { chunk, number }.is_solid());
+                if let Some(chunk) = there {
+                    self.put(cell, chunk, number, &mut changed, &mut released)?;
+                } else if let Some(before) = self.places.remove(&cell) {
+                    self.table.remove(cell);
+                    released.extend(self.release(before));
+                }
+            }
+        }
+        // One that was filled and given up again holds nothing.
+        changed.filled.retain(|&block| self.blocks[block].is_some());
+        self.free.append(&mut released);
+        Some(changed)
+    }
+
+    /// Puts an octant with solids into a cell. `None` when there is no room.
+    fn put(
+        &mut self,
+        cell: [u32; 3],
+        chunk: &Arc<Chunk>,
+        number: u32,
+        changed: &mut Changed,
+        released: &mut Vec<usize>,
+    ) -> Option<()> {
+        let next = Held { chunk: chunk.clone(), number, uses: 1 };
+        let before = self.places.get(&cell).copied();
+        let alone = |block: &usize| self.blocks[*block].as_ref().is_some_and(|held| held.uses == 1);
+        let block = if let Some(&known) = self.known.get(&next.key()) {
+            if before == Some(known) {
+                return Some(());
+            }
+            self.blocks[known].as_mut()?.uses += 1;
+            known
+        } else if let Some(own) = before.filter(alone) {
+            self.rewrite(own, next, changed)?;
+            return Some(());
+        } else {
+            let block = self.free.pop()?;
+            self.known.insert(next.key(), block);
+            self.blocks[block] = Some(next);
+            changed.filled.push(block);
+            block
+        };
+        if let Some(before) = before {
+            released.extend(self.release(before));
+        }
+        self.places.insert(cell, block);
+        let address = self.chunks_at() + self.form.chunk_words * block - HashedChunksHeader::WORDS as usize;
+        self.table.insert(cell, address as u32)
+    }
+
+    /// Makes a block that is used once hold another octant, by what is different.
+    fn rewrite(&mut self, block: usize, next: Held, changed: &mut Changed) -> Option<()> {
+        let held = self.blocks[block].as_mut()?;
+        let different = held.octant().different_blocks(&next.octant());
+        if changed.filled.contains(&block) || different.len() > self.form.most_parts {
+            // Written as a whole.
+            if !changed.filled.contains(&block) {
+                changed.filled.push(block);
+            }
+        } else {
+            let patches = (self.form.rewrite)(&next.octant(), &different);
+            let at = self.form.chunk_words * block;
+            changed.patches.extend(patches.into_iter().map(|patch| Patch { at: at + patch.at, ..patch }));
+        }
+        self.known.remove(&held.key());
+        self.known.insert(next.key(), block);
+        *held = next;
+        Some(())
+    }
+
+    /// Gives up one use of a block; the block, if that was the last.
+    fn release(&mut self, block: usize) -> Option<usize> {
+        let held = self.blocks[block].as_mut()?;
+        held.uses -= 1;
+        if held.uses > 0 {
+            return None;
+        }
+        self.known.remove(&held.key());
+        self.blocks[block] = None;
+        Some(block)
+    }
+
+    /// Index of the first word of the table in the buffer.
+    fn table_at(&self) -> usize {
+        HashedChunksHeader::WORDS as usize + MATERIAL_WORDS as usize * self.materials
+    }
+
+    /// Index of the first word of the first block in the buffer.
+    fn chunks_at(&self) -> usize {
+        self.table_at() + self.table.words()
+    }
+
+    fn header(&self, world: &World) -> HashedChunksHeader {
+        let base = HashedChunksHeader::WORDS as usize;
+        HashedChunksHeader {
+            table_at: (self.table_at() - base) as u32,
+            log2_slots: self.table.log2_slots(),
+            chunks_at: (self.chunks_at() - base) as u32,
+            chunk_count: self.known.len() as u32,
+            ..HashedChunksHeader::of(&self.extent.with_bounds_of(world), world.materials())
+        }
+    }
+}
+
+impl std::fmt::Debug for LiveHashedChunks {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "LiveHashedChunks({:?}, {} chunks, {} blocks)",
+            self.form.layout,
+            self.places.len(),
+            self.blocks.len()
+        )
+    }
+}
+
+/// The cell of a chunk in the cube, in chunks.
+fn cell_of(pos: ChunkPos, extent: &Extent) -> [u32; 3] {
+    let pos = [pos.x, pos.y, pos.z];
+    std::array::from_fn(|i| (pos[i] - (extent.origin[i] >> 6)).cast_unsigned())
+}

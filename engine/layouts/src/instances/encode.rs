@@ -1,0 +1,154 @@
+//! The buffer of `source = "world.instances"`.
+
+use super::bvh::{self, NODE_WORDS};
+use super::frame::{Frame, Turn};
+use super::{Instance, Instances};
+use crate::{BlockMember, Layout, LayoutError, QUADS_STRIDE, Tree64Header};
+
+/// Words of the header: how many instances there are, the quad of the first one, and two that are unused.
+const HEADER_WORDS: usize = 4;
+/// Words of an instance.
+const INSTANCE_WORDS: usize = 32;
+/// Words of a quad.
+const QUAD: usize = 4;
+/// Bit of the shape of an instance in a free frame.
+const FREE: u32 = 1 << 16;
+
+/// What shaders see of instances: a part that changes when they move, and their models behind it.
+#[derive(Clone, Debug)]
+pub struct InstanceBuffer {
+    instances: Vec<Instance>,
+    models: Vec<ModelTree>,
+    /// The trees of all models.
+    trees: Vec<u32>,
+}
+
+/// A model in the layout `tree64`.
+#[derive(Clone, Copy, Debug)]
+struct ModelTree {
+    header: Tree64Header,
+    /// Its first quad, from the end of the part that moves.
+    at: usize,
+}
+
+impl InstanceBuffer {
+    pub(super) fn new(instances: &Instances, limit: u64) -> Result<Self, LayoutError> {
+        let mut trees = Vec::new();
+        let mut models = Vec::new();
+        for model in &instances.models {
+            let encoded = Layout::Tree64.encode(&model.voxels, limit)?;
+            let (header, body) = encoded.words.split_at(Tree64Header::WORDS as usize);
+            let header: Tree64Header = bytemuck::pod_read_unaligned(bytemuck::cast_slice(header));
+            models.push(ModelTree { header, at: trees.len() / QUAD });
+            let first = trees.len();
+            trees.extend_from_slice(body);
+            // The unused word of a material says which one of the world's it is.
+            for (index, &of_world) in model.materials.iter().enumerate() {
+                trees[first + 8 * index + 7] = u32::from(of_world);
+            }
+            trees.resize(trees.len().next_multiple_of(QUAD), 0);
+        }
+        let buffer = Self { instances: instances.list.clone(), models, trees };
+        let bytes = 4 * (buffer.moving_words() + buffer.trees.len()) as u64;
+        if bytes > limit {
+            return Err(LayoutError::TooLarge { layout: "instances", bytes, limit });
+        }
+        Ok(buffer)
+    }
+
+    /// The whole buffer.
+    pub fn words(&self, frames: &[Frame]) -> Vec<u32> {
+        let mut words = self.moving(frames);
+        words.extend_from_slice(&self.trees);
+        // An array without an element is none: shaders look at the count.
+        words.resize(words.len().max(HEADER_WORDS + QUAD), 0);
+        words
+    }
+
+    /// The words at its begin, which are all that depends on where instances stand.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"
+    )]
+    pub fn moving(&self, frames: &[Frame]) -> Vec<u32> {
+        let boxes: Vec<_> = self
+            .instances
+            .iter()
+            .zip(frames)
+            .map(|(instance, frame)| {
+                let [low, last] = self.about_anchor(instance);
+                frame.bounds(low, last).map(|corner| corner.map(|c| c.clamp(i64::from(i32::MIN), i64::from(i32::MAX))))
+            })
+            .collect();
+        let nodes = bvh::build(&boxes);
+        let mut words = Vec::with_capacity(self.moving_words());
+        words.extend([boxes.len() as u32, (nodes.len() / QUAD) as u32, 0, 0]);
+        words.extend(nodes);
+        let trees_at = (self.moving_words() - HEADER_WORDS) / QUAD;
+        for (instance, frame) in self.instances.iter().zip(frames) {
+            self.put(instance, frame, trees_at, &mut words);
+        }
+        words
+    }
+
+    fn moving_words(&self) -> usize {
+        let count = self.instances.len();
+        HEADER_WORDS + NODE_WORDS * (2 * count).saturating_sub(1) + INSTANCE_WORDS * count
+    }
+
+    /// The box of the solid voxels of an instance's model, counted from its anchor.
+    fn about_anchor(&self, instance: &Instance) -> [[i64; 3]; 2] {
+        let header = &self.models[instance.model].header;
+        [header.bounds_min, header.bounds_last]
+            .map(|corner| std::array::from_fn(|i| i64::from(corner[i]) - instance.anchor[i]))
+    }
+
+    /// The words of an instance. Rays are followed through the cube of its tree: in the world, where it is on the world's lattice, else in
+    /// the model's frame, counted from the anchor.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"
+    )]
+    fn put(&self, instance: &Instance, frame: &Frame, trees_at: usize, words: &mut Vec<u32>) {
+        let ModelTree { header, at } = &self.models[instance.model];
+        let last = (1_i64 << header.log2_size) - 1;
+        let cube: [i64; 3] = std::array::from_fn(|i| i64::from(header.origin[i]) - instance.anchor[i]);
+        let [low, high] = self.about_anchor(instance);
+        let (corner, [low, high], turn) = match frame.turn {
+            Turn::Quarter(orientation) => {
+                let [corner, _] = frame.bounds(cube, cube.map(|c| c + last));
+                (corner, frame.bounds(low, high), u32::from(orientation.inverse().to_vox()) << 8)
+            }
+            Turn::Free(_) => (cube, [low, high], FREE | u32::from(raxel_world::Orientation::IDENTITY.to_vox()) << 8),
+        };
+        let rows = match frame.turn {
+            Turn::Quarter(_) => [[0; 3]; 3],
+            Turn::Free(rows) => rows,
+        };
+        let word = |v: i64| (v as i32).cast_unsigned();
+        let mut quad = |v: [i64; 3], w: u32| words.extend([word(v[0]), word(v[1]), word(v[2]), w]);
+        let root = header.root as usize;
+        quad(corner, header.log2_size | turn);
+        quad(std::array::from_fn(|i| low[i] - corner[i]), (trees_at + at) as u32);
+        quad(std::array::from_fn(|i| high[i] - corner[i]), root as u32);
+        quad(header.origin.map(i64::from), frame.fraction[0]);
+        quad(frame.cell.map(i64::from), frame.fraction[1]);
+        let last_words = [frame.fraction[2], 0, 0];
+        for (row, last) in rows.iter().zip(last_words) {
+            quad(row.map(i64::from), last);
+        }
+    }
+
+    /// The members of the buffer block that a shader must declare, in order.
+    #[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
+    pub fn block() -> Vec<BlockMember> {
+        let member = |name, offset| BlockMember { name, offset, ty: "uint", stride: None };
+        vec![
+            member("count", 0),
+            member("first", 4),
+            member("unused0", 8),
+            member("unused1", 12),
+            BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
+        ]
+    }
+}

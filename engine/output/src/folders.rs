@@ -1,0 +1,86 @@
+//! Folders that are made for an output, and taken away again if nothing comes to lie in them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::leftovers::{Listed, on_stop};
+use crate::error::{OutputError, Result};
+
+/// Folders that were made. Dropped, those that are still empty are removed.
+#[derive(Debug)]
+pub struct Folders {
+    /// The deepest first.
+    made: Arc<[PathBuf]>,
+    _listed: Listed,
+}
+
+impl Folders {
+    /// Makes a folder and those that it lies in, as far as they do not exist.
+    pub fn make(folder: &Path) -> Result<Self> {
+        let missing = folder.ancestors().filter(|f| !f.as_os_str().is_empty()).take_while(|f| !f.exists());
+        let made: Arc<[PathBuf]> = missing.map(Path::to_owned).collect();
+        let (listed, folders) = (made.clone(), made.clone());
+        let folders = Self { made: folders, _listed: on_stop(move || remove_empty(&listed)) };
+        std::fs::create_dir_all(folder)
+            .map_err(|error| OutputError::new(format!("the folder `{}` cannot be made: {error}", folder.display())))?;
+        Ok(folders)
+    }
+
+    /// They stay, empty or not.
+    pub fn keep(mut self) {
+        self.made = Arc::default();
+    }
+}
+
+/// A folder for temporary files. It is removed with all that is in it.
+#[derive(Debug)]
+pub struct Scratch {
+    folder: tempfile::TempDir,
+    _listed: Listed,
+}
+
+impl Scratch {
+    /// An empty folder among the system's temporary files.
+    pub fn new() -> Result<Self> {
+        let folder = tempfile::Builder::new().prefix("raxel-").tempdir();
+        let folder = folder.map_err(|error| OutputError::new(format!("no temporary folder can be made: {error}")))?;
+        let leftover = folder.path().to_owned();
+        Ok(Self { folder, _listed: on_stop(move || drop(std::fs::remove_dir_all(leftover))) })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+impl Drop for Folders {
+    fn drop(&mut self) {
+        remove_empty(&self.made);
+    }
+}
+
+/// A folder that holds something cannot be removed, which is what is wanted.
+fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders {
+        let _ = std::fs::remove_dir(folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_folders_that_were_made_and_stay_empty_are_removed() {
+        let root = tempfile::tempdir().unwrap();
+        let (old, new) = (root.path().join("old"), root.path().join("old/a/b"));
+        std::fs::create_dir(&old).unwrap();
+        drop(Folders::make(&new).unwrap());
+        assert!(old.is_dir() && !root.path().join("old/a").exists());
+        let folders = Folders::make(&new).unwrap();
+        std::fs::write(root.path().join("old/a/file"), "").unwrap();
+        drop(folders);
+        assert!(root.path().join("old/a").is_dir() && !new.exists());
+    }
+}

@@ -1,0 +1,252 @@
+//! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
+//! rendered; what is written appears under its name only when it is whole.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod caption;
+mod coding;
+mod csv;
+mod error;
+mod exr;
+mod film;
+mod folders;
+mod leftovers;
+mod pending;
+mod pipeline;
+mod place;
+mod png;
+mod replace;
+mod shoot;
+mod supersample;
+
+use std::path::{Path, PathBuf};
+
+use raxel_execute::Picture;
+
+use self::coding::rgb;
+pub use self::coding::{Coding, Kind, Shot};
+pub use self::csv::Table;
+pub use self::error::{OutputError, Result};
+pub use self::film::version as ffmpeg_version;
+pub use self::folders::{Folders, Scratch};
+pub use self::leftovers::{Listed, on_stop, watch_signals};
+pub use self::pending::Pending;
+pub use self::place::Place;
+pub use self::png::Compression;
+pub use self::replace::replace;
+pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
+
+/// What `-o` asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// One picture, of the last frame.
+    Single(Kind, PathBuf),
+    /// One picture a frame.
+    Frames(Kind, Pattern),
+    /// A film of all frames.
+    Film(PathBuf),
+    /// stdout (`-o -`): frame after frame.
+    Stream(Kind),
+}
+
+/// A file name with one number in it, e.g. `frames/%04d.png`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+impl Output {
+    /// Reads the argument of `-o`. `kind` is the form that was asked for, where the name does not say it.
+    pub fn parse(argument: &str, kind: Option<Kind>) -> Result<Self> {
+        if argument == "-" {
+            return Ok(Output::Stream(kind.unwrap_or(Kind::Png)));
+        }
+        let folder = argument.trim_end_matches(['/', '\\']);
+        let path = PathBuf::from(argument);
+        if argument.ends_with(['/', '\\']) || path.is_dir() {
+            // Somebody who writes the name of a picture or a film means no folder of that name.
+            if let Some((extension, _)) = written(Path::new(folder)) {
+                return Err(OutputError::new(format!("`{argument}` is a folder, and its name is that of a file"))
+                    .help(format!("a name that is free, or a number for each frame: {folder}/%04d.png"))
+                    .help(format!("`.{extension}` says what to write")));
+            }
+            let before = if folder.is_empty() { "/".to_owned() } else { format!("{folder}/") };
+            let kind = kind.unwrap_or(Kind::Png);
+            return Ok(Output::Frames(kind, Pattern { before, digits: 4, after: format!(".{}", kind.extension()) }));
+        }
+        let pattern = Pattern::parse(argument)?;
+        let kind = match (written(&path), kind) {
+            (Some((_, Some(named))), None) => named,
+            (Some((_, Some(named))), Some(kind)) if named == kind => kind,
+            (Some((extension, _)), Some(_)) => {
+                return Err(OutputError::new(format!("`{argument}` says by its `.{extension}` what it is"))
+                    .help("leave `--as` out; it is for `-o -`, folders and names without an extension"));
+            }
+            (Some((_, None)), None) => return Ok(Output::Film(path)),
+            (None, Some(kind)) if path.extension().is_none() || kind == Kind::Raw => kind,
+            (None, _) => {
+                let pictures = Kind::EXTENSIONS.map(|(extension, _)| extension).join(", .");
+                return Err(OutputError::new(format!("`{argument}` does not say what to write")).help(format!(
+                    "a name that ends in .{pictures}, one with a number such as frames/%04d.png, a folder (frames/), `-` for stdout, or a \
+                     film: .{}",
+                    film::EXTENSIONS.join(", .")
+                )));
+            }
+        };
+        Ok(match pattern {
+            Some(pattern) => Output::Frames(kind, pattern),
+            None => Output::Single(kind, path),
+        })
+    }
+
+    /// Numbered PNG files for the frames of a film, in a folder beside it: `a.mp4` has `a.frames/`.
+    pub fn frames_of(film: &Path) -> Self {
+        let before = format!("{}/", film.with_extension("frames").display());
+        Output::Frames(Kind::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
+    }
+
+    /// Removes the files that numbered frames went to.
+    pub fn clear(&self) -> Result {
+        if let Output::Frames(_, pattern) = self { pattern.clear() } else { Ok(()) }
+    }
+
+    /// The form of a frame: what is encoded. A film takes raw ones.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Output::Single(kind, _) | Output::Frames(kind, _) | Output::Stream(kind) => *kind,
+            Output::Film(_) => Kind::Raw,
+        }
+    }
+
+    /// The extension in words, for messages.
+    pub fn describe(&self) -> String {
+        match self {
+            Output::Single(_, path) | Output::Film(path) => path.display().to_string(),
+            Output::Frames(_, pattern) => pattern.describe(),
+            Output::Stream(_) => "stdout".to_owned(),
+        }
+    }
+}
+
+/// The extension of a name, in lower case, if it says what to write, with the form of a picture; a film has none.
+fn written(path: &Path) -> Option<(String, Option<Kind>)> {
+    let extension = path.extension()?.to_string_lossy().to_lowercase();
+    let kind = Kind::EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|(_, kind)| *kind);
+    (kind.is_some() || film::EXTENSIONS.contains(&extension.as_str())).then_some((extension, kind))
+}
+
+impl Pattern {
+    /// `None` when there is no number in the name.
+    fn parse(argument: &str) -> Result<Option<Self>> {
+        let Some((before, rest)) = argument.split_once('%') else { return Ok(None) };
+        let wrong = || OutputError::new(format!("`{argument}` needs one number, written %d or %04d"));
+        let (width, after) = rest.split_once('d').ok_or_else(wrong)?;
+        let digits = match width {
+            "" => 1,
+            _ => width
+                .strip_prefix('0')
+                .and_then(|n| n.parse().ok())
+                .filter(|n| (1..=9).contains(n))
+                .ok_or_else(wrong)?,
+        };
+        if after.contains('%') || before.contains('%') {
+            return Err(wrong());
+        }
+        Ok(Some(Self { before: before.to_owned(), digits, after: after.to_owned() }))
+    }
+
+    /// The file of a frame.
+    pub fn file(&self, frame: u64) -> PathBuf {
+        PathBuf::from(format!("{}{frame:0digits$}{}", self.before, self.after, digits = self.digits))
+    }
+
+    /// Removes every file that a frame could have been written to.
+    fn clear(&self) -> Result {
+        let first = self.file(0);
+        let Ok(files) = std::fs::read_dir(first.parent().unwrap_or(Path::new(""))) else { return Ok(()) };
+        for path in files.flatten().map(|file| file.path()) {
+            let name = path.to_str().and_then(|name| name.strip_prefix(&self.before)?.strip_suffix(&self.after));
+            if name.is_some_and(|number| number.parse().is_ok_and(|frame| self.file(frame) == path)) {
+                std::fs::remove_file(&path)
+                    .map_err(|error| OutputError::new(format!("`{}` cannot be removed: {error}", path.display())))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn describe(&self) -> String {
+        let number = if self.digits > 1 { format!("%0{}d", self.digits) } else { "%d".to_owned() };
+        format!("{}{number}{}", self.before, self.after)
+    }
+
+    /// Makes the folder that the frames go to and finds out whether files can be made there.
+    pub fn prepare(&self, first: u64) -> Result<Folders> {
+        let file = self.file(first);
+        let folders = Folders::make(file.parent().unwrap_or(Path::new("")))?;
+        Pending::new(&file)?;
+        Ok(folders)
+    }
+}
+
+/// Writes a displayed picture as PNG.
+pub fn write_picture(pending: Pending, picture: &Picture) -> Result {
+    let bytes = png::encode(picture, Compression::default());
+    pending.finish(&bytes.map_err(|error| OutputError::new(format!("the PNG could not be made: {error}")))?)
+}
+
+/// A path as a message shows it: absolute, if that can be had.
+pub fn shown(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outputs_are_told_apart_by_name() {
+        let parse = |argument: &str| Output::parse(argument, None);
+        assert_eq!(parse("a.PNG").unwrap(), Output::Single(Kind::Png, "a.PNG".into()));
+        assert_eq!(parse("b/d.exr").unwrap(), Output::Single(Kind::Exr, "b/d.exr".into()));
+        assert_eq!(parse("b/d.jpeg").unwrap(), Output::Single(Kind::Jpg, "b/d.jpeg".into()));
+        assert_eq!(parse("film.mp4").unwrap(), Output::Film("film.mp4".into()));
+        assert_eq!(parse("-").unwrap(), Output::Stream(Kind::Png));
+        assert_eq!(Output::parse("-", Some(Kind::Raw)).unwrap(), Output::Stream(Kind::Raw));
+        let Output::Frames(Kind::Exr, pattern) = parse("out/f%03d.exr").unwrap() else { panic!() };
+        assert_eq!(pattern.file(7), Path::new("out/f007.exr"));
+        assert_eq!(pattern.file(12345), Path::new("out/f12345.exr"));
+        let Output::Frames(Kind::Png, pattern) = parse("frames/").unwrap() else { panic!() };
+        assert_eq!(pattern.file(3), Path::new("frames/0003.png"));
+        assert_eq!(pattern.describe(), "frames/%04d.png");
+        let Output::Frames(Kind::Jpg, pattern) = Output::parse("frames/", Some(Kind::Jpg)).unwrap() else { panic!() };
+        assert_eq!(pattern.file(3), Path::new("frames/0003.jpg"));
+        assert!(Output::parse("a.png", Some(Kind::Jpg)).unwrap_err().message.contains("by its `.png`"));
+        for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
+            assert!(parse(wrong).unwrap_err().message.contains("is a folder"), "{wrong}");
+        }
+        for wrong in ["", "a", "a.tga", "%d%d.png", "%4d.png", "%x.png", "%0d.png", "%099d.png"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn frames_are_cleared_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let frames = Output::frames_of(&folder.path().join("film.mp4"));
+        // Without the folder there is nothing to do.
+        frames.clear().unwrap();
+        let Output::Frames(_, pattern) = &frames else { panic!() };
+        std::fs::create_dir(folder.path().join("film.frames")).unwrap();
+        for frame in [0, 7, 123_456] {
+            std::fs::write(pattern.file(frame), "").unwrap();
+        }
+        for other in ["film.frames/7.png", "film.frames/00007.png.old", "film.frames/notes", "00007.png"] {
+            std::fs::write(folder.path().join(other), "").unwrap();
+        }
+        frames.clear().unwrap();
+        let left = std::fs::read_dir(folder.path().join("film.frames")).unwrap().count();
+        assert!([0, 7, 123_456].iter().all(|frame| !pattern.file(*frame).exists()) && left == 3);
+    }
+}

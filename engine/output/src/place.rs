@@ -1,0 +1,73 @@
+//! Where encoded frames go.
+
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use super::film::Film;
+use super::folders::Folders;
+use super::pending::Pending;
+use super::{Output, Pattern};
+use crate::error::{OutputError, Result};
+
+/// A place that takes encoded frames in order.
+pub enum Place {
+    /// One file; taken when it is written.
+    Single(Option<Pending>),
+    /// A file of each frame.
+    Frames {
+        /// Names of the files.
+        pattern: Pattern,
+        /// Folders that were made for them.
+        folders: Folders,
+    },
+    /// ffmpeg, which takes raw frames.
+    Film(Film),
+    /// stdout: frame after frame.
+    Stream,
+}
+
+impl Place {
+    /// Finds out whether an output can be written, for frames from `first` on; `size` and `rate` are those of a film.
+    pub fn prepare(output: &Output, size: [u32; 2], rate: f64, first: u64) -> Result<Self> {
+        Ok(match output {
+            Output::Single(_, path) => Self::single(path)?,
+            Output::Frames(_, pattern) => Self::frames(pattern, first)?,
+            Output::Film(path) => Self::Film(Film::start(path, size, rate)?),
+            Output::Stream(_) => Self::Stream,
+        })
+    }
+
+    fn single(path: &Path) -> Result<Self> {
+        Ok(Self::Single(Some(Pending::new(path)?)))
+    }
+
+    pub(crate) fn frames(pattern: &Pattern, first: u64) -> Result<Self> {
+        Ok(Self::Frames { pattern: pattern.clone(), folders: pattern.prepare(first)? })
+    }
+
+    /// Puts a frame in its place.
+    pub fn write(&mut self, frame: u64, bytes: &[u8]) -> Result {
+        match self {
+            Self::Single(pending) => pending.take().map_or(Ok(()), |pending| pending.finish(bytes)),
+            Self::Frames { pattern, .. } => Pending::new(&pattern.file(frame))?.finish(bytes),
+            Self::Film(film) => film.frame(bytes),
+            Self::Stream => {
+                let mut out = std::io::stdout().lock();
+                out.write_all(bytes).and_then(|()| out.flush()).map_err(|error| {
+                    OutputError::new(match error.kind() {
+                        ErrorKind::BrokenPipe => "stdout is a pipe that nobody reads any more".to_owned(),
+                        _ => format!("stdout cannot be written: {error}"),
+                    })
+                })
+            }
+        }
+    }
+
+    /// After the last frame.
+    pub fn finish(self) -> Result {
+        match self {
+            Self::Film(film) => film.finish(),
+            Self::Single(_) | Self::Frames { .. } | Self::Stream => Ok(()),
+        }
+    }
+}

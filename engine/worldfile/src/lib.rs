@@ -1,0 +1,383 @@
+//! World files: `worlds/*.toml`, and .vox scenes as worlds of their own.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod camera;
+mod extent;
+mod instances;
+mod materials;
+mod models;
+mod operations;
+mod save;
+mod schema;
+mod solids;
+mod stream;
+mod terrain;
+
+use std::sync::Arc;
+
+use raxel_diagnostics::table::{Table, read_document};
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
+
+pub use camera::{Aim, CAMERA_COORDINATES, CAMERA_FOV, CameraHint};
+pub use save::{OnGeneratorChange, SaveSettings};
+pub use schema::schema;
+pub use stream::StreamSettings;
+
+use materials::Palette;
+use models::Models;
+use operations::OperationReader;
+use raxel_generate::{BuildError, Limits, Operation, Reach, Shortfall, build, reach};
+use raxel_generate::{Generator, NeedsWhole};
+use raxel_layouts::instances::Instances;
+use raxel_world::World;
+use raxel_world::vox;
+use raxel_world::{ChunkSource, MAX_LEVEL};
+use raxel_world::{MAX_MATERIALS, Material};
+
+/// A world and what its file says about looking at it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Its name; the file's stem when it gives none.
+    pub name: String,
+    /// A sentence about it.
+    pub about: Option<String>,
+    /// The voxels; of a streamed world, and of one that was not built, none but the materials.
+    pub world: World,
+    /// What the operations reach over, if they were not run ([`Effort::UpTo`]).
+    pub unbuilt: Option<Reach>,
+    /// How it comes into being around the camera, if the file has `[stream]`.
+    pub stream: Option<Streamed>,
+    /// From where to look at it, if the file says so.
+    pub camera: Option<CameraHint>,
+    /// Other places to look from, by name, in the order of the file.
+    pub cameras: Vec<(String, CameraHint)>,
+    /// Its models by name, each a world of its own around its origin, with its own materials.
+    pub models: Vec<(String, Arc<World>)>,
+    /// Models that stand in it without being part of its voxels.
+    pub instances: Instances,
+    /// Where edits are saved, if they are.
+    pub save: Option<SaveSettings>,
+    /// Every file that was read, the world file first: a change of any of them changes the world.
+    pub files: Vec<String>,
+}
+
+/// A world that is never whole in memory.
+#[derive(Clone)]
+pub struct Streamed {
+    /// How much of it is there at a time.
+    pub settings: StreamSettings,
+    /// Makes its tiles.
+    pub generator: Arc<dyn ChunkSource>,
+    /// Where they come from, if they are not built; [`ChunkSource::fingerprint`] tells what is there.
+    pub source: Option<String>,
+    /// Where the file says so.
+    pub place: Span,
+}
+
+impl std::fmt::Debug for Streamed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Streamed")
+            .field("settings", &self.settings)
+            .field("source", &self.source)
+            .finish_non_exhaustive()
+    }
+}
+
+/// How much work loading a world may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Every voxel is built.
+    Whole,
+    /// Voxels are built only where the operations reach over at most so many chunks. Of larger worlds all else is read and checked.
+    UpTo(u64),
+}
+
+/// Opens what `source` of `[stream]` names.
+pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> + 'a;
+
+impl Loaded {
+    /// The same without its voxels.
+    #[must_use]
+    pub fn clone_without_voxels(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            about: self.about.clone(),
+            world: World::empty(),
+            unbuilt: self.unbuilt,
+            stream: self.stream.clone(),
+            camera: self.camera,
+            cameras: self.cameras.clone(),
+            models: self.models.clone(),
+            instances: self.instances.clone(),
+            save: self.save.clone(),
+            files: self.files.clone(),
+        }
+    }
+}
+
+/// What a world file says, before anything is built.
+struct Description {
+    stream: Option<(stream::Stream, Span)>,
+    name: Option<String>,
+    about: Option<String>,
+    camera: Option<CameraHint>,
+    cameras: Vec<(String, CameraHint)>,
+    palette: Palette,
+    operations: Vec<(Operation, Span)>,
+    models: Vec<(String, Arc<World>)>,
+    instances: Instances,
+    save: Option<SaveSettings>,
+    files: Vec<String>,
+}
+
+/// Loads the world at a project path: a world file, or a .vox scene. Warnings come with the world; with any error there is none,
+/// and all that was found is returned. A world whose tiles come from a store is an error: [`load_with`] loads those, too.
+pub fn load(
+    path: &str,
+    files: &dyn Files,
+    texts: &mut SourceMap,
+) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
+    load_with(path, files, texts, Effort::Whole, &|source| {
+        let message = format!("nothing opens the source `{source}` here");
+        Err(Box::new(Diagnostic::error(codes::world::STORE_ADDRESS, message)))
+    })
+}
+
+/// As [`load`], with a bound on the work, and with what opens the sources of streamed worlds.
+pub fn load_with(
+    path: &str,
+    files: &dyn Files,
+    texts: &mut SourceMap,
+    effort: Effort,
+    open: &OpenSource<'_>,
+) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
+    if is_vox(path) {
+        return load_vox(path, files).map_err(|error| vec![*error]);
+    }
+    let text = files::read_text(files, path, None, texts).map_err(|error| vec![*error])?;
+    let (description, mut found) = read_document(path, &text, texts, |root| Some(read(root, path, files)))?;
+    let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
+    if let Some((stream::Stream { settings, source }, place)) = description.stream {
+        let declared = description.palette.into_materials();
+        let (materials, generator): (_, Arc<dyn ChunkSource>) = if let Some(source) = &source {
+            let opened = opened(&settings, source, &places, open).map_err(|error| {
+                found.push(*error);
+                std::mem::take(&mut found)
+            })?;
+            (restyled(opened.materials(), declared), opened)
+        } else {
+            let generator = Generator::new(declared.clone(), operations).map_err(|error| {
+                found.push(needs_whole(error, &places));
+                std::mem::take(&mut found)
+            })?;
+            (declared, Arc::new(generator))
+        };
+        let world = World::new(materials, []);
+        let loaded = Loaded {
+            name: description.name.unwrap_or_else(|| stem(path)),
+            about: description.about,
+            world,
+            unbuilt: None,
+            stream: Some(Streamed { settings, generator, source: source.map(|(source, _)| source), place }),
+            camera: description.camera,
+            cameras: description.cameras,
+            models: description.models,
+            instances: description.instances,
+            save: description.save,
+            files: description.files,
+        };
+        return Ok((loaded, found));
+    }
+    let materials = description.palette.into_materials();
+    let built = build_up_to(effort, materials, &operations).map_err(|error| {
+        let mut all = std::mem::take(&mut found);
+        all.push(build_diagnostic(&error, path, &places));
+        all
+    })?;
+    let Built { world, shortfalls, unbuilt } = built;
+    for shortfall in shortfalls {
+        found.push(
+            Diagnostic::warning(
+                codes::world::SCATTER_SHORT,
+                format!("only {} of {} found a place", shortfall.placed, shortfall.wanted),
+            )
+            .label(places[shortfall.operation].clone(), "this scatter")
+            .help("ask for fewer, for a smaller `min_spacing`, or for a larger area that has the materials of `on`"),
+        );
+    }
+    let is_empty = if unbuilt.is_none() { empty(&world, path) } else { None };
+    found.extend(is_empty.map(|warning| warning.label(Span::new(path, 0..0), "")));
+    let loaded = Loaded {
+        name: description.name.unwrap_or_else(|| stem(path)),
+        about: description.about,
+        world,
+        unbuilt,
+        stream: None,
+        camera: description.camera,
+        cameras: description.cameras,
+        models: description.models,
+        instances: description.instances,
+        save: description.save,
+        files: description.files,
+    };
+    Ok((loaded, found))
+}
+
+/// What became of a world's operations.
+struct Built {
+    world: World,
+    shortfalls: Vec<Shortfall>,
+    unbuilt: Option<Reach>,
+}
+
+fn build_up_to(effort: Effort, materials: Vec<Material>, operations: &[Operation]) -> Result<Built, BuildError> {
+    let reach = reach(operations, &Limits::default())?;
+    match effort {
+        Effort::UpTo(most) if reach.chunks > most => {
+            Ok(Built { world: World::new(materials, []), shortfalls: Vec::new(), unbuilt: Some(reach) })
+        }
+        _ => {
+            let (world, shortfalls) = build(materials, operations)?;
+            Ok(Built { world, shortfalls, unbuilt: None })
+        }
+    }
+}
+
+/// Whether a path names a .vox file.
+fn is_vox(path: &str) -> bool {
+    path.rsplit_once('.').is_some_and(|(_, extension)| extension.eq_ignore_ascii_case("vox"))
+}
+
+fn stem(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    name.split('.').next().unwrap_or(name).to_owned()
+}
+
+fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), Box<Diagnostic>> {
+    let bytes: Arc<[u8]> = files.read(path).map_err(|error| Box::new(error.diagnostic(path, None)))?;
+    let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
+    let found = empty(&world, path).into_iter().collect();
+    let files = vec![path.to_owned()];
+    Ok((
+        Loaded {
+            name: stem(path),
+            about: None,
+            world,
+            unbuilt: None,
+            stream: None,
+            camera: None,
+            cameras: Vec::new(),
+            models: Vec::new(),
+            instances: Instances::default(),
+            save: None,
+            files,
+        },
+        found,
+    ))
+}
+
+fn empty(world: &World, path: &str) -> Option<Diagnostic> {
+    let message = || format!("`{path}` is a world without a single voxel");
+    world.bounds().is_none().then(|| Diagnostic::warning(codes::world::EMPTY, message()))
+}
+
+/// Reads the whole file, reporting everything that is wrong with it.
+fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
+    let name = root.string("name").map(|(name, _)| name);
+    let about = root.string("about").map(|(about, _)| about);
+    let seed = root.get("seed").and_then(|node| node.integer(i64::MIN..=i64::MAX)).unwrap_or(0);
+    let camera = root.get("camera").and_then(|node| node.table()).and_then(|table| camera::read(&table));
+    let cameras = (root.tables("cameras").into_iter())
+        .filter_map(|(name, node, table)| Some((camera::name(name, &node)?, camera::read(&table)?)))
+        .collect();
+    let stream_table = root.get("stream").map(|node| node.table());
+    let stream = stream_table.as_ref().and_then(|table| {
+        let table = table.as_ref()?;
+        Some((stream::read(table)?, table.span().clone()))
+    });
+    let save = root.get("save").and_then(|node| node.table()).and_then(|table| save::read(&table));
+    let palette = Palette::read(root);
+    let models = Models::read(root, path, files);
+    let mut reader = OperationReader::new(palette, models, seed.cast_unsigned(), stream_table.is_some());
+    let operations = (root.array_of_tables("build").iter().enumerate())
+        .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
+        .collect();
+    let instances = instances::read(root, &mut reader);
+    root.finish();
+    let (palette, models) = reader.into_parts();
+    let mut all_files = vec![path.to_owned()];
+    let (models, files) = models.into_parts();
+    all_files.extend(files);
+    Description { stream, name, about, camera, cameras, palette, operations, models, instances, save, files: all_files }
+}
+
+/// Opens the source that a file names, and checks that the rest of the file suits it.
+fn opened(
+    settings: &StreamSettings,
+    (source, at): &(String, Span),
+    operations: &[Span],
+    open: &OpenSource<'_>,
+) -> Result<Arc<dyn ChunkSource>, Box<Diagnostic>> {
+    if let Some(operation) = operations.first() {
+        let message = "the voxels of a world with a `source` are there already: nothing is built";
+        return Err(Box::new(
+            Diagnostic::error(codes::world::SOURCE_BUILD, message)
+                .label(operation.clone(), "this would build")
+                .label(at.clone(), "the voxels come from here")
+                .help("take [[build]] out, or `source`; edits change what comes from a source, too"),
+        ));
+    }
+    let opened = open(source).map_err(|error| Box::new(error.label(at.clone(), "named here")))?;
+    let needed = (0..=MAX_LEVEL).find(|level| settings.far <= settings.near << (2 * level)).unwrap_or(MAX_LEVEL);
+    let top = opened.top_level();
+    if needed > top {
+        let farthest = u64::from(settings.near) << (2 * top);
+        let message = format!(
+            "`far` is {}, which takes {} levels of detail, and {} were baked",
+            settings.far,
+            needed + 1,
+            top + 1
+        );
+        return Err(Box::new(
+            Diagnostic::error(codes::world::SOURCE_LEVELS, message)
+                .label(at.clone(), "these levels end")
+                .help(format!("lower `far` to {farthest}, or bake again with `--levels {}`", needed + 1)),
+        ));
+    }
+    Ok(opened)
+}
+
+/// The materials of a source, with the looks that the file declares for the same names, and what else it declares behind them.
+fn restyled(materials: &[Material], declared: Vec<Material>) -> Vec<Material> {
+    let mut all = materials.to_vec();
+    for material in declared.into_iter().skip(1) {
+        match all.iter().skip(1).position(|known| known.name == material.name) {
+            Some(index) => all[index + 1] = material,
+            None if all.len() <= MAX_MATERIALS => all.push(material),
+            None => {}
+        }
+    }
+    all
+}
+
+fn needs_whole(error: NeedsWhole, places: &[Span]) -> Diagnostic {
+    Diagnostic::error(codes::world::NEEDS_WHOLE, "a world with `[stream]` cannot scatter by `count` or `density`")
+        .label(places[error.operation].clone(), "this looks at everything that was built before")
+        .help("give `cell` and `chance` instead: at most one model for each cell of a grid, wherever the camera goes")
+}
+
+fn build_diagnostic(error: &BuildError, path: &str, places: &[Span]) -> Diagnostic {
+    match error {
+        BuildError::TooManyChunks { operation, chunks, limit } => Diagnostic::error(
+            codes::world::TOO_LARGE,
+            format!("this reaches over {chunks} chunks of 64³ voxels; a world has at most {limit}"),
+        )
+        .label(places[*operation].clone(), "with everything before it")
+        .help("make it smaller"),
+        BuildError::TooManyBytes { .. } => {
+            Diagnostic::error(codes::world::TOO_MANY_BYTES, format!("`{path}` is too large: {error}"))
+                .label(Span::new(path, 0..0), "")
+        }
+    }
+}
