@@ -68,13 +68,6 @@ pub fn replace<T>(below: &mut Option<T>, above: Option<T>) {
     }
 }
 
-/// Lays two keys that exclude each other over those of the base: they replace each other, too.
-pub fn replace_either<A, B>(first: &mut Option<A>, second: &mut Option<B>, above: (Option<A>, Option<B>)) {
-    if above.0.is_some() || above.1.is_some() {
-        (*first, *second) = above;
-    }
-}
-
 /// The diagnostic for a name that the base does not have.
 pub fn unknown<'n>(what: &str, code: Code, name: &Spanned<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
     let diagnostic = Diagnostic::error(code, format!("the base has no {what} `{}`", name.value))

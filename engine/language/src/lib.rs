@@ -61,9 +61,10 @@
 //! | of a type | |
 //! |---|---|
 //! | `context = Clock` | what functions of the declaration are given besides: `read` and `check` get a reference to it as well |
-//! | `check = function(a, b)` | a function of the [`Table`] and of fields, called if these are right; `false` refuses the table |
+//! | `check = function(a, b)` | a function of the [`Table`] and of fields, called if these are right; `false` refuses the table. A layer gives the fields as they are |
 //! | `into = Edit` | the type that the table becomes, by [`From`] |
 //! | `layer("param", unknown = CODE)` | tables that are laid over equal ones: fields are `Option`s, and one each is `entry`, `remove` and `flawed` |
+//! | `over = function` | a function of the layer below and the one above, called before keys of the one replace those of the other |
 //! | `tag = "op"` | of an enum: the key whose word says which variant the table is |
 //!
 //! The variants of an enum without fields are words; `rename` gives one another word. Of an enum with fields each variant is a form of one

@@ -244,7 +244,7 @@ fn keys_are_listed_with_all_that_is_known_of_them() {
 
 /// A slider.
 #[derive(Clone, Debug, Keys)]
-#[keys(layer("slider", unknown = codes::graph::UNKNOWN_PARAM))]
+#[keys(layer("slider", unknown = codes::graph::UNKNOWN_PARAM), over = one_beside, check = labelled(value, label))]
 struct Slider {
     #[keys(entry)]
     name: Spanned<String>,
@@ -262,6 +262,21 @@ struct Slider {
     icon: Option<String>,
 }
 
+/// What stands beside a slider is one thing in the whole, too.
+fn one_beside(below: &mut Slider, above: &Slider) {
+    if above.label.is_some() || above.icon.is_some() {
+        (below.label, below.icon) = (None, None);
+    }
+}
+
+fn labelled(table: &Table<'_, '_>, value: &Option<f64>, label: &Option<Spanned<String>>) -> bool {
+    let right = value.is_none_or(|value| value < 9.0) || label.is_some();
+    if !right && let Some(node) = table.get("value") {
+        node.bad_value::<()>(format!("`{}` is large and has no label", table.name()));
+    }
+    right
+}
+
 fn sliders(text: &str) -> (Vec<Slider>, Vec<String>) {
     let mut read = Vec::new();
     let found = read_document("f.toml", text, &mut SourceMap::default(), |root| {
@@ -275,7 +290,7 @@ fn sliders(text: &str) -> (Vec<Slider>, Vec<String>) {
 fn layers_are_read_whatever_is_wrong_with_them() {
     let (read, found) = sliders(
         "[s.a]\nvalue = 'x'\nlabel = 'l'\n[s.b]\nlabel = 'l'\nicon = 'i'\n[s.c]\nvalue = 1\nvlaue = 2\n[s.d]\n[s.e]\nremove = true\n\
-         value = 1\n",
+         value = 1\n[s.f]\nvalue = 9\n",
     );
     assert_eq!(
         found,
@@ -284,10 +299,11 @@ fn layers_are_read_whatever_is_wrong_with_them() {
             "`label` and `icon` exclude each other: there is room for one",
             "`s.c` has no key `vlaue`",
             "`value` and `remove` exclude each other: what is removed has no `value`",
+            "`s.f` is large and has no label",
         ]
     );
     let flawed: Vec<_> = read.iter().map(|slider| (slider.name.value.as_str(), slider.flawed)).collect();
-    assert_eq!(flawed, [("a", true), ("b", true), ("c", true), ("d", false), ("e", true)]);
+    assert_eq!(flawed, [("a", true), ("b", true), ("c", true), ("d", false), ("e", true), ("f", true)]);
     assert_eq!((read[0].value, read[0].label.as_ref().unwrap().value.as_str()), (None, "l"));
     assert!(read[4].remove && read[4].removed());
 }
@@ -305,6 +321,9 @@ fn layers_merge_key_by_key() {
     assert_eq!((found.len(), found[0].code), (1, codes::graph::UNKNOWN_PARAM));
     assert_eq!(found[0].message, "the base has no slider `bb`");
     assert_eq!(Slider::WHAT, "slider");
+    let (mut below, _) = sliders("[s.a]\nlabel = 'text'\nvalue = 1\n");
+    layer::merge(&mut below, sliders("[s.a]\nicon = 'sun'\n").0, &mut found);
+    assert_eq!((&below[0].label, below[0].icon.as_deref(), below[0].value), (&None, Some("sun"), Some(1.0)));
     let form = Slider::form();
     assert!(form.keys.iter().all(|key| !key.needed), "a layer says what differs");
     assert_eq!(form.keys.iter().map(|key| key.name).collect::<Vec<_>>(), ["remove", "value", "label", "icon"]);

@@ -8,9 +8,9 @@ use std::collections::HashMap;
 use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::{Code, Diagnostic, Files, SourceMap, Span, Spanned, codes};
 use raxel_language::Layer;
-use raxel_language::layer::{merge, replace, replace_either, unknown};
+use raxel_language::layer::{merge, replace, unknown};
 
-use crate::front::model::{Bind, Buffer, File, Fills, Loop, Member, Pass, SharedBlock, Target};
+use crate::front::model::{Bind, Buffer, File, Fills, Member, Pass, SharedBlock, Target};
 use crate::front::parse::parse;
 use crate::ir::supply::FILE;
 
@@ -231,75 +231,45 @@ fn place(
     passes.insert(index, moved);
 }
 
-impl Layer for Target {
-    const WHAT: &'static str = "target";
-    const UNKNOWN: Code = codes::graph::UNKNOWN_RESOURCE;
-    fn name(&self) -> &Spanned<String> {
-        &self.name
+/// What a target of the base loses under another.
+pub fn settle_target(below: &mut Target, above: &Target) {
+    let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
+    if above.source.is_some() || above.copy.is_some() {
+        // A source brings its own format, extent and contents.
+        (below.source, below.copy) = (None, None);
+        (below.format, below.size, below.mips, below.layers) = (None, None, None, None);
+        (below.clear, below.init, below.history) = (None, None, None);
+        (below.keep, below.clock) = (None, None);
+        (below.slices, below.encoding) = (None, None);
+    } else if above.size.is_some() || above.format.is_some() && !below.source.as_ref().is_some_and(is_file) {
+        // The same target, made here.
+        (below.source, below.copy, below.slices, below.encoding) = (None, None, None, None);
     }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
-        if above.source.is_some() || above.copy.is_some() {
-            // A source brings its own format, extent and contents.
-            (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
-            (self.clear, self.init, self.history) = (None, None, None);
-            (self.keep, self.clock) = (None, None);
-            (self.slices, self.srgb) = (None, None);
-        } else if above.size.is_some() || above.format.is_some() && !self.source.as_ref().is_some_and(is_file) {
-            // The same target, made here.
-            (self.source, self.copy, self.slices, self.srgb) = (None, None, None, None);
-        }
-        replace_either(&mut self.source, &mut self.copy, (above.source, above.copy));
-        replace(&mut self.slices, above.slices);
-        replace(&mut self.srgb, above.srgb);
-        replace(&mut self.format, above.format);
-        replace(&mut self.size, above.size);
-        replace(&mut self.mips, above.mips);
-        replace(&mut self.layers, above.layers);
-        replace(&mut self.history, above.history);
-        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
-        replace(&mut self.keep, above.keep);
-        replace(&mut self.clock, above.clock);
-        replace(&mut self.display, above.display);
+    // Keys that exclude each other also replace each other.
+    if above.clear.is_some() || above.init.is_some() {
+        (below.clear, below.init) = (None, None);
     }
 }
 
-impl Layer for Buffer {
-    const WHAT: &'static str = "buffer";
-    const UNKNOWN: Code = codes::graph::UNKNOWN_RESOURCE;
-    fn name(&self) -> &Spanned<String> {
-        &self.name
+/// What a buffer of the base loses under another.
+pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
+    if above.source.is_some() || above.copy.is_some() {
+        // A source brings its own size and contents.
+        (below.clear, below.init, below.history) = (None, None, None);
+        (below.keep, below.clock, below.warnings) = (None, None, None);
     }
-    fn removed(&self) -> bool {
-        self.remove
+    // What says its size says what it is.
+    if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
+        (below.size, below.source, below.values, below.copy) = (None, None, None, None);
+        if above.values.is_none() {
+            below.ty = None;
+        } else {
+            below.warnings = None;
+        }
     }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        if above.source.is_some() || above.copy.is_some() {
-            // A source brings its own size and contents.
-            (self.clear, self.init, self.history) = (None, None, None);
-            (self.keep, self.clock, self.warnings) = (None, None, None);
-        }
-        // What says its size says what it is.
-        if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
-            (self.size, self.source, self.values) = (above.size, above.source, above.values);
-            self.copy = above.copy;
-            if self.values.is_none() {
-                self.ty = None;
-            } else {
-                self.warnings = None;
-            }
-        }
-        replace(&mut self.ty, above.ty);
-        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
-        replace(&mut self.history, above.history);
-        replace(&mut self.keep, above.keep);
-        replace(&mut self.clock, above.clock);
-        replace(&mut self.warnings, above.warnings);
+    // Keys that exclude each other also replace each other.
+    if above.clear.is_some() || above.init.is_some() {
+        (below.clear, below.init) = (None, None);
     }
 }
 
@@ -352,23 +322,6 @@ impl Layer for SharedBlock {
     }
     fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
         self.fills.cover(above.fills, found);
-    }
-}
-
-impl Layer for Loop {
-    const WHAT: &'static str = "loop";
-    const UNKNOWN: Code = codes::graph::UNKNOWN_LOOP;
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        replace(&mut self.count, above.count);
-        replace(&mut self.down, above.down);
-        replace(&mut self.swap, above.swap);
     }
 }
 

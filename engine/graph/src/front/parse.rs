@@ -1,12 +1,11 @@
 //! Phase 1, parse: the text of one graph file becomes a [`model::File`]. Reports everything that is wrong with the file alone:
 //! syntax, unknown keys, wrong types, numbers out of range. What a name refers to is none of its business.
 
-mod loops;
+pub mod loops;
 mod passes;
-mod resources;
+pub mod resources;
 
 pub use passes::{RATES, rate};
-pub use resources::DISPLAY_MAPS;
 
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Spanned};
@@ -16,7 +15,7 @@ use raxel_language::{ByName, Named, Value};
 use crate::front::model::{Choices, Data, File, Literal};
 
 /// Most entries that an array of numbers in a graph file may have.
-const LONGEST_ARRAY: usize = 4096;
+pub const LONGEST_ARRAY: usize = 4096;
 
 /// Most names of a param's values.
 pub const MOST_CHOICES: usize = 64;
@@ -42,22 +41,14 @@ fn read(root: &Table<'_, '_>) -> File {
         misspelt: Vec::new(),
         params: by_name(root, "params"),
         clocks: by_name(root, "clocks"),
-        targets: root
-            .tables("targets")
-            .into_iter()
-            .map(|(name, node, table)| resources::target(name, &node, &table))
-            .collect(),
-        buffers: root
-            .tables("buffers")
-            .into_iter()
-            .map(|(name, node, table)| resources::buffer(name, &node, &table))
-            .collect(),
+        targets: by_name(root, "targets"),
+        buffers: by_name(root, "buffers"),
         blocks: root
             .tables("blocks")
             .into_iter()
             .filter_map(|(name, node, table)| passes::shared_block(name, &node, &table))
             .collect(),
-        loops: root.tables("loops").into_iter().map(|(name, node, table)| loops::loop_(name, &node, &table)).collect(),
+        loops: by_name(root, "loops"),
         passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
     };
     file.misspelt = root.finish();

@@ -17,6 +17,8 @@ pub struct Container {
     pub into: Option<Type>,
     /// `layer("param", unknown = CODE)`.
     pub layer: Option<(LitStr, Expr)>,
+    /// `over = function`: what a layer does to the base before its keys replace those of the base.
+    pub over: Option<Path>,
     /// `tag = "op"`.
     pub tag: Option<LitStr>,
 }
@@ -93,12 +95,14 @@ impl Container {
             checks: Vec::new(),
             into: None,
             layer: None,
+            over: None,
             tag: None,
         };
         each(&input.attrs, |meta| {
             match word(meta)?.as_str() {
                 "context" => found.context = Some(meta.value()?.parse()?),
                 "into" => found.into = Some(meta.value()?.parse()?),
+                "over" => found.over = Some(meta.value()?.parse()?),
                 "tag" => found.tag = Some(meta.value()?.parse()?),
                 "about" => found.about = meta.value()?.parse::<LitStr>()?.value(),
                 "check" => found.checks.push(Check::of(&meta.value()?.parse()?)?),
@@ -109,7 +113,7 @@ impl Container {
                     inner.parse::<Token![,]>()?;
                     found.layer = Some((what, named(&inner, "unknown")?));
                 }
-                _ => return Err(meta.error("a type has `context`, `into`, `tag`, `about`, `check` or `layer`")),
+                _ => return Err(meta.error("a type has `context`, `into`, `tag`, `about`, `check`, `layer` or `over`")),
             }
             Ok(())
         })?;

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Expr, Ident, LitStr};
 
-use crate::attributes::{Container, Field, Role};
+use crate::attributes::{Check, Container, Field, Role};
 use crate::{context, fields};
 
 pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Field]) -> syn::Result<TokenStream> {
@@ -36,6 +36,12 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
         }
         _ => quote!(::core::default::Default::default()),
     });
+    let context_argument = container.context.iter().map(|_| quote!(__context,));
+    let context_argument = quote!(#(#context_argument)*);
+    let checks = container.checks.iter().map(
+        |Check { function, fields }| quote!(let _: bool = #function(__table, #context_argument #(&__read.#fields),*);),
+    );
+    let over = container.over.iter();
     let keys = all.iter().filter(|field| field.role == Role::Key).map(|field| &field.ident);
     Ok(quote! {
         #[automatically_derived]
@@ -47,6 +53,7 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
             ) -> ::core::option::Option<Self> {
                 let __before = __table.reporter().count();
                 let mut __read = Self { #(#idents: #values),* };
+                #(#checks)*
                 __table.finish();
                 __read.#flawed = __table.reporter().count() > __before;
                 ::core::option::Option::Some(__read)
@@ -68,6 +75,7 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
 
             fn cover(&mut self, __above: Self, _: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
                 self.#flawed |= __above.#flawed;
+                #(#over(self, &__above);)*
                 #(::raxel_language::layer::replace(&mut self.#keys, __above.#keys);)*
             }
         }

@@ -26,11 +26,8 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     }
     let container = Container::of(input)?;
     let is_table = matches!(input.data, Data::Struct(_));
-    if !container.checks.is_empty() && (!is_table || container.layer.is_some()) {
-        return Err(syn::Error::new_spanned(
-            &input.ident,
-            "a check is of a table that is right, not of words, forms or layers",
-        ));
+    if !container.checks.is_empty() && !is_table {
+        return Err(syn::Error::new_spanned(&input.ident, "a check is of a table, not of words or forms"));
     }
     match &input.data {
         Data::Struct(data) => match &data.fields {
