@@ -269,8 +269,8 @@ fn one_beside(below: &mut Slider, above: &Slider) {
     }
 }
 
-fn labelled(table: &Table<'_, '_>, value: &Option<f64>, label: &Option<Spanned<String>>) -> bool {
-    let right = value.is_none_or(|value| value < 9.0) || label.is_some();
+fn labelled(table: &Table<'_, '_>, value: Option<&f64>, label: Option<&Spanned<String>>) -> bool {
+    let right = value.is_none_or(|value| *value < 9.0) || label.is_some();
     if !right && let Some(node) = table.get("value") {
         node.bad_value::<()>(format!("`{}` is large and has no label", table.name()));
     }

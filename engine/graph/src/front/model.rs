@@ -235,7 +235,7 @@ pub struct Display {
 
 /// A storage buffer.
 #[derive(Clone, Debug, Keys)]
-#[keys(layer("buffer", unknown = codes::graph::UNKNOWN_RESOURCE), over = settle_buffer, check = supplied_buffer(source, copy))]
+#[keys(layer("buffer", unknown = codes::graph::UNKNOWN_RESOURCE), over = settle_buffer, check = supplied_buffer())]
 pub struct Buffer {
     /// The key.
     #[keys(entry)]

@@ -20,10 +20,10 @@ fn variable(container: &Container, field: &Field) -> TokenStream {
         Role::Key => {
             let excludes = excludes(field);
             let key = field.key();
-            let absent = match field.default.as_ref().or(field.absent.as_ref()) {
-                Some(absent) => quote!(::core::option::Option::Some(#absent)),
-                None => quote!(<#ty as ::raxel_language::Describe>::absent()),
-            };
+            let absent = field.default.as_ref().or(field.absent.as_ref()).map_or_else(
+                || quote!(<#ty as ::raxel_language::Describe>::absent()),
+                |absent| quote!(::core::option::Option::Some(#absent)),
+            );
             let value = value(container, field);
             let map = field.map.iter();
             quote!({
@@ -83,26 +83,33 @@ fn is_option(ty: &Type) -> bool {
 }
 
 fn limits(field: &Field) -> TokenStream {
-    match &field.range {
-        Some(range) => quote!(::raxel_language::Limits::from(#range)),
-        None => quote!(::core::default::Default::default()),
-    }
+    field.range.as_ref().map_or_else(
+        || quote!(::core::default::Default::default()),
+        |range| quote!(::raxel_language::Limits::from(#range)),
+    )
 }
 
 /// Calls the checks whose fields are all right; `__sound` is false after one that failed.
-pub fn checks(container: &Container) -> TokenStream {
+pub fn checks(container: &Container, all: &[Field]) -> TokenStream {
     let context = container.context.iter().map(|_| quote!(__context,));
     let context = quote!(#(#context)*);
     let check = |Check { function, fields }: &Check| {
-        let fields: Vec<Ident> = fields.iter().map(local).collect();
+        let locals: Vec<Ident> = fields.iter().map(local).collect();
+        let arguments = fields.iter().zip(&locals).map(|(field, local)| argument(all, field, &quote!(#local)));
         quote! {
-            if let (#(::core::option::Option::Some(#fields),)*) = (#(&#fields,)*) {
-                __sound &= #function(__table, #context #(#fields),*);
+            if let (#(::core::option::Option::Some(#locals),)*) = (#(&#locals,)*) {
+                __sound &= #function(__table, #context #(#arguments),*);
             }
         }
     };
     let checks = container.checks.iter().map(check);
     quote!(let mut __sound = true; #(#checks)* if !__sound { return ::core::option::Option::None; })
+}
+
+/// How a check gets a field, given a reference to it: what may be absent as an `Option` of a reference.
+pub fn argument(all: &[Field], field: &Ident, reference: &TokenStream) -> TokenStream {
+    let optional = all.iter().any(|known| known.ident == *field && is_option(&known.ty));
+    if optional { quote!((#reference).as_ref()) } else { quote!(#reference) }
 }
 
 /// Adds the keys of the fields to `__form`. `asked` is false where no key must be there.
@@ -125,13 +132,13 @@ pub fn describing(fields: &[Field], asked: bool) -> TokenStream {
 
 fn key(field: &Field, asked: bool) -> TokenStream {
     let (name, ty, about) = (field.key(), &field.ty, &field.about);
-    let shape = match &field.shape {
-        Some(shape) => quote!(#shape),
-        None => {
+    let shape = field.shape.as_ref().map_or_else(
+        || {
             let limits = limits(field);
             quote!(<#ty as ::raxel_language::Describe>::shape(&#limits))
-        }
-    };
+        },
+        |shape| quote!(#shape),
+    );
     let some = |value: TokenStream| quote!(::core::option::Option::Some(#value));
     let none = || quote!(::core::option::Option::None);
     let unit = field.unit.as_ref().map_or_else(none, |unit| some(quote!(#unit)));

@@ -38,9 +38,10 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
     });
     let context_argument = container.context.iter().map(|_| quote!(__context,));
     let context_argument = quote!(#(#context_argument)*);
-    let checks = container.checks.iter().map(
-        |Check { function, fields }| quote!(let _: bool = #function(__table, #context_argument #(&__read.#fields),*);),
-    );
+    let checks = container.checks.iter().map(|Check { function, fields }| {
+        let arguments = fields.iter().map(|field| fields::argument(all, field, &quote!(&__read.#field)));
+        quote!(let _: bool = #function(__table, #context_argument #(#arguments),*);)
+    });
     let over = container.over.iter();
     let keys = all.iter().filter(|field| field.role == Role::Key).map(|field| &field.ident);
     Ok(quote! {

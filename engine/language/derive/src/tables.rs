@@ -35,7 +35,7 @@ pub fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
 fn reader(container: &Container, all: &[Field]) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
-    let (reading, checks) = (fields::reading(container, all), fields::checks(container));
+    let (reading, checks) = (fields::reading(container, all), fields::checks(container, all));
     let made = fields::made(&quote!(Self), all);
     if all.iter().any(|field| field.role == Role::Entry) {
         return quote! {

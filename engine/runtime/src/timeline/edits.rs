@@ -159,14 +159,15 @@ fn rotation(node: &Node<'_, '_>) -> Option<u32> {
     }
 }
 
-fn painted(table: &Table<'_, '_>, mode: &Blend, material: &Option<Spanned<String>>) -> bool {
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets references")]
+fn painted(table: &Table<'_, '_>, mode: &Blend, material: Option<&Spanned<String>>) -> bool {
     if *mode == Blend::Subtract {
         return !table.conflict("mode", "material", "what is emptied has no material");
     }
     material.is_some() || table.need("material").is_some()
 }
 
-fn closed(table: &Table<'_, '_>, max: &Option<[i64; 3]>, size: &Option<[i64; 3]>) -> bool {
+fn closed(table: &Table<'_, '_>, max: Option<&[i64; 3]>, size: Option<&[i64; 3]>) -> bool {
     max.is_some() || size.is_some() || table.need("max").is_some()
 }
 

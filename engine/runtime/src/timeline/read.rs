@@ -133,8 +133,8 @@ fn ordered<T>(reporter: &Reporter, keys: Vec<Option<T>>, time: impl Fn(&T) -> &S
 }
 
 /// A camera cannot look at the point where it is.
-pub(super) fn elsewhere(table: &Table<'_, '_>, _: &Clock, position: &[f64; 3], look_at: &Option<[f64; 3]>) -> bool {
-    let same = table.get("look_at").filter(|_| *look_at == Some(*position));
+pub(super) fn elsewhere(table: &Table<'_, '_>, _: &Clock, position: &[f64; 3], look_at: Option<&[f64; 3]>) -> bool {
+    let same = table.get("look_at").filter(|_| look_at == Some(position));
     if let Some(node) = &same {
         node.bad_value::<()>(format!("`{}` is where the camera is: it has no direction", node.name));
     }
@@ -171,7 +171,7 @@ pub(super) fn nearest_frame(node: &Node<'_, '_>, clock: &Clock) -> Option<u64> {
 }
 
 /// A picture is looked at once.
-pub(super) fn once(table: &Table<'_, '_>, _: &Clock, frame: &Option<u64>, time: &Option<u64>) -> bool {
+pub(super) fn once(table: &Table<'_, '_>, _: &Clock, frame: Option<&u64>, time: Option<&u64>) -> bool {
     if frame.is_none() && time.is_none() {
         table.need("frame");
     }
@@ -179,8 +179,8 @@ pub(super) fn once(table: &Table<'_, '_>, _: &Clock, frame: &Option<u64>, time: 
 }
 
 /// What is true or false does not become the other bit by bit.
-pub(super) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpolation: &Option<Interpolation>) -> bool {
-    let wrong = table.get("interpolation").filter(|_| keys.boolean && *interpolation != Some(Interpolation::Step));
+pub(super) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpolation: Option<&Interpolation>) -> bool {
+    let wrong = table.get("interpolation").filter(|_| keys.boolean && interpolation != Some(&Interpolation::Step));
     if let Some(node) = &wrong {
         let message = format!("`{}` is true or false; its interpolation can only be `step`", table.name());
         node.bad_value::<()>(message);

@@ -29,8 +29,8 @@ pub const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 /// What a target cannot say when its contents come from outside.
 pub fn supplied_target(
     table: &Table<'_, '_>,
-    source: &Option<Spanned<String>>,
-    copy: &Option<Spanned<String>>,
+    source: Option<&Spanned<String>>,
+    copy: Option<&Spanned<String>>,
 ) -> bool {
     let all = ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"];
     let before = table.reporter().count();
@@ -50,7 +50,7 @@ pub fn supplied_target(
 }
 
 /// What a buffer cannot say when its contents come from outside.
-pub fn supplied_buffer(table: &Table<'_, '_>, _: &Option<Spanned<String>>, _: &Option<Spanned<String>>) -> bool {
+pub fn supplied_buffer(table: &Table<'_, '_>) -> bool {
     let before = table.reporter().count();
     for (origin, why) in
         [("source", "the contents of a source come from outside"), ("copy", "a copy is as its source is")]
@@ -224,9 +224,9 @@ pub fn stride(node: &Node<'_, '_>) -> Option<u32> {
 /// What means something beside `of` alone.
 pub fn beside_of(
     table: &Table<'_, '_>,
-    of: &Option<Spanned<String>>,
-    per: &Option<u32>,
-    scale: &Option<Spanned<f64>>,
+    of: Option<&Spanned<String>>,
+    per: Option<&u32>,
+    scale: Option<&Spanned<f64>>,
 ) -> bool {
     if of.is_some() || (per.is_none() && scale.is_none()) {
         return true;
