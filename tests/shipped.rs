@@ -111,8 +111,8 @@ fn every_demo_runs_at_each_of_its_keys() {
     for path in project.demos() {
         let mut session = open(&path, Options { demo: Some((&path).into()), ..options() });
         let demo = session.demo().unwrap().clone();
-        let mut times: Vec<f64> = demo.camera.iter().map(|key| key.time).collect();
-        times.extend(demo.shows.iter().map(|key| key.time));
+        let mut times: Vec<f64> = demo.camera.iter().map(|key| key.time.value).collect();
+        times.extend(demo.shows.iter().map(|key| key.time.value));
         for time in times {
             session.seek(time);
             let what = format!("{path} at {time} s");

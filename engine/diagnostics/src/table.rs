@@ -176,6 +176,15 @@ impl<'a, 't> Table<'a, 't> {
             .label(self.span.clone(), "missing here")
     }
 
+    /// Reads a value ahead of its turn: whatever is wrong with it, its own reader reports.
+    pub fn peek<T>(&self, key: &str, read: impl FnOnce(&Node<'a, 't>) -> Option<T>) -> Option<T> {
+        let (name, value) = self.entries.get_key_value(key)?;
+        let before = self.reporter.count();
+        let read = read(&self.node(name, value));
+        self.reporter.found.borrow_mut().truncate(before);
+        read
+    }
+
     /// Every entry in the order of the file; they all count as asked for.
     pub fn entries(&self) -> Vec<(String, Node<'a, 't>)> {
         let mut all: Vec<_> =
@@ -525,6 +534,18 @@ mod tests {
             "`show[2]` has no key `targte`",
         ];
         assert_eq!(said, expected);
+    }
+
+    #[test]
+    fn a_value_read_ahead_is_reported_once() {
+        let mut peeked = Vec::new();
+        let read = |root: &Table<'_, '_>| {
+            let number = |node: &Node<'_, '_>| node.number(0.0..=1.0);
+            peeked = ["a", "b", "c"].map(|key| root.peek(key, number)).to_vec();
+            root.get("a").and_then(|node| number(&node))
+        };
+        let found = read_document("g.toml", "a = 2\nb = 1\n", &mut SourceMap::default(), read).unwrap_err();
+        assert_eq!((found.len(), peeked), (1, vec![None, Some(1.0), None]));
     }
 
     #[test]

@@ -1,30 +1,45 @@
 //! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
 
-use raxel_diagnostics::schema::with_defaults;
-use raxel_diagnostics::table::{Node, Table, read_document};
+use raxel_diagnostics::table::{Node, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
-use serde_json::{Value, json};
+use raxel_language::{Keys, ReadKeys};
+use serde_json::Value;
 
 use crate::present::Viewport;
 
 /// Project path of the manifest.
 pub const PATH: &str = "raxel.toml";
 
-/// Defaults of a project. What is `None` is not said.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What runs when nothing else is named.
+#[derive(Clone, Debug, Default, PartialEq, Keys)]
+#[keys(context = Project<'_>)]
 pub struct Manifest {
-    /// Project path of the graph.
+    /// The graph that runs when none is named, relative to graphs/. Without it primary.toml, or the only graph there is.
+    ///
+    /// Here as a project path, like `world` and `demo`.
+    #[keys(read = named("graphs"))]
     pub graph: Option<String>,
-    /// Project path of the world.
+    /// The world that graphs run over when none is named, relative to worlds/. Without it valley.toml, or the only world there is.
+    #[keys(read = named("worlds"))]
     pub world: Option<String>,
-    /// Project path of the demo that is opened when no file is named, instead of graph and world.
+    /// The demo that `raxel run`, `render`, `control` and `bench film` open when no file and no world is named, relative to worlds/.
+    /// Without it graph and world.
+    #[keys(read = named("worlds"))]
     pub demo: Option<String>,
-    /// Pixels of pictures and films, and of a window at first.
+    /// Pixels of pictures and films where neither the command line nor a demo says them, and of a window at first: width and height.
+    #[keys(range = 1..=16384, told = [1280, 720])]
     pub size: Option<[u32; 2]>,
-    /// Pixels of the picture for each pixel of the window, along each axis.
+    /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
+    #[keys(range = Viewport::SCALES, told = 1.0)]
     pub scale: Option<f64>,
-    /// Frames a second, without a window.
+    /// Frames a second without a window, where neither the command line nor a demo says them.
+    #[keys(range = 1e-3..=1000.0, told = 60.0, unit = "Hz")]
     pub fps: Option<f64>,
+}
+
+/// The files of a project, which its manifest names.
+struct Project<'f> {
+    files: &'f dyn Files,
 }
 
 /// Reads the manifest of the project whose files these are, with its warnings, or everything that is wrong with it. Without the file nothing is
@@ -35,34 +50,13 @@ pub fn read(files: &dyn Files, texts: &mut SourceMap) -> Result<(Manifest, Vec<D
         Err(error) if error.code == codes::files::NOT_FOUND => return Ok((Manifest::default(), Vec::new())),
         Err(error) => return Err(vec![*error]),
     };
-    read_document(PATH, &text, texts, |root| document(files, root))
+    read_document(PATH, &text, texts, |root| Manifest::read_whole(root, &Project { files }))
 }
 
-fn document(files: &dyn Files, root: &Table<'_, '_>) -> Option<Manifest> {
-    let graph = named(files, root, "graph", "graphs");
-    let world = named(files, root, "world", "worlds");
-    let demo = named(files, root, "demo", "worlds");
-    let size = said(root, "size", |node| node.integers(1..=16384));
-    let scale = said(root, "scale", |node| node.number(Viewport::SCALES));
-    let fps = said(root, "fps", |node| node.number(1e-3..=1000.0));
-    root.finish();
-    Some(Manifest { graph: graph?, world: world?, demo: demo?, size: size?, scale: scale?, fps: fps? })
-}
-
-/// What a key says: `Some(None)` without the key, `None` when it is wrong.
-#[allow(clippy::option_option, reason = "absent, and wrong")]
-fn said<T>(root: &Table<'_, '_>, key: &str, read: impl FnOnce(&Node<'_, '_>) -> Option<T>) -> Option<Option<T>> {
-    match root.get(key) {
-        None => Some(None),
-        Some(node) => read(&node).map(Some),
-    }
-}
-
-/// A file of the project, relative to the folder of its kind; it must be there.
-#[allow(clippy::option_option, reason = "absent, and wrong")]
-fn named(files: &dyn Files, root: &Table<'_, '_>, key: &str, folder: &str) -> Option<Option<String>> {
-    said(root, key, |node| {
-        let text = node.string()?;
+/// Reads the name of a file, relative to the folder of its kind; it must be there.
+fn named(folder: &str) -> impl Fn(&Node<'_, '_>, &Project<'_>) -> Option<String> {
+    move |node, project| {
+        let (key, text) = (&node.name, node.string()?);
         let label = || format!("relative to `{folder}/`");
         let Some(path) = files::join(folder, &text) else {
             node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` leads outside the project root"), label());
@@ -74,31 +68,17 @@ fn named(files: &dyn Files, root: &Table<'_, '_>, key: &str, folder: &str) -> Op
             node.report(codes::session::WRONG_DEFAULT, format!("the default {key} is {what}"), label());
             return None;
         }
-        if files.read(&path).is_err() {
+        if project.files.read(&path).is_err() {
             node.report(codes::session::WRONG_DEFAULT, format!("the default {key} `{path}` cannot be read"), label());
             return None;
         }
         Some(path)
-    })
+    }
 }
 
 /// JSON schema of `raxel.toml`.
 pub fn schema() -> Value {
-    with_defaults(json!({
-        "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "raxel project",
-        "description": "What runs when nothing else is named.",
-        "type": "object",
-        "additionalProperties": false,
-        "properties": {
-            "graph": { "description": "The graph that runs when none is named, relative to graphs/. Without it primary.toml, or the only graph there is.", "type": "string" },
-            "world": { "description": "The world that graphs run over when none is named, relative to worlds/. Without it valley.toml, or the only world there is.", "type": "string" },
-            "demo": { "description": "The demo that `raxel run`, `render`, `control` and `bench film` open when no file and no world is named, relative to worlds/. Without it graph and world.", "type": "string" },
-            "size": { "description": "Pixels of pictures and films where neither the command line nor a demo says them, and of a window at first: width and height.", "type": "array", "items": { "type": "integer", "minimum": 1, "maximum": 16384 }, "minItems": 2, "maxItems": 2, "default": [1280, 720] },
-            "scale": { "description": "Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.", "type": "number", "minimum": Viewport::SCALES.start(), "maximum": Viewport::SCALES.end(), "default": 1.0 },
-            "fps": { "description": "Frames a second without a window, where neither the command line nor a demo says them.", "type": "number", "minimum": 0.001, "maximum": 1000, "default": 60 },
-        },
-    }))
+    Manifest::form().document("raxel project")
 }
 
 #[cfg(test)]

@@ -433,16 +433,16 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let now = session.clock().now().map_or(Moment::START, |now| now.time);
     let params = demo.tracks.iter().map(|driven| {
         let name = &driven.param.value;
-        Track::new(Lane::Param(name.clone()), name, driven.keys.iter().map(|key| key.value.0).collect())
+        Track::new(Lane::Param(name.clone()), name, driven.keys.values.iter().map(|key| key.value.0).collect())
     });
-    let mut tracks = vec![Track::new(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time).collect())];
+    let mut tracks = vec![Track::new(Lane::Camera, "camera", demo.camera.iter().map(|key| key.time.value).collect())];
     tracks.extend(params);
-    tracks.push(Track::new(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time).collect()));
-    tracks.push(Track::new(Lane::Show, "target", demo.shows.iter().map(|key| key.time).collect()));
+    tracks.push(Track::new(Lane::Graphs, "graph", demo.graphs.iter().map(|key| key.time.value).collect()));
+    tracks.push(Track::new(Lane::Show, "target", demo.shows.iter().map(|key| key.time.value).collect()));
     tracks.push(Track::new(Lane::Edits, "edits", demo.edits.iter().map(|key| key.time.value).collect()));
     tracks.push(Track {
-        lasting: demo.captions.iter().map(|caption| caption.during[1] - caption.during[0]).collect(),
-        ..Track::new(Lane::Captions, "captions", demo.captions.iter().map(|caption| caption.during[0]).collect())
+        lasting: demo.captions.iter().map(|caption| caption.until.value - caption.time.value).collect(),
+        ..Track::new(Lane::Captions, "captions", demo.captions.iter().map(|caption| caption.time.value).collect())
     });
     tracks.push(Track::new(Lane::Checks, "checks", demo.checked_times()));
     // The camera's row is there before its first key is recorded.

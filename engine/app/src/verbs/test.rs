@@ -106,7 +106,7 @@ impl Test<'_> {
             if let Claim::Picture { frame, target, .. } = &check.claim {
                 let target = target.as_ref().map(|target| target.value.clone());
                 let key = target.as_ref().map(ToString::to_string);
-                looks.entry(key).or_insert_with(|| (target, Vec::new())).1.push((index, *frame));
+                looks.entry(key).or_insert_with(|| (target, Vec::new())).1.push((index, frame.number()));
             }
         }
         for (target, mut looks) in looks.into_values() {
@@ -161,6 +161,7 @@ impl Test<'_> {
         let demo = self.demo.clone();
         let check = &demo.checks[index];
         let Claim::Picture { frame, target, reference, flip } = &check.claim else { return Ok(()) };
+        let frame = frame.number();
         let path = self.front.project.on_disk(&reference.value);
         if self.args.write {
             if let Some(folder) = path.parent() {

@@ -62,8 +62,8 @@ fn run(input: &[u8]) {
 
     assert!(demo.duration.is_finite() && demo.duration > 0.0);
     assert!(demo.frames() >= 1 && demo.checked_times().iter().all(|time| time.is_finite()));
-    let keys = demo.camera.iter().map(|key| key.time).chain(demo.edits.iter().map(|edit| edit.time.value));
-    let keys = keys.chain(demo.tracks.iter().flat_map(|track| track.keys.iter().map(|key| key.value.0)));
+    let keys = demo.camera.iter().map(|key| key.time.value).chain(demo.edits.iter().map(|edit| edit.time.value));
+    let keys = keys.chain(demo.tracks.iter().flat_map(|track| track.keys.values.iter().map(|key| key.value.0)));
     let times = [0.0, -1.0, 1e-9, demo.duration / 3.0, demo.duration, demo.duration * 2.5, 1e12, f64::MAX];
     let mut last = 0.0;
     for time in times.into_iter().chain(keys.take(64)) {

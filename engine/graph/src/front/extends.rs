@@ -6,10 +6,11 @@
 use std::collections::HashMap;
 
 use raxel_diagnostics::files::{join, read_text};
-use raxel_diagnostics::names::closest;
-use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, Spanned, codes};
+use raxel_diagnostics::{Code, Diagnostic, Files, SourceMap, Span, Spanned, codes};
+use raxel_language::Layer;
+use raxel_language::layer::{merge, replace, unknown};
 
-use crate::front::model::{Bind, Buffer, Clock, File, Fills, Loop, Member, Param, Pass, SharedBlock, Target};
+use crate::front::model::{Bind, Buffer, File, Fills, Member, Pass, SharedBlock, Target};
 use crate::front::parse::parse;
 use crate::ir::supply::FILE;
 
@@ -180,23 +181,11 @@ fn too_many(file: &File) -> Option<Diagnostic> {
 fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
     let removed = (pass.bind.iter().filter(|bind| bind.remove).map(|bind| ("binding", &bind.name)))
         .chain(blocks(pass).flat_map(|block| &block.members).filter(|m| m.remove).map(|m| ("member", &m.path)));
-    found.extend(removed.map(|(what, name)| unknown(what, name, [].into_iter())));
+    found.extend(removed.map(|(what, name)| unknown(what, codes::graph::NOTHING_TO_OVERLAY, name, [].into_iter())));
 }
 
 fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills<Member>> {
     pass.push.iter().chain(&pass.uniforms)
-}
-
-/// What can be laid over an equal thing of the base, by name.
-trait Layer {
-    /// What it is, for messages.
-    const WHAT: &'static str;
-    fn name(&self) -> &Spanned<String>;
-    fn removed(&self) -> bool;
-    /// Checks what is new over the base.
-    fn added(&self, _: &mut Vec<Diagnostic>) {}
-    /// Puts `above` over this.
-    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>);
 }
 
 /// Lays `above` over `below`.
@@ -223,36 +212,6 @@ fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
     file
 }
 
-fn replace<T>(below: &mut Option<T>, above: Option<T>) {
-    if above.is_some() {
-        *below = above;
-    }
-}
-
-/// Keys that exclude each other also replace each other.
-fn replace_either<A, B>(first: &mut Option<A>, second: &mut Option<B>, above: (Option<A>, Option<B>)) {
-    if above.0.is_some() || above.1.is_some() {
-        (*first, *second) = above;
-    }
-}
-
-fn merge<T: Layer>(below: &mut Vec<T>, above: Vec<T>, found: &mut Vec<Diagnostic>) {
-    for item in above {
-        let same = below.iter().position(|other| other.name().value == item.name().value);
-        match (same, item.removed()) {
-            (Some(index), true) => drop(below.remove(index)),
-            (Some(index), false) => below[index].cover(item, found),
-            (None, false) => {
-                item.added(found);
-                below.push(item);
-            }
-            (None, true) => {
-                found.push(unknown(T::WHAT, item.name(), below.iter().map(|other| &other.name().value[..])));
-            }
-        }
-    }
-}
-
 /// Moves a pass before or after another of the base.
 fn place(
     passes: &mut Vec<Pass>,
@@ -266,139 +225,57 @@ fn place(
     let moved = passes.remove(from);
     let place = passes.iter().position(|pass| pass.name.value == anchor.value);
     if place.is_none() {
-        found.push(unknown("pass", anchor, passes.iter().map(|pass| &pass.name.value[..])));
+        found.push(unknown("pass", codes::graph::UNKNOWN_PASS, anchor, passes.iter().map(|pass| &pass.name.value[..])));
     }
     let index = place.map_or(from, |index| index + usize::from(before.is_none()));
     passes.insert(index, moved);
 }
 
-fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
-    let code = match what {
-        "pass" => codes::graph::UNKNOWN_PASS,
-        "param" => codes::graph::UNKNOWN_PARAM,
-        "clock" => codes::graph::UNKNOWN_CLOCK,
-        "target" | "buffer" => codes::graph::UNKNOWN_RESOURCE,
-        "loop" => codes::graph::UNKNOWN_LOOP,
-        _ => codes::graph::NOTHING_TO_OVERLAY,
-    };
-    let diagnostic = Diagnostic::error(code, format!("the base has no {what} `{}`", name.value))
-        .label(name.span.clone(), format!("no such {what}"));
-    match closest(&name.value, known) {
-        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None => diagnostic,
+/// What a target of the base loses under another.
+pub fn settle_target(below: &mut Target, above: &Target) {
+    let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
+    if above.source.is_some() || above.copy.is_some() {
+        // A source brings its own format, extent and contents.
+        (below.source, below.copy) = (None, None);
+        (below.format, below.size, below.mips, below.layers) = (None, None, None, None);
+        (below.clear, below.init, below.history) = (None, None, None);
+        (below.keep, below.clock) = (None, None);
+        (below.slices, below.encoding) = (None, None);
+    } else if above.size.is_some() || above.format.is_some() && !below.source.as_ref().is_some_and(is_file) {
+        // The same target, made here.
+        (below.source, below.copy, below.slices, below.encoding) = (None, None, None, None);
+    }
+    // Keys that exclude each other also replace each other.
+    if above.clear.is_some() || above.init.is_some() {
+        (below.clear, below.init) = (None, None);
     }
 }
 
-impl Layer for Param {
-    const WHAT: &'static str = "param";
-    fn name(&self) -> &Spanned<String> {
-        &self.name
+/// What a buffer of the base loses under another.
+pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
+    if above.source.is_some() || above.copy.is_some() {
+        // A source brings its own size and contents.
+        (below.clear, below.init, below.history) = (None, None, None);
+        (below.keep, below.clock, below.warnings) = (None, None, None);
     }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        replace(&mut self.ty, above.ty);
-        replace(&mut self.default, above.default);
-        replace(&mut self.range, above.range);
-        replace(&mut self.step, above.step);
-        replace(&mut self.label, above.label);
-        replace(&mut self.tooltip, above.tooltip);
-        replace(&mut self.unit, above.unit);
-        replace(&mut self.group, above.group);
-        replace(&mut self.choices, above.choices);
-        replace(&mut self.color, above.color);
-    }
-}
-
-impl Layer for Clock {
-    const WHAT: &'static str = "clock";
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        replace(&mut self.hz, above.hz);
-        replace(&mut self.most, above.most);
-    }
-}
-
-impl Layer for Target {
-    const WHAT: &'static str = "target";
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
-        if above.source.is_some() || above.copy.is_some() {
-            // A source brings its own format, extent and contents.
-            (self.format, self.size, self.mips, self.layers) = (None, None, None, None);
-            (self.clear, self.init, self.history) = (None, None, None);
-            (self.keep, self.clock) = (None, None);
-            (self.slices, self.srgb) = (None, None);
-        } else if above.size.is_some() || above.format.is_some() && !self.source.as_ref().is_some_and(is_file) {
-            // The same target, made here.
-            (self.source, self.copy, self.slices, self.srgb) = (None, None, None, None);
+    // What says its size says what it is.
+    if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
+        (below.size, below.source, below.values, below.copy) = (None, None, None, None);
+        if above.values.is_none() {
+            below.ty = None;
+        } else {
+            below.warnings = None;
         }
-        replace_either(&mut self.source, &mut self.copy, (above.source, above.copy));
-        replace(&mut self.slices, above.slices);
-        replace(&mut self.srgb, above.srgb);
-        replace(&mut self.format, above.format);
-        replace(&mut self.size, above.size);
-        replace(&mut self.mips, above.mips);
-        replace(&mut self.layers, above.layers);
-        replace(&mut self.history, above.history);
-        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
-        replace(&mut self.keep, above.keep);
-        replace(&mut self.clock, above.clock);
-        replace(&mut self.display, above.display);
     }
-}
-
-impl Layer for Buffer {
-    const WHAT: &'static str = "buffer";
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        if above.source.is_some() || above.copy.is_some() {
-            // A source brings its own size and contents.
-            (self.clear, self.init, self.history) = (None, None, None);
-            (self.keep, self.clock, self.warnings) = (None, None, None);
-        }
-        // What says its size says what it is.
-        if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
-            (self.size, self.source, self.values) = (above.size, above.source, above.values);
-            self.copy = above.copy;
-            if self.values.is_none() {
-                self.ty = None;
-            } else {
-                self.warnings = None;
-            }
-        }
-        replace(&mut self.ty, above.ty);
-        replace_either(&mut self.clear, &mut self.init, (above.clear, above.init));
-        replace(&mut self.history, above.history);
-        replace(&mut self.keep, above.keep);
-        replace(&mut self.clock, above.clock);
-        replace(&mut self.warnings, above.warnings);
+    // Keys that exclude each other also replace each other.
+    if above.clear.is_some() || above.init.is_some() {
+        (below.clear, below.init) = (None, None);
     }
 }
 
 impl Layer for Pass {
     const WHAT: &'static str = "pass";
+    const UNKNOWN: Code = codes::graph::UNKNOWN_PASS;
     fn added(&self, found: &mut Vec<Diagnostic>) {
         reject_removals(self, found);
     }
@@ -430,6 +307,7 @@ impl Layer for Pass {
 
 impl Layer for SharedBlock {
     const WHAT: &'static str = "block";
+    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
     fn name(&self) -> &Spanned<String> {
         &self.fills.name
     }
@@ -438,31 +316,18 @@ impl Layer for SharedBlock {
     }
     fn added(&self, found: &mut Vec<Diagnostic>) {
         let removed = self.fills.members.iter().filter(|member| member.remove);
-        found.extend(removed.map(|member| unknown("member", &member.path, [].into_iter())));
+        found.extend(
+            removed.map(|member| unknown("member", codes::graph::NOTHING_TO_OVERLAY, &member.path, [].into_iter())),
+        );
     }
     fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
         self.fills.cover(above.fills, found);
     }
 }
 
-impl Layer for Loop {
-    const WHAT: &'static str = "loop";
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        replace(&mut self.count, above.count);
-        replace(&mut self.down, above.down);
-        replace(&mut self.swap, above.swap);
-    }
-}
-
 impl Layer for Fills<Member> {
     const WHAT: &'static str = "block";
+    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
     fn name(&self) -> &Spanned<String> {
         &self.name
     }
@@ -476,6 +341,7 @@ impl Layer for Fills<Member> {
 
 impl Layer for Member {
     const WHAT: &'static str = "member";
+    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
     fn name(&self) -> &Spanned<String> {
         &self.path
     }
@@ -489,25 +355,12 @@ impl Layer for Member {
 
 impl Layer for Bind {
     const WHAT: &'static str = "binding";
+    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
     fn name(&self) -> &Spanned<String> {
         &self.name
     }
     fn removed(&self) -> bool {
         self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        *self = above;
-    }
-}
-
-/// A define or a specialization constant.
-impl<T> Layer for (Spanned<String>, T) {
-    const WHAT: &'static str = "constant";
-    fn name(&self) -> &Spanned<String> {
-        &self.0
-    }
-    fn removed(&self) -> bool {
-        false
     }
     fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
         *self = above;

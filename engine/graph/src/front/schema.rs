@@ -2,12 +2,18 @@
 //! be known with the shaders at hand the compiler says.
 
 use raxel_diagnostics::schema::with_defaults;
+use raxel_language::{Describe, Keys, Shape};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
-use crate::front::parse::{DISPLAY_MAPS, MOST_CHOICES};
+use crate::front::model::{
+    Buffer, BufferSize, Choices, Clock, Display, Elements, Literal, Loop, MipSteps, Param, Part, Rounds, Scale, Size,
+    Target, Warning,
+};
+use crate::front::parse::resources::{LONGEST_AXIS, MOST_WARNINGS, SCALES};
+use crate::front::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::front::resolve::FACTS;
-use crate::ir::checked::{Builtin, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
+use crate::ir::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
 use crate::ir::value::ValueType;
 
 /// The schema of `graphs/*.toml`.
@@ -34,15 +40,15 @@ pub fn schema() -> Value {
             "passes": {
                 "description": "Compute dispatches, in the order in which they run.",
                 "type": "array",
-                "items": reference("pass"),
+                "items": definition_of("pass"),
             },
         },
         "definitions": {
-            "param": param(),
-            "clock": clock(),
-            "target": target(),
-            "buffer": buffer(),
-            "loop": repeated(),
+            "param": Param::form().definition(),
+            "clock": Clock::form().definition(),
+            "target": Target::form().definition(),
+            "buffer": Buffer::form().definition(),
+            "loop": Loop::form().definition(),
             "pass": pass(),
             "bind": bind(),
             "fills": fills("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\"."),
@@ -76,7 +82,7 @@ fn with(default: Value, mut value: Value) -> Value {
     value
 }
 
-fn reference(definition: &str) -> Value {
+fn definition_of(definition: &str) -> Value {
     json!({ "$ref": format!("#/definitions/{definition}") })
 }
 
@@ -86,7 +92,7 @@ fn named(about: &str, definition: &str) -> Value {
         "description": about,
         "type": "object",
         "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
-        "additionalProperties": reference(definition),
+        "additionalProperties": definition_of(definition),
     })
 }
 
@@ -95,17 +101,40 @@ fn table(about: &str, properties: &Value) -> Value {
     json!({ "description": about, "type": "object", "additionalProperties": false, "properties": properties })
 }
 
+/// What is declared in the definitions of the schema.
+pub fn reference(definition: &str) -> Shape {
+    Shape::Schema(definition_of(definition))
+}
+
 // A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
 // written out.
 
 fn literal(about: &str) -> Value {
-    json!({
-        "description": about,
-        "anyOf": [
-            { "type": ["number", "boolean"] },
-            { "type": "array", "items": reference("literal") },
-        ],
-    })
+    let mut schema = Literal::shape(&()).schema();
+    schema["description"] = about.into();
+    schema
+}
+
+impl Describe for Literal {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        Shape::Schema(json!({
+            "anyOf": [
+                { "type": ["number", "boolean"] },
+                { "type": "array", "items": definition_of("literal") },
+            ],
+        }))
+    }
+}
+
+impl Describe for Choices {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        let name = json!({ "type": "string", "minLength": 1 });
+        Shape::Schema(json!({ "type": "array", "items": name, "minItems": 2, "maxItems": MOST_CHOICES }))
+    }
 }
 
 fn counts(about: &str) -> Value {
@@ -114,7 +143,7 @@ fn counts(about: &str) -> Value {
 }
 
 fn fills(about: &str) -> Value {
-    json!({ "description": about, "type": "object", "additionalProperties": reference("member") })
+    json!({ "description": about, "type": "object", "additionalProperties": definition_of("member") })
 }
 
 fn words<'w>(about: &str, words: impl Iterator<Item = &'w str>) -> Value {
@@ -125,180 +154,72 @@ fn integer(about: &str, minimum: u64, maximum: u64) -> Value {
     json!({ "description": about, "type": "integer", "minimum": minimum, "maximum": maximum })
 }
 
-fn pair(about: &str) -> Value {
-    json!({ "description": about, "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 })
+/// What a param can be: anything but a matrix.
+pub fn param_types() -> Shape {
+    Shape::Words(ValueType::words().filter(|word| *word != "mat4").collect())
 }
 
-fn param() -> Value {
-    table(
-        "A live value.",
-        &json!({
-            "type": words("Its type: needed.", ValueType::words().filter(|word| *word != "mat4")),
-            "default": literal("Its value until somebody sets it, in its `unit`: needed."),
-            "range": pair("Smallest and largest value of each component, in its `unit`; any value when left out, and a field to drag instead of a slider."),
-            "step": { "description": "Step of the slider, in its `unit`: 1 for integers and a fine one for other numbers when left out.", "type": "number", "minimum": 0 },
-            "label": text("Text beside the slider; its name when left out."),
-            "tooltip": text("What it does, for whoever rests the pointer on it; may be left out."),
-            "unit": text("Unit of the value, e.g. `°` or `voxels`: shown behind the number. A number without one when left out."),
-            "group": text("Title of the group that it stands in, in the window and in `raxel list`. Without one, params whose names begin with the same word stand together."),
-            "choices": {
-                "description": "Names of the values 0, 1, 2, … of an `i32` or `u32`, to be chosen from. They are its range; a number when left out.",
-                "type": "array",
-                "items": { "type": "string", "minLength": 1 },
-                "minItems": 2,
-                "maxItems": MOST_CHOICES,
-            },
-            "color": json!({ "description": "Of a `vec3` or `vec4`: it is a linear colour. When left out, one is whose name or label has `color`, `colour`, `tint` or `albedo`.", "type": "boolean" }),
-            "remove": reference("remove"),
-        }),
+/// What a buffer's value can be.
+pub fn value_types() -> Shape {
+    Shape::Words(ValueType::words().collect())
+}
+
+pub fn formats() -> Shape {
+    Shape::Words(Format::ALL.iter().map(|format| format.name()).collect())
+}
+
+pub fn mip_counts() -> Shape {
+    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }] }))
+}
+
+pub fn displays() -> Shape {
+    let mut map = DisplayMap::shape(&()).schema();
+    map["description"] = "The map.".into();
+    Shape::Schema(json!({ "anyOf": [map, Display::form().definition()] }))
+}
+
+/// An array with something in it.
+pub fn listed_values() -> Shape {
+    Shape::Schema(
+        json!({ "type": "array", "items": definition_of("literal"), "minItems": 1, "maxItems": LONGEST_ARRAY }),
     )
 }
 
-fn clock() -> Value {
-    table(
-        "A rhythm apart from the frames.",
-        &json!({
-            "hz": { "description": "Ticks a second of the session's time. Needed.", "type": "number", "minimum": 0.001, "maximum": 10_000 },
-            "most": with(json!(4), integer("Ticks that one frame catches up at most; time beyond them is dropped.", 1, 16)),
-            "remove": reference("remove"),
-        }),
-    )
+pub fn listed_warnings() -> Shape {
+    Shape::Schema(json!({ "type": "array", "items": Warning::form().definition(), "maxItems": MOST_WARNINGS }))
 }
 
-fn target() -> Value {
-    table(
-        "An image.",
-        &json!({
-            "source": text("What supplies it from outside, and passes only read: `world.texture3d`, `model.NAME.texture3d`, or a file of the project, e.g. `file.textures/grass.png` (.png or .exr). Left out where passes write it."),
-            "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.texture3d` or `model.NAME.texture3d`. Left out where nothing does."),
-            "slices": integer("Of a file: it is a strip of so many pictures, one below the other, that are the slices of a 3-D image. A 2-D image when left out.", 1, 2048),
-            "encoding": with(json!("linear"), words("Of a file: `srgb` brings its colours into linear light, `linear` takes the numbers as they are.", ["linear", "srgb"].into_iter())),
-            "format": words("Texel format, named by GLSL's own layout qualifier. Needed, unless a `source` or `copy` fills it: a file has a format of its own, and can be brought into others.", Format::ALL.iter().map(|f| f.name())),
-            "size": size(),
-            "mips": {
-                "description": "Number of mips; \"full\" goes down to one texel. Those of a file are made by a box filter.",
-                "default": 1,
-                "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }],
-            },
-            "layers": with(json!(1), integer("Number of array layers.", 1, 2048)),
-            "history": reference("history"),
-            "clear": literal("Fills it at the start of each frame: one number, or one a channel. When left out, nothing does."),
-            "init": literal("Fills it at creation and on reset: one number, or one a channel; the contents then survive from frame to frame. When left out, they do not."),
-            "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).", false),
-            "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
-            "display": display(),
-            "remove": reference("remove"),
-        }),
-    )
+pub fn pairs_of_names() -> Shape {
+    let pair = json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 });
+    Shape::Schema(json!({ "type": "array", "items": pair }))
 }
 
-fn size() -> Value {
-    let texels = json!({ "type": "integer", "minimum": 1, "maximum": 65_536 });
-    let scale = json!({ "type": "number", "minimum": 0.0001, "maximum": 64 });
-    json!({
-        "description": "A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target or of the world. The output when left out.",
-        "anyOf": [
-            scale,
-            { "type": "array", "items": texels, "minItems": 2, "maxItems": 3 },
-            table("A part of another target, of the world, or of the output.", &json!({
-                "of": text("The other target, or `world`: three dimensions, one texel per voxel of the world's bounds, rounded up. The output when left out."),
-                "scale": {
-                    "description": "The part, as a multiple: one number for every axis, or two for width and height of the output.",
-                    "default": 1,
-                    "anyOf": [scale, { "type": "array", "items": scale, "minItems": 2, "maxItems": 2 }],
-                },
-            })),
-        ],
-    })
+/// Values of several forms.
+macro_rules! either {
+    ($($value:ty: [$($form:expr),* $(,)?];)*) => {$(
+        impl Describe for $value {
+            type Limits = ();
+
+            fn shape((): &()) -> Shape {
+                Shape::Schema(json!({ "anyOf": [$($form),*] }))
+            }
+        }
+    )*};
 }
 
-fn display() -> Value {
-    let maps = || DISPLAY_MAPS.iter().map(|(word, _)| *word);
-    json!({
-        "description": "How it becomes a picture; by the map of its format when left out.",
-        "anyOf": [
-            words("The map.", maps()),
-            table("The map with its settings.", &json!({
-                "map": words("The map. When left out: `id` for integers, `gray` for one or two channels, `raw` for normalised formats, `color` for other floats.", maps()),
-                "range": with(json!([0.0, 1.0]), pair("Values of texels that are shown as the ends of the map.")),
-                "channel": with(json!(0), integer("The channel that maps of one channel show, from 0.", 0, 3)),
-            })),
-        ],
-    })
-}
-
-fn buffer() -> Value {
-    table(
-        "A storage buffer.",
-        &json!({
-            "size": {
-                "description": "Bytes, a number of elements, or elements for each texel of a target or of a part of the world, or for each element of another buffer. Needed, unless `values`, `source` or `copy` say it.",
-                "anyOf": [
-                    { "type": "integer", "minimum": 4 },
-                    table("Elements.", &json!({
-                        "count": { "description": "Number of elements, instead of `of`.", "type": "integer", "minimum": 1 },
-                        "of": text("Elements for each texel of this target, each element of this buffer, or each voxel of the bounds of the `world`; instead of `count`."),
-                        "scale": { "description": "With `of = \"world\"`: texels per voxel on every axis, rounded up.", "type": "number", "minimum": 0.0001, "maximum": 64, "default": 1 },
-                        "per": with(json!(1), integer("Elements for each of them.", 1, 1 << 16)),
-                        "stride": integer("Bytes of an element, a multiple of 4: needed.", 4, 1 << 20),
-                    })),
-                ],
-            },
-            "values": {
-                "description": "What is in it: numbers, or arrays of as many as a vector has components. Passes only read it. Instead of `size`.",
-                "type": "array",
-                "items": reference("literal"),
-                "minItems": 1,
-                "maxItems": 4096,
-            },
-            "type": with(json!("f32"), words("Type of the values; laid out as std430 does, a `vec3` in 16 bytes, a `bool` as a `uint`.", ValueType::words())),
-            "source": text("What supplies it from outside, and passes only read: `world.tree64` or another layout, `model.NAME.tree64`, or the bytes of a file, e.g. `file.data/table.bin`. Or `world.edits` or `world.poses`, which passes write: what they do to the world, and where its instances go. Left out where passes write it."),
-            "copy": text("What fills it when that changes, at creation and on reset, and passes may write: `world.octree` or another layout, or `model.NAME.octree`. Left out where nothing does."),
-            "clear": { "description": "32-bit pattern that fills it at the start of each frame. When left out, nothing does.", "type": "integer" },
-            "init": { "description": "32-bit pattern that fills it at creation and on reset; the contents then survive from frame to frame. When left out, they do not.", "type": "integer" },
-            "history": reference("history"),
-            "keep": flag("Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).", false),
-            "clock": text("The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it."),
-            "warnings": warnings(),
-            "remove": reference("remove"),
-        }),
-    )
-}
-
-fn warnings() -> Value {
-    json!({
-        "description": "What is said while a word of it is not 0: passes count there what should not be, e.g. what found no room. Nothing when left out.",
-        "type": "array",
-        "items": table("A count that should be 0.", &json!({
-            "offset": { "description": "Where in the buffer the count is, a `uint`: bytes, a multiple of 4.", "type": "integer", "minimum": 0, "default": 0 },
-            "says": { "description": "What is counted and what it means for the picture, e.g. \"faces found no slot\"; the count follows it. Needed.", "type": "string", "minLength": 1 },
-            "help": text("What can be done about it; may be left out."),
-        })),
-        "maxItems": 16,
-    })
-}
-
-fn repeated() -> Value {
-    table(
-        "Passes that are repeated.",
-        &json!({
-            "count": {
-                "description": "Number of rounds: needed.",
-                "anyOf": [
-                    { "type": "integer", "minimum": 0, "maximum": MOST_ROUNDS },
-                    { "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param of type `i32` or `u32` with a range." },
-                    table("From mip to mip.", &json!({ "mips": text("The target: a round for each step from one of its mips to the next. Needed in this form.") })),
-                ],
-            },
-            "order": with(json!("up"), words("Whether `loop.index` goes from 0 up or down to 0.", ["up", "down"].into_iter())),
-            "swap": {
-                "description": "Pairs of names that change places after each round, for later rounds and for all later passes; none when left out.",
-                "type": "array",
-                "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
-            },
-            "remove": reference("remove"),
-        }),
-    )
+either! {
+    Size: [
+        f64::shape(&SCALES.into()).schema(),
+        json!({ "type": "array", "items": u32::shape(&(1..=LONGEST_AXIS).into()).schema(), "minItems": 2, "maxItems": 3 }),
+        Part::form().definition(),
+    ];
+    Scale: [f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()];
+    BufferSize: [json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()];
+    Rounds: [
+        u32::shape(&(0..=MOST_ROUNDS).into()).schema(),
+        json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param of type `i32` or `u32` with a range." }),
+        MipSteps::form().definition(),
+    ];
 }
 
 /// A number, or one that follows the round of a loop.
@@ -325,7 +246,7 @@ fn pass() -> Value {
             "specialization": {
                 "description": "Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.",
                 "type": "object",
-                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, reference("from")] },
+                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, definition_of("from")] },
             },
             "subgroup": {
                 "description": "Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left out.",
@@ -335,13 +256,13 @@ fn pass() -> Value {
             "bind": {
                 "description": "GLSL name = resource. `NAME@1` is the last frame of NAME.",
                 "type": "object",
-                "additionalProperties": reference("bind"),
+                "additionalProperties": definition_of("bind"),
             },
             "push": fills("The push constants: every member of the shader's block."),
             "uniforms": {
                 "description": "Uniform blocks that raxel fills, by GLSL name.",
                 "type": "object",
-                "additionalProperties": reference("fills"),
+                "additionalProperties": definition_of("fills"),
             },
             "loop": text("The loop that repeats it; it runs once when left out."),
             "when": when(),
@@ -356,7 +277,7 @@ fn pass() -> Value {
             },
             "before": text("Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph stays."),
             "after": text("Over a graph that `extends` names: puts the pass after this one. A new pass goes to the end when left out, one of that graph stays."),
-            "remove": reference("remove"),
+            "remove": definition_of("remove"),
         }),
     )
 }
@@ -365,18 +286,18 @@ fn dispatch() -> Value {
     json!({
         "description": "How many workgroups: [x, y, z], or as many as cover some threads. Needed.",
         "anyOf": [
-            reference("counts"),
+            definition_of("counts"),
             table("Threads.", &json!({
                 "threads": {
                     "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, reference("counts")],
+                    "anyOf": [{ "type": "string" }, definition_of("counts")],
                 },
                 "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
             })),
             table("Workgroups.", &json!({
                 "groups": {
                     "description": "Workgroups, or one for each texel or tile of a target. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, reference("counts")],
+                    "anyOf": [{ "type": "string" }, definition_of("counts")],
                 },
                 "tile": with(json!([1, 1, 1]), counts("Texels of a workgroup.")),
                 "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
@@ -404,7 +325,7 @@ fn bind() -> Value {
                 "filter": with(json!("nearest"), words("Filter of a sampled image.", ["nearest", "linear"].into_iter())),
                 "wrap": with(json!("clamp"), words("What lies beyond the edge of a sampled image.", ["clamp", "repeat"].into_iter())),
                 "partial": flag("The shader stores only some of the texels (or bytes) that are read later: what was there before shows through. Without it, a `writeonly` binding is taken to store all of them.", false),
-                "remove": reference("remove"),
+                "remove": definition_of("remove"),
             })),
         ],
     })
@@ -413,8 +334,8 @@ fn bind() -> Value {
 fn member() -> Value {
     json!({
         "anyOf": [
-            reference("from"),
-            reference("literal"),
+            definition_of("from"),
+            definition_of("literal"),
             table("A member with its type, checked against the shader.", &json!({
                 "type": {
                     "description": "Its type; an array as `vec4[8]`. Needed in this form.",
@@ -423,12 +344,12 @@ fn member() -> Value {
                         { "type": "string", "pattern": format!("^({})\\[[0-9]+\\]$", ValueType::words().collect::<Vec<_>>().join("|")) },
                     ],
                 },
-                "from": reference("from"),
-                "value": reference("literal"),
+                "from": definition_of("from"),
+                "value": definition_of("literal"),
                 "offset": integer("Its offset in bytes; it is not checked when left out.", 0, u32::MAX.into()),
-                "remove": reference("remove"),
+                "remove": definition_of("remove"),
             })),
-            reference("fills"),
+            definition_of("fills"),
         ],
     })
 }

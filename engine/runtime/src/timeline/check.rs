@@ -42,10 +42,10 @@ impl Demo {
                 );
             }
         };
-        self.shows.iter().for_each(|key| look_at(key.time, &key.target));
+        self.shows.iter().for_each(|key| look_at(key.time.value, &key.target));
         for check in &self.checks {
             if let Claim::Picture { target: Some(target), frame, .. } = &check.claim {
-                look_at(self.local_time(*frame as f64 / self.fps), target);
+                look_at(self.local_time(frame.number() as f64 / self.fps), target);
             }
         }
         for check in &self.checks {
@@ -109,10 +109,10 @@ fn check_track(track: &Track, param: &Param) -> Vec<Diagnostic> {
             .label(key.span.clone(), label)
             .label(param.place.clone(), "declared here")
     };
-    for key in &track.keys {
+    for key in &track.keys.values {
         let numbers = &key.value.1;
         let boolean = matches!(param.default, Value::Bool(_));
-        let value = params::from_components(numbers, &param.default).filter(|_| boolean == track.boolean);
+        let value = params::from_components(numbers, &param.default).filter(|_| boolean == track.keys.boolean);
         let Some(value) = value else {
             let expected = params::type_name(&param.default);
             found.push(wrong(
@@ -136,7 +136,7 @@ mod tests {
     use raxel_diagnostics::{SourceMap, Span};
     use raxel_graph::checked::ResourceId;
 
-    use super::super::{Direction, read};
+    use super::super::{Place, read};
     use super::*;
     use raxel_execute::moment::{Fraction, Moment};
 
@@ -229,7 +229,7 @@ keys = [[1.0, true], [2.0, false]]
             ("worlds/valley.toml", "graphs/primary.toml")
         );
         assert_eq!(demo.frames(), 240);
-        assert!(matches!(demo.camera[0].direction, Direction::LookAt(_)));
+        assert!(demo.camera[0].look_at.is_some());
         let at = |time| (demo.params(time, &graph).collect::<Vec<_>>(), demo.camera(time), demo.debug_target(time));
         let value = |name: &str| {
             let id = graph.find_param(name).unwrap();
@@ -370,7 +370,7 @@ target = "a@b"
             + "[[caption]]\ntime = 1.0\nuntil = 3.0\ntext = \"one\"\n\
                [[caption]]\ntime = 2.5\nuntil = 4.0\ntext = \"two\"\nplace = \"top\"\n";
         let demo = read_text(&text).unwrap();
-        let said = |time: f64| demo.caption(time).map(|line| (line.text.as_str(), line.top));
+        let said = |time: f64| demo.caption(time).map(|line| (line.text.as_str(), line.place == Place::Top));
         assert_eq!(
             [said(0.9), said(1.0), said(2.6), said(3.5), said(4.0)],
             [None, Some(("one", false)), Some(("two", true)), Some(("two", true)), None]
@@ -395,9 +395,11 @@ target = "a@b"
         let good = "[[check]]\nframe = 239\nreference = \"a.png\"\nflip = 0.01\n[[check]]\npass = \"trace\"\nbelow_ms = 3.0\n\
                     [[check]]\ntime = 2.0\ntarget = \"dept\"\nreference = \"b.png\"\nflip = 0.0\n";
         let demo = read_text(&format!("{GOOD}{good}")).unwrap();
-        assert!(matches!(&demo.checks[0].claim, Claim::Picture { frame: 239, flip, .. } if *flip == 0.01));
         assert!(
-            matches!(&demo.checks[2].claim, Claim::Picture { frame: 60, reference, .. } if reference.value == "worlds/b.png")
+            matches!(&demo.checks[0].claim, Claim::Picture { frame, flip, .. } if frame.number() == 239 && *flip == 0.01)
+        );
+        assert!(
+            matches!(&demo.checks[2].claim, Claim::Picture { frame, reference, .. } if frame.number() == 60 && reference.value == "worlds/b.png")
         );
         assert_eq!(demo.checked_times(), [2.0, 239.0 / 30.0]);
         let graph = graph();

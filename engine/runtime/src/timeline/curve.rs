@@ -1,7 +1,9 @@
 //! Curves through keys.
 
+use raxel_language::Keys;
+
 /// How a value gets from one key to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 pub enum Interpolation {
     /// It keeps the value of the key before.
     Step,
@@ -10,12 +12,6 @@ pub enum Interpolation {
     /// Along a Catmull-Rom spline (Catmull and Rom, 1974), with tangents for keys that are not evenly spaced: the slope at a key is
     /// that of the line between its neighbours.
     Smooth,
-}
-
-impl Interpolation {
-    /// The words of a file.
-    pub const WORDS: &[(&str, Interpolation)] =
-        &[("step", Interpolation::Step), ("linear", Interpolation::Linear), ("smooth", Interpolation::Smooth)];
 }
 
 /// Index of the last key at or before `time`; 0 when there is none. `times` is ascending and not empty.

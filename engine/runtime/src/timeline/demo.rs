@@ -4,155 +4,255 @@ use glam::DVec3;
 use raxel_diagnostics::{Span, Spanned};
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_graph::checked::{Graph, ParamId, Value};
+use raxel_language::{ByName, Keys, Shape};
+use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::{Interpolation, sample, segment};
-use super::edits::EditKey;
+use super::edits::{self, EditKey};
+use super::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
 use crate::params;
 
-/// A demo file.
-#[derive(Clone, Debug)]
+/// A world, a graph and a timeline.
+#[derive(Clone, Debug, Keys)]
+#[keys(context = Clock)]
 pub struct Demo {
     /// Project path of the file.
+    #[keys(skip)]
     pub file: String,
-    /// `name`.
+    /// Its name; the file's when left out.
+    #[keys(absent = String::new())]
     pub name: String,
-    /// `about`.
+    /// One line about it; may be left out.
+    #[keys(absent = String::new())]
     pub about: String,
-    /// Project path of the world.
+    /// The world, relative to worlds/.
+    ///
+    /// Here as a project path, like the graph.
+    #[keys(read = project_path("worlds"))]
     pub world: Spanned<String>,
-    /// Project path of the graph that it begins with.
+    /// The graph, relative to graphs/.
+    ///
+    /// The one that it begins with.
+    #[keys(read = project_path("graphs"))]
     pub graph: Spanned<String>,
-    /// Seconds.
+    /// Seconds that it lasts.
+    #[keys(range = Clock::DURATIONS, unit = "seconds")]
     pub duration: f64,
-    /// Frames a second, headless.
+    /// Frames a second of a headless run.
+    #[keys(range = Clock::RATES, default = 30.0, unit = "Hz")]
     pub fps: f64,
-    /// Pixels of the output, headless.
-    pub size: [u32; 2],
-    /// Starts over at its end; else its last picture stays.
+    /// Starts over at its end.
+    ///
+    /// Else its last picture stays.
+    #[keys(rename = "loop", default = false)]
     pub looped: bool,
-    /// Camera keys in order of time. Empty: the camera is not the demo's.
+    /// Camera keys in order of time.
+    ///
+    /// Empty: the camera is not the demo's.
+    #[keys(read = in_order)]
     pub camera: Vec<CameraKey>,
-    /// Param tracks in the order of the file.
-    pub tracks: Vec<Track>,
-    /// Changes of the graph in order of time.
+    /// Pixels of a headless run, width and height.
+    #[keys(range = 1..=16384, default = [1280, 720])]
+    pub size: [u32; 2],
+    /// Lines of text over the picture, in order of time.
+    #[keys(rename = "caption", read = in_order)]
+    pub captions: Vec<Caption>,
+    /// What must hold when `raxel test` runs the demo: about a picture, or about a pass.
+    #[keys(rename = "check")]
+    pub checks: Vec<Check>,
+    /// Changes of the graph in order of time. What passes keep from frame to frame starts over, and the new graph's own picture is
+    /// shown.
+    #[keys(read = in_order)]
     pub graphs: Vec<GraphKey>,
     /// Changes of the debug target in order of time.
+    #[keys(rename = "show", read = in_order)]
     pub shows: Vec<DebugTargetKey>,
-    /// Edits of the world in order of time.
+    /// Edits of the world in order of time; those of one time are made in the order of the file. None when left out.
+    #[keys(read = edits::in_order)]
     pub edits: Vec<EditKey>,
-    /// Lines of text over the picture, in order of time.
-    pub captions: Vec<Caption>,
-    /// What must hold, in the order of the file.
-    pub checks: Vec<Check>,
+    /// Params over time, by name.
+    pub tracks: ByName<Track>,
 }
 
 /// The camera at a time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock, check = elsewhere(position, look_at))]
 pub struct CameraKey {
-    /// Seconds.
-    pub time: f64,
-    /// Voxels.
+    /// Seconds from the start.
+    #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
+    pub time: Spanned<f64>,
+    /// Where it is, in voxels.
+    #[keys(range = CAMERA_COORDINATES, unit = "voxels")]
     pub position: [f64; 3],
-    /// Where it looks.
-    pub direction: Direction,
-    /// Vertical field of view, radians.
+    /// The point it looks at, in voxels; instead of yaw and pitch.
+    #[keys(
+        range = CAMERA_COORDINATES,
+        unit = "voxels",
+        excludes("yaw", "pitch", why = "a camera looks at a point, or along angles")
+    )]
+    pub look_at: Option<[f64; 3]>,
+    /// Degrees to the left of -Z; with pitch, instead of `look_at`.
+    ///
+    /// Here in radians, like all angles.
+    #[keys(range = -3600.0..=3600.0, absent = 0.0, map = f64::to_radians, unit = "degrees")]
+    pub yaw: f64,
+    /// Degrees upwards; with yaw, instead of `look_at`.
+    #[keys(range = -90.0..=90.0, absent = 0.0, map = f64::to_radians, unit = "degrees")]
+    pub pitch: f64,
+    /// Vertical field of view in degrees, 1 to 179.
+    #[keys(range = CAMERA_FOV, default = 60.0, map = f64::to_radians, unit = "degrees")]
     pub fov: f64,
-    /// How it gets to the next key.
+    /// How it gets from one key to the next.
+    #[keys(default = Interpolation::Smooth)]
     pub interpolation: Interpolation,
-    /// The camera jumps to it: until then it stays as the key before leaves it.
+    /// The camera jumps here: curves end, and what passes keep from frame to frame starts over.
+    ///
+    /// Until then it stays as the key before leaves it.
+    #[keys(default = false)]
     pub cut: bool,
 }
 
-/// Where a camera looks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Direction {
-    /// At a position in voxels.
-    LookAt([f64; 3]),
-    /// Yaw and pitch, radians.
-    Angles([f64; 2]),
-}
-
 /// A param over time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock, check = steps(keys, interpolation))]
 pub struct Track {
     /// The param, at its place.
+    #[keys(entry)]
     pub param: Spanned<String>,
+    /// [seconds, value] in order of time.
+    pub keys: TrackKeys,
+    /// How it gets from one key to the next.
+    #[keys(told = Interpolation::Linear)]
+    pub interpolation: Option<Interpolation>,
+}
+
+/// The values of a param over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackKeys {
     /// Times and components of the values, in order of time. All have the same number of components.
-    pub keys: Vec<Spanned<(f64, Vec<f64>)>>,
+    pub values: Vec<Spanned<(f64, Vec<f64>)>>,
     /// The values are `true` and `false`.
     pub boolean: bool,
-    /// How it gets from key to key.
-    pub interpolation: Interpolation,
 }
 
 /// A change of the graph.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock)]
 pub struct GraphKey {
-    /// Seconds.
-    pub time: f64,
-    /// Project path of the graph that runs from then on.
+    /// Seconds from the start.
+    #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
+    pub time: Spanned<f64>,
+    /// The graph from then on, relative to graphs/.
+    #[keys(read = project_path("graphs"))]
     pub graph: Spanned<String>,
 }
 
 /// A change of the debug target.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock)]
 pub struct DebugTargetKey {
-    /// Seconds.
-    pub time: f64,
-    /// What is shown from then on.
+    /// Seconds from the start.
+    #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
+    pub time: Spanned<f64>,
+    /// NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS (of a loop the last round; PASS\[2\] is that of index 2).
+    #[keys(
+        about = "NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS (of a loop the last round; PASS[2] is that of index 2)."
+    )]
     pub target: Spanned<DebugTarget>,
 }
 
 /// A line of text over the picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Keys)]
 pub struct CaptionText {
-    /// What is said.
+    /// One line.
+    #[keys(read = line)]
     pub text: String,
-    /// At the top rather than at the bottom.
-    pub top: bool,
+    /// Where in the picture.
+    #[keys(default = Place::Bottom)]
+    pub place: Place,
+}
+
+/// Where a caption stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
+pub enum Place {
+    /// At the bottom of the picture.
+    Bottom,
+    /// At the top of the picture.
+    Top,
 }
 
 /// A line of text for some time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock, check = lasts(time, until))]
 pub struct Caption {
-    /// Seconds at which it appears and is gone.
-    pub during: [f64; 2],
+    /// Seconds from the start.
+    #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
+    pub time: Spanned<f64>,
+    /// Seconds from the start at which it is gone.
+    #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
+    pub until: Spanned<f64>,
     /// The line.
+    #[keys(flatten)]
     pub line: CaptionText,
 }
 
 /// Something that must hold when the demo runs as a test.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock)]
 pub struct Check {
     /// Where it stands.
+    #[keys(span)]
     pub span: Span,
     /// What it is.
+    #[keys(flatten)]
     pub claim: Claim,
 }
 
 /// What a check claims.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(context = Clock)]
 pub enum Claim {
-    /// A target at a frame is as a reference.
-    Picture {
-        /// The frame.
-        frame: u64,
-        /// What is looked at; `None` for what the demo shows.
-        target: Option<Spanned<DebugTarget>>,
-        /// Project path of the reference: a PNG, of the displayed picture.
-        reference: Spanned<String>,
-        /// Largest mean FLIP error.
-        flip: f64,
-    },
     /// A pass is fast.
+    #[keys(key = "pass", excludes = "a check is about a pass or about a picture")]
     Pass {
-        /// Its name.
+        /// The pass that must be fast, instead of a picture.
         pass: Spanned<String>,
-        /// Most milliseconds of GPU time, median of all frames.
+        /// Most milliseconds of GPU time, median of all frames: needed for a pass.
+        #[keys(range = 1e-6..=1e6, unit = "milliseconds")]
         below_ms: f64,
     },
+    /// A target at a frame is as a reference.
+    Picture {
+        /// The picture it must be like: a PNG relative to worlds/. `raxel test --write` writes it. Needed for a picture.
+        ///
+        /// Here as a project path.
+        #[keys(read = project_path("worlds"))]
+        reference: Spanned<String>,
+        /// Largest mean FLIP error, 0 to 1: needed for a picture.
+        #[keys(range = 0.0..=1.0)]
+        flip: f64,
+        /// What is looked at, as in `show`; what the demo shows when left out.
+        target: Option<Spanned<DebugTarget>>,
+        /// When it is looked at.
+        #[keys(flatten)]
+        frame: Looked,
+    },
+}
+
+/// The frame that is looked at: one of the two is there.
+#[derive(Clone, Debug, PartialEq, Eq, Keys)]
+#[keys(context = Clock, check = once(frame, time))]
+pub struct Looked {
+    /// The frame that is looked at, from 0: needed for a picture, or `time`.
+    #[keys(read = frame, range = 0..=u64::MAX, excludes("time", why = "both say when"))]
+    frame: Option<u64>,
+    /// The same in seconds, instead of `frame`.
+    ///
+    /// Here as the nearest frame.
+    #[keys(read = nearest_frame, shape = Shape::Number { least: Some(0.0), most: None }, unit = "seconds")]
+    time: Option<u64>,
 }
 
 impl Demo {
@@ -164,7 +264,7 @@ impl Demo {
     /// The seconds at which checks look at pictures, in order.
     pub fn checked_times(&self) -> Vec<f64> {
         let seconds = |check: &Check| match check.claim {
-            Claim::Picture { frame, .. } => Some(frame as f64 / self.fps),
+            Claim::Picture { ref frame, .. } => Some(frame.number() as f64 / self.fps),
             Claim::Pass { .. } => None,
         };
         let mut times: Vec<f64> = self.checks.iter().filter_map(seconds).collect();
@@ -175,7 +275,7 @@ impl Demo {
     /// The caption at `time` seconds on the clock: of several the last that has appeared.
     pub fn caption(&self, time: impl Into<Moment>) -> Option<&CaptionText> {
         let time = self.local_time(time);
-        let shown = |caption: &&Caption| (caption.during[0]..caption.during[1]).contains(&time);
+        let shown = |caption: &&Caption| (caption.time.value..caption.until.value).contains(&time);
         self.captions.iter().rev().find(shown).map(|caption| &caption.line)
     }
 
@@ -184,7 +284,7 @@ impl Demo {
     pub fn cuts_between(&self, before: impl Into<Moment>, after: impl Into<Moment>) -> bool {
         let (before, after) = (self.local_time(before), self.local_time(after));
         let between = |time: f64| before < time && time <= after;
-        self.camera.iter().any(|key| key.cut && between(key.time))
+        self.camera.iter().any(|key| key.cut && between(key.time.value))
             || self.graph_in(before).value != self.graph_in(after).value
     }
 
@@ -195,7 +295,7 @@ impl Demo {
 
     /// The graph at `time` seconds into the timeline.
     pub(super) fn graph_in(&self, time: f64) -> &Spanned<String> {
-        self.graphs.iter().rev().find(|key| key.time <= time).map_or(&self.graph, |key| &key.graph)
+        self.graphs.iter().rev().find(|key| key.time.value <= time).map_or(&self.graph, |key| &key.graph)
     }
 
     /// Every graph that it runs, the one that it begins with first, each at the first place that names it.
@@ -239,9 +339,9 @@ impl Demo {
     /// begins.
     pub fn debug_target(&self, time: impl Into<Moment>) -> Option<&DebugTarget> {
         let time = self.local_time(time);
-        let since = self.graphs.iter().rev().find(|key| key.time <= time).map_or(0.0, |key| key.time);
-        let shown = self.shows.iter().rev().find(|key| key.time <= time)?;
-        (shown.time >= since).then_some(&shown.target.value)
+        let since = self.graphs.iter().rev().find(|key| key.time.value <= time).map_or(0.0, |key| key.time.value);
+        let shown = self.shows.iter().rev().find(|key| key.time.value <= time)?;
+        (shown.time.value >= since).then_some(&shown.target.value)
     }
 
     /// The camera at `time` seconds on the clock; `None` when it is not the demo's.
@@ -251,24 +351,25 @@ impl Demo {
         if keys.is_empty() {
             return None;
         }
-        let i = segment(keys.iter().map(|key| key.time), time);
+        let i = segment(keys.iter().map(|key| key.time.value), time);
         // A curve goes from one cut to the next.
         let first = keys[..=i].iter().rposition(|key| key.cut).unwrap_or(0);
         let end = keys[i + 1..].iter().position(|key| key.cut).map_or(keys.len(), |next| i + 1 + next);
         let (keys, i) = (&keys[first..end], i - first);
         let how = keys[i].interpolation;
-        let curve =
-            |value: &dyn Fn(&CameraKey) -> f64| sample(keys.len(), |i| (keys[i].time, value(&keys[i])), time, how);
+        let curve = |value: &dyn Fn(&CameraKey) -> f64| {
+            sample(keys.len(), |i| (keys[i].time.value, value(&keys[i])), time, how)
+        };
         let mut camera = Camera::default();
         camera.place(DVec3::from_array(std::array::from_fn(|axis| curve(&|key| key.position[axis]))));
         camera.fov = curve(&|key| key.fov);
         // Between two keys that look at points, the point moves; else the angles turn. Both agree at the keys.
         let ends = [&keys[i], &keys[(i + 1).min(keys.len() - 1)]];
-        if ends.iter().all(|key| matches!(key.direction, Direction::LookAt(_))) {
+        if ends.iter().all(|key| key.look_at.is_some()) {
             let target = std::array::from_fn(|axis| curve(&|key| key.looks_at()[axis]));
             camera.look_at(target);
         } else {
-            camera.yaw = sample(keys.len(), |i| (keys[i].time, yaw_of_key(keys, i)), time, how);
+            camera.yaw = sample(keys.len(), |i| (keys[i].time.value, yaw_of_key(keys, i)), time, how);
             camera.pitch = curve(&|key| key.angles()[1]).clamp(-Camera::MAX_PITCH, Camera::MAX_PITCH);
         }
         Some(camera)
@@ -278,25 +379,25 @@ impl Demo {
 impl CameraKey {
     /// The point it looks at; for angles, one a hundred voxels ahead.
     fn looks_at(&self) -> [f64; 3] {
-        match self.direction {
-            Direction::LookAt(target) => target,
-            Direction::Angles([yaw, pitch]) => {
-                let ahead = Camera { yaw, pitch, ..Camera::default() }.rotation() * (DVec3::NEG_Z * 100.0);
-                (DVec3::from_array(self.position) + ahead).to_array()
-            }
-        }
+        self.look_at.unwrap_or_else(|| {
+            let towards = Camera { yaw: self.yaw, pitch: self.pitch, ..Camera::default() };
+            (DVec3::from_array(self.position) + towards.rotation() * (DVec3::NEG_Z * 100.0)).to_array()
+        })
     }
 
     /// Yaw and pitch.
     fn angles(&self) -> [f64; 2] {
-        match self.direction {
-            Direction::Angles(angles) => angles,
-            Direction::LookAt(target) => {
-                let mut camera = Camera::at(self.position);
-                camera.look_at(target);
-                [camera.yaw, camera.pitch]
-            }
-        }
+        let Some(target) = self.look_at else { return [self.yaw, self.pitch] };
+        let mut camera = Camera::at(self.position);
+        camera.look_at(target);
+        [camera.yaw, camera.pitch]
+    }
+}
+
+impl Looked {
+    /// Its number.
+    pub fn number(&self) -> u64 {
+        self.frame.or(self.time).unwrap_or_default()
     }
 }
 
@@ -309,15 +410,20 @@ fn yaw_of_key(keys: &[CameraKey], key: usize) -> f64 {
 }
 
 impl Track {
+    /// How it gets from key to key.
+    fn interpolation(&self) -> Interpolation {
+        self.interpolation.unwrap_or(if self.keys.boolean { Interpolation::Step } else { Interpolation::Linear })
+    }
+
     /// The value at `time` seconds into the timeline, as the type of `like`. `None` when they do not fit.
     fn at(&self, time: f64, like: &Value) -> Option<Value> {
-        let width = self.keys.first()?.value.1.len();
+        let width = self.keys.values.first()?.value.1.len();
         // The widest value is a matrix.
         let mut numbers = [0.0; 16];
         let numbers = numbers.get_mut(..width)?;
         for (part, number) in numbers.iter_mut().enumerate() {
-            let key = |i: usize| (self.keys[i].value.0, self.keys[i].value.1[part]);
-            *number = sample(self.keys.len(), key, time, self.interpolation);
+            let key = |i: usize| (self.keys.values[i].value.0, self.keys.values[i].value.1[part]);
+            *number = sample(self.keys.values.len(), key, time, self.interpolation());
             if params::is_integer(like) {
                 *number = number.round();
             }

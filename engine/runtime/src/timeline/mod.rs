@@ -8,10 +8,10 @@ mod curve;
 mod demo;
 mod edits;
 mod read;
-mod schema;
 
 pub use curve::Interpolation;
-pub use demo::{CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, Direction, GraphKey, Track};
+pub use demo::{
+    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Place, Track, TrackKeys,
+};
 pub use edits::EditKey;
-pub use read::read;
-pub use schema::schema;
+pub use read::{read, schema};

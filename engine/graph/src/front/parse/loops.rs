@@ -1,28 +1,20 @@
 //! Reads `[loops.*]`, and the mips that follow a loop.
 
 use raxel_diagnostics::Spanned;
-use raxel_diagnostics::table::{Node, Table};
+use raxel_diagnostics::table::Node;
+use raxel_language::{ReadKeys, Value};
 
-use super::{at, remove};
-use crate::front::model::{Loop, Mip, Rounds};
+use super::at;
+use crate::front::model::{Mip, MipSteps, Rounds};
 use crate::ir::checked::{MOST_ROUNDS, RoundIndex};
 
 /// Mips that a target may have at most, less one.
 const LAST_MIP: u32 = 16;
 
-pub fn loop_(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Loop {
-    let before = table.reporter().count();
-    let mut read = Loop {
-        name: Spanned::new(name, node.key_span.clone()),
-        remove: remove(table, &["remove"]),
-        flawed: false,
-        count: table.get("count").and_then(|node| at(&node, rounds(&node))),
-        down: table.get("order").and_then(|node| at(&node, node.word(&[("up", false), ("down", true)]))),
-        swap: table.get("swap").and_then(|node| swap(&node)),
-    };
-    table.finish();
-    read.flawed = table.reporter().count() > before;
-    read
+impl<C: ?Sized> Value<C> for Rounds {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        rounds(node)
+    }
 }
 
 fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
@@ -39,14 +31,11 @@ fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
     if !node.is_table() {
         return node.wrong_type("a number of rounds, `\"param.NAME\"` or `{ mips = \"NAME\" }`");
     }
-    let table = node.table()?;
-    let mips = table.need_string("mips");
-    table.finish();
-    mips.map(|(name, span)| Rounds::Mips(Spanned::new(name, span)))
+    MipSteps::read_whole(&node.table()?, &()).map(|steps| Rounds::Mips(steps.mips))
 }
 
 /// `[["a", "b"], …]`; `None` when a part of it is wrong.
-fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
+pub fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
     node.array()?
         .iter()
         .map(|pair| {

@@ -3,13 +3,12 @@
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 
-use super::{at, literal, loops, remove, text};
+use super::{at, literal, loops, removes, text};
 use crate::front::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
 use crate::ir::checked::{LARGEST_SUBGROUP, MOST_STILL};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
-const SLOWEST: f64 = 0.001;
-const FASTEST: f64 = 10_000.0;
+pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
@@ -20,7 +19,7 @@ pub fn pass(table: &Table<'_, '_>) -> Pass {
     let name = table.need_string("name").map(|(value, span)| Spanned::new(value, span));
     let mut pass = Pass {
         name: name.unwrap_or_else(|| Spanned::new(String::new(), table.span().clone())),
-        remove: remove(table, &["name", "remove"]),
+        remove: removes(table, &["name", "remove"]),
         flawed: false,
         before: text(table, "before"),
         after: text(table, "after"),
@@ -185,7 +184,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
             return node.wrong_type("the name of a resource, or a table with `target`");
         }
         let table = node.table()?;
-        let remove = remove(&table, &["remove"]);
+        let remove = removes(&table, &["remove"]);
         let target = if remove { None } else { table.need_string("target") };
         let bind = Bind {
             name,
@@ -205,7 +204,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
 
 /// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
 pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
-    if table.get("remove").is_some_and(|node| node.is_boolean()) && remove(table, &["remove"]) {
+    if table.get("remove").is_some_and(|node| node.is_boolean()) && removes(table, &["remove"]) {
         let fills = Fills { name: Spanned::new(name, node.key_span.clone()), members: Vec::new() };
         return Some(SharedBlock { fills, remove: true });
     }
@@ -250,7 +249,7 @@ fn is_member(table: &Table<'_, '_>) -> bool {
 
 fn member(path: Spanned<String>, node: &Node<'_, '_>) -> Option<Member> {
     let table = node.table()?;
-    let remove = remove(&table, &["remove"]);
+    let remove = removes(&table, &["remove"]);
     table.conflict("from", "value", "a member has one value");
     let member = Member {
         path,
@@ -292,9 +291,10 @@ fn every(node: &Node<'_, '_>) -> Option<Every> {
 /// A number of times a second.
 pub fn rate(node: &Node<'_, '_>) -> Option<f64> {
     match node.number(f64::MIN..=f64::MAX)? {
-        rate if (SLOWEST..=FASTEST).contains(&rate) => Some(rate),
+        rate if RATES.contains(&rate) => Some(rate),
         rate => {
-            node.bad_value(format!("`{}` is {rate}; it must be at least {SLOWEST} and at most {FASTEST}", node.name))
+            let (least, most) = (RATES.start(), RATES.end());
+            node.bad_value(format!("`{}` is {rate}; it must be at least {least} and at most {most}", node.name))
         }
     }
 }

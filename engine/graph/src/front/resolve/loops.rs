@@ -27,7 +27,7 @@ pub fn loop_(given: &model::Loop, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
     let item = checked::Loop {
         name: name.value.clone(),
         rounds: rounds.unwrap_or(Rounds::Fixed(1)),
-        down: given.down.as_ref().is_some_and(|down| down.value),
+        down: given.order.as_ref().is_some_and(|order| order.value == model::Order::Down),
         swap,
         place: name.span.clone(),
     };

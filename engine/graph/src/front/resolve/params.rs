@@ -33,7 +33,7 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
         name: name.value.clone(),
         default: default.unwrap_or(Value::Bool(false)),
         range: match (&param.choices, &param.range) {
-            (Some(choices), _) => Some([0.0, choices.value.len() as f64 - 1.0]),
+            (Some(choices), _) => Some([0.0, choices.value.0.len() as f64 - 1.0]),
             (None, range) => range.as_ref().map(|range| range.value),
         },
         step: param.step.as_ref().map(|step| step.value),
@@ -41,7 +41,7 @@ pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Pa
         tooltip: said(param.tooltip.as_ref()),
         unit: said(param.unit.as_ref()),
         group: said(param.group.as_ref()),
-        choices: param.choices.iter().flat_map(|names| &names.value).map(|name| name.value.clone()).collect(),
+        choices: param.choices.iter().flat_map(|names| &names.value.0).map(|name| name.value.clone()).collect(),
         color: param.color.as_ref().map_or_else(|| is_called_color(param, ty), |color| color.value),
         place: name.span.clone(),
     };
@@ -138,14 +138,14 @@ fn choices(param: &Param, ty: Option<ValueType>, default: Option<Value>, found: 
                 .label(range.span.clone(), "and this one"),
         );
     }
-    for (index, choice) in choices.value.iter().enumerate() {
-        if let Some(first) = choices.value[..index].iter().find(|first| first.value == choice.value) {
+    for (index, choice) in choices.value.0.iter().enumerate() {
+        if let Some(first) = choices.value.0[..index].iter().find(|first| first.value == choice.value) {
             let message = format!("two choices of param `{name}` are called `{}`", choice.value);
             found.push(error(message).label(choice.span.clone(), "again").label(first.span.clone(), "first here"));
         }
     }
     if let (Some(_), Some(literal)) = (default, &param.default) {
-        let last = choices.value.len() - 1;
+        let last = choices.value.0.len() - 1;
         if let Some(outside) = numbers(literal).into_iter().find(|number| !(0.0..=last as f64).contains(number)) {
             let message = format!("the default of param `{name}` is {outside}; its choices are 0…{last}");
             found.push(

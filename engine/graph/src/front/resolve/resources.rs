@@ -466,7 +466,7 @@ pub(super) fn show(
         DisplayMap::Id | DisplayMap::Integer if float => "an integer format",
         _ => "",
     };
-    let word = crate::front::parse::DISPLAY_MAPS.iter().find(|known| known.1 == map).map_or("", |known| known.0);
+    let word = DisplayMap::WORDS.iter().find(|known| known.1 == map).map_or("", |known| known.0);
     if !needs.is_empty() {
         found.push(
             Diagnostic::error(

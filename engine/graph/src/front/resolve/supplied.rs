@@ -7,7 +7,7 @@ use raxel_shader::format::Format;
 
 use super::resources::{Scope, show};
 use super::{Declared, unknown};
-use crate::front::model::{Buffer, Target};
+use crate::front::model::{Buffer, Encoding, Target};
 use crate::ir::checked::{self, Extent, Origin, Resource, ResourceKind};
 use crate::ir::index::index32;
 use crate::ir::supply::{FILE, FileContents, ImageRequest, Refusal};
@@ -66,7 +66,7 @@ impl Scope<'_> {
             format,
             mips: target.mips.as_ref().map_or(1, |mips| mips.value),
             slices: target.slices.as_ref().map(|slices| slices.value),
-            srgb: target.srgb.as_ref().is_some_and(|srgb| srgb.value),
+            srgb: target.encoding.as_ref().is_some_and(|encoding| encoding.value == Encoding::Srgb),
         };
         let contents = project_path(source, found).and_then(|path| {
             let read = self.catalog.file(&path, Some(&request));
@@ -171,7 +171,7 @@ pub(super) fn extent_from_outside(name: &Spanned<String>, source: &Span) -> Diag
 /// What only the texels of a file have.
 pub(super) fn only_of_files(target: &Target, found: &mut Vec<Diagnostic>) {
     let slices = target.slices.as_ref().map(|slices| ("slices", &slices.span));
-    let encoding = target.srgb.as_ref().map(|srgb| ("encoding", &srgb.span));
+    let encoding = target.encoding.as_ref().map(|encoding| ("encoding", &encoding.span));
     for (key, place) in slices.into_iter().chain(encoding).filter(|_| !target.flawed) {
         let message = format!("target `{}` is from no file and takes no `{key}`", target.name.value);
         found.push(
@@ -218,7 +218,7 @@ fn takes_none(target: &Target, source: &Spanned<String>, more: &[&str], found: &
         ("format", target.format.as_ref().map(|value| &value.span)),
         ("mips", target.mips.as_ref().map(|value| &value.span)),
         ("slices", target.slices.as_ref().map(|value| &value.span)),
-        ("encoding", target.srgb.as_ref().map(|value| &value.span)),
+        ("encoding", target.encoding.as_ref().map(|value| &value.span)),
     ];
     let always = 7;
     for (index, (key, place)) in written.into_iter().enumerate() {
@@ -248,7 +248,7 @@ fn refused(refusal: &Refusal, source: &Spanned<String>, target: Option<&Target>)
         "format" => target.format.as_ref().map(|value| &value.span),
         "mips" => target.mips.as_ref().map(|value| &value.span),
         "slices" => target.slices.as_ref().map(|value| &value.span),
-        "encoding" => target.srgb.as_ref().map(|value| &value.span),
+        "encoding" => target.encoding.as_ref().map(|value| &value.span),
         _ => None,
     });
     let diagnostic = Diagnostic::error(refusal.code, refusal.message.clone());

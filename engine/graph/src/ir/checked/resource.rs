@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::Span;
+use raxel_language::Keys;
 use raxel_shader::format::Format;
 use raxel_shader::interface::Access;
 use serde::Serialize;
@@ -222,7 +223,7 @@ pub struct Display {
 }
 
 /// The map from texels to colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Keys)]
 #[serde(rename_all = "kebab-case")]
 pub enum DisplayMap {
     /// Linear colour, tone curve off: clamp to `range`, encode as sRGB. The default of float formats with 3 or 4 channels.

@@ -1,0 +1,257 @@
+//! What `#[keys(…)]` says.
+
+use syn::meta::ParseNestedMeta;
+use syn::parse::ParseStream;
+use syn::spanned::Spanned;
+use syn::{Attribute, DeriveInput, Expr, Ident, LitStr, Path, Token, Type};
+
+/// Of the type.
+pub struct Container {
+    pub ident: Ident,
+    pub about: String,
+    /// `context = Type`: what reading needs to know.
+    pub context: Option<Type>,
+    /// `check = function(field, field)`.
+    pub checks: Vec<Check>,
+    /// `into = Type`.
+    pub into: Option<Type>,
+    /// `layer("param", unknown = CODE)`.
+    pub layer: Option<(LitStr, Expr)>,
+    /// `over = function`: what a layer does to the base before its keys replace those of the base.
+    pub over: Option<Path>,
+    /// `tag = "op"`.
+    pub tag: Option<LitStr>,
+}
+
+/// A function that is given fields.
+pub struct Check {
+    pub function: Path,
+    pub fields: Vec<Ident>,
+}
+
+/// Of a field.
+pub struct Field {
+    pub ident: Ident,
+    pub ty: Type,
+    pub about: String,
+    /// The key, if it is not called like the field.
+    pub rename: Option<LitStr>,
+    pub range: Option<Expr>,
+    /// What stands for the key when it is absent, told in the schema.
+    pub default: Option<Expr>,
+    /// The same, not told.
+    pub absent: Option<Expr>,
+    /// The default that the schema tells, of a key that something else stands for.
+    pub told: Option<Expr>,
+    pub unit: Option<LitStr>,
+    pub map: Option<Expr>,
+    pub read: Option<Expr>,
+    pub shape: Option<Expr>,
+    pub excludes: Vec<Exclusion>,
+    pub role: Role,
+}
+
+/// Keys that a field excludes, and why.
+pub struct Exclusion {
+    pub keys: Vec<LitStr>,
+    pub why: LitStr,
+}
+
+/// What a field is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A key.
+    Key,
+    /// Further keys of the same table.
+    Flatten,
+    /// The name of the table.
+    Entry,
+    /// The place of the table.
+    Span,
+    /// `remove = true`.
+    Remove,
+    /// Whether something in the table was wrong.
+    Flawed,
+    /// Nothing of the file.
+    Skip,
+}
+
+/// Of a variant of an enum.
+pub struct Variant {
+    pub about: String,
+    pub rename: Option<LitStr>,
+    /// `key = "pass"`: this form is meant if the key is there.
+    pub key: Option<LitStr>,
+    /// Why no key of another form may be there then.
+    pub excludes: Option<LitStr>,
+}
+
+impl Container {
+    pub fn of(input: &DeriveInput) -> syn::Result<Self> {
+        let mut found = Self {
+            ident: input.ident.clone(),
+            about: about(&input.attrs),
+            context: None,
+            checks: Vec::new(),
+            into: None,
+            layer: None,
+            over: None,
+            tag: None,
+        };
+        each(&input.attrs, |meta| {
+            match word(meta)?.as_str() {
+                "context" => found.context = Some(meta.value()?.parse()?),
+                "into" => found.into = Some(meta.value()?.parse()?),
+                "over" => found.over = Some(meta.value()?.parse()?),
+                "tag" => found.tag = Some(meta.value()?.parse()?),
+                "about" => found.about = meta.value()?.parse::<LitStr>()?.value(),
+                "check" => found.checks.push(Check::of(&meta.value()?.parse()?)?),
+                "layer" => {
+                    let inner;
+                    syn::parenthesized!(inner in meta.input);
+                    let what = inner.parse()?;
+                    inner.parse::<Token![,]>()?;
+                    found.layer = Some((what, named(&inner, "unknown")?));
+                }
+                _ => return Err(meta.error("a type has `context`, `into`, `tag`, `about`, `check`, `layer` or `over`")),
+            }
+            Ok(())
+        })?;
+        Ok(found)
+    }
+}
+
+impl Check {
+    /// `function(field, …)`.
+    fn of(call: &Expr) -> syn::Result<Self> {
+        let wrong = |at: &Expr| syn::Error::new(at.span(), "a check is `function(field, …)`");
+        let path = |expression: &Expr| match expression {
+            Expr::Path(path) => Ok(path.path.clone()),
+            other => Err(wrong(other)),
+        };
+        let Expr::Call(call) = call else { return Err(wrong(call)) };
+        let field = |expression| Ok(path(expression)?.require_ident()?.clone());
+        Ok(Self { function: path(&call.func)?, fields: call.args.iter().map(field).collect::<syn::Result<_>>()? })
+    }
+}
+
+impl Field {
+    pub fn of(field: &syn::Field) -> syn::Result<Self> {
+        let ident = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "a key has a name"))?;
+        let mut found = Self {
+            ident,
+            ty: field.ty.clone(),
+            about: about(&field.attrs),
+            rename: None,
+            range: None,
+            default: None,
+            absent: None,
+            told: None,
+            unit: None,
+            map: None,
+            read: None,
+            shape: None,
+            excludes: Vec::new(),
+            role: Role::Key,
+        };
+        each(&field.attrs, |meta| {
+            match word(meta)?.as_str() {
+                "rename" => found.rename = Some(meta.value()?.parse()?),
+                "range" => found.range = Some(meta.value()?.parse()?),
+                "default" => found.default = Some(meta.value()?.parse()?),
+                "absent" => found.absent = Some(meta.value()?.parse()?),
+                "told" => found.told = Some(meta.value()?.parse()?),
+                "unit" => found.unit = Some(meta.value()?.parse()?),
+                "about" => found.about = meta.value()?.parse::<LitStr>()?.value(),
+                "map" => found.map = Some(meta.value()?.parse()?),
+                "read" => found.read = Some(meta.value()?.parse()?),
+                "shape" => found.shape = Some(meta.value()?.parse()?),
+                "excludes" => found.excludes.push(Exclusion::of(meta)?),
+                "flatten" => found.role = Role::Flatten,
+                "entry" => found.role = Role::Entry,
+                "span" => found.role = Role::Span,
+                "remove" => found.role = Role::Remove,
+                "flawed" => found.role = Role::Flawed,
+                "skip" => found.role = Role::Skip,
+                _ => {
+                    return Err(meta.error(
+                        "a field has `rename`, `range`, `default`, `absent`, `told`, `unit`, `about`, `map`, `read`, `shape` \
+                         or `excludes`; or is `flatten`, `entry`, `span`, `remove`, `flawed` or `skip`",
+                    ));
+                }
+            }
+            Ok(())
+        })?;
+        Ok(found)
+    }
+
+    /// The key, as it is written.
+    pub fn key(&self) -> String {
+        self.rename.as_ref().map_or_else(|| self.ident.to_string(), LitStr::value)
+    }
+}
+
+impl Exclusion {
+    /// `excludes("a", "b", why = "…")`.
+    fn of(meta: &ParseNestedMeta<'_>) -> syn::Result<Self> {
+        let inner;
+        syn::parenthesized!(inner in meta.input);
+        let mut keys = Vec::new();
+        while inner.peek(LitStr) {
+            keys.push(inner.parse()?);
+            inner.parse::<Token![,]>()?;
+        }
+        Ok(Self { keys, why: named(&inner, "why")? })
+    }
+}
+
+impl Variant {
+    pub fn of(variant: &syn::Variant) -> syn::Result<Self> {
+        let mut found = Self { about: about(&variant.attrs), rename: None, key: None, excludes: None };
+        each(&variant.attrs, |meta| {
+            match word(meta)?.as_str() {
+                "rename" => found.rename = Some(meta.value()?.parse()?),
+                "key" => found.key = Some(meta.value()?.parse()?),
+                "excludes" => found.excludes = Some(meta.value()?.parse()?),
+                _ => return Err(meta.error("a variant has `rename`, `key` or `excludes`")),
+            }
+            Ok(())
+        })?;
+        Ok(found)
+    }
+}
+
+/// `name = value`, at the end of a list.
+fn named<T: syn::parse::Parse>(input: ParseStream<'_>, name: &str) -> syn::Result<T> {
+    let found: Ident = input.parse()?;
+    if found != name {
+        return Err(syn::Error::new(found.span(), format!("expected `{name} = …`")));
+    }
+    input.parse::<Token![=]>()?;
+    let value = input.parse()?;
+    input.parse::<Option<Token![,]>>()?;
+    Ok(value)
+}
+
+fn word(meta: &ParseNestedMeta<'_>) -> syn::Result<String> {
+    Ok(meta.path.require_ident()?.to_string())
+}
+
+fn each(attributes: &[Attribute], mut read: impl FnMut(&ParseNestedMeta<'_>) -> syn::Result<()>) -> syn::Result<()> {
+    for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("keys")) {
+        attribute.parse_nested_meta(|meta| read(&meta))?;
+    }
+    Ok(())
+}
+
+/// The first paragraph of a doc comment, as one line.
+fn about(attributes: &[Attribute]) -> String {
+    let mut lines = Vec::new();
+    for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("doc")) {
+        let syn::Meta::NameValue(pair) = &attribute.meta else { continue };
+        let Expr::Lit(literal) = &pair.value else { continue };
+        let syn::Lit::Str(text) = &literal.lit else { continue };
+        lines.extend(text.value().split('\n').map(|line| line.trim().to_owned()));
+    }
+    lines.split(String::is_empty).next().unwrap_or_default().join(" ")
+}

@@ -1,0 +1,51 @@
+//! `#[derive(Keys)]`: a struct becomes the declaration of a table of a file, an enum that of words or of forms of a table. What the
+//! attributes mean is told by `raxel-language`.
+
+mod attributes;
+mod fields;
+mod forms;
+mod layers;
+mod tables;
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::{Data, DeriveInput, Fields, parse_macro_input};
+
+use attributes::Container;
+
+/// Derives the reader, the description and, for layers, the merge of a table from its fields. See `raxel_language`.
+#[proc_macro_derive(Keys, attributes(keys))]
+pub fn keys(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    expand(&input).unwrap_or_else(|error| error.to_compile_error()).into()
+}
+
+fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
+    if !input.generics.params.is_empty() {
+        return Err(syn::Error::new_spanned(&input.generics, "keys are declared by types without parameters"));
+    }
+    let container = Container::of(input)?;
+    let is_table = matches!(input.data, Data::Struct(_));
+    if !container.checks.is_empty() && !is_table {
+        return Err(syn::Error::new_spanned(&input.ident, "a check is of a table, not of words or forms"));
+    }
+    match &input.data {
+        Data::Struct(data) => match &data.fields {
+            Fields::Named(fields) => tables::expand(&container, fields),
+            _ => Err(syn::Error::new_spanned(&input.ident, "the fields of a table have names")),
+        },
+        Data::Enum(data) if data.variants.iter().all(|variant| matches!(variant.fields, Fields::Unit)) => {
+            forms::words(&container, data)
+        }
+        Data::Enum(data) => forms::expand(&container, data),
+        Data::Union(_) => Err(syn::Error::new_spanned(&input.ident, "a union is no table")),
+    }
+}
+
+/// The generics of an impl and the type of its context: any, unless the attributes name one.
+fn context(container: &Container) -> (TokenStream, TokenStream) {
+    match &container.context {
+        Some(context) => (quote!(), quote!(#context)),
+        None => (quote!(<__Context: ?::core::marker::Sized>), quote!(__Context)),
+    }
+}

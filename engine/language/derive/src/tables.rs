@@ -1,0 +1,122 @@
+//! A struct: a table.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::FieldsNamed;
+
+use crate::attributes::{Container, Field, Role};
+use crate::{context, fields, layers};
+
+pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenStream> {
+    let all = found.named.iter().map(Field::of).collect::<syn::Result<Vec<_>>>()?;
+    let keys = keys(container, &fields::describing(&all, container.layer.is_none()));
+    let reader = match &container.layer {
+        Some(layer) => layers::expand(container, layer, &all)?,
+        None => reader(container, &all),
+    };
+    Ok(quote!(#keys #reader))
+}
+
+/// The description of the type as a table.
+pub fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
+    let (ident, about) = (&container.ident, &container.about);
+    quote! {
+        #[automatically_derived]
+        impl ::raxel_language::Keys for #ident {
+            fn form() -> ::raxel_language::Form {
+                let mut __form = ::raxel_language::Form { about: #about, ..::core::default::Default::default() };
+                #describing
+                __form
+            }
+        }
+    }
+}
+
+fn reader(container: &Container, all: &[Field]) -> TokenStream {
+    let ident = &container.ident;
+    let (generics, context) = context(container);
+    let (reading, checks) = (fields::reading(container, all), fields::checks(container, all));
+    let made = fields::made(&quote!(Self), all);
+    if all.iter().any(|field| field.role == Role::Entry) {
+        return quote! {
+            #[automatically_derived]
+            impl #generics ::raxel_language::Named<#context> for #ident {
+                fn read_named(
+                    __name: ::raxel_language::Spanned<::std::string::String>,
+                    __table: &::raxel_language::Table<'_, '_>,
+                    __context: &#context,
+                ) -> ::core::option::Option<Self> {
+                    #reading
+                    let __read = (|| { #checks #made })();
+                    __table.finish();
+                    __read
+                }
+            }
+        };
+    }
+    let value = value(container);
+    quote! {
+        #[automatically_derived]
+        impl #generics ::raxel_language::ReadKeys<#context> for #ident {
+            fn read_keys(
+                __table: &::raxel_language::Table<'_, '_>,
+                __context: &#context,
+            ) -> ::core::option::Option<Self> {
+                #reading
+                #checks
+                #made
+            }
+        }
+        #value
+    }
+}
+
+/// The table as the value of a key; and what it becomes, if that is another type.
+pub fn value(container: &Container) -> TokenStream {
+    let ident = &container.ident;
+    let (generics, context) = context(container);
+    let into = container.into.iter();
+    quote! {
+        #[automatically_derived]
+        impl ::raxel_language::Describe for #ident {
+            type Limits = ();
+
+            fn shape((): &()) -> ::raxel_language::Shape {
+                ::raxel_language::Shape::Table(<Self as ::raxel_language::Keys>::form())
+            }
+        }
+
+        #[automatically_derived]
+        impl #generics ::raxel_language::Value<#context> for #ident {
+            fn read(
+                __node: &::raxel_language::Node<'_, '_>,
+                (): &(),
+                __context: &#context,
+            ) -> ::core::option::Option<Self> {
+                <Self as ::raxel_language::ReadKeys<#context>>::read_whole(&__node.table()?, __context)
+            }
+        }
+
+        #(
+            #[automatically_derived]
+            impl ::raxel_language::Describe for #into {
+                type Limits = ();
+
+                fn shape((): &()) -> ::raxel_language::Shape {
+                    <#ident as ::raxel_language::Describe>::shape(&())
+                }
+            }
+
+            #[automatically_derived]
+            impl #generics ::raxel_language::Value<#context> for #into {
+                fn read(
+                    __node: &::raxel_language::Node<'_, '_>,
+                    (): &(),
+                    __context: &#context,
+                ) -> ::core::option::Option<Self> {
+                    <#ident as ::raxel_language::Value<#context>>::read(__node, &(), __context).map(::core::convert::From::from)
+                }
+            }
+        )*
+    }
+}

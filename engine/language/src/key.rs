@@ -1,0 +1,129 @@
+//! Keys as data: what schemas, reference pages, completion and hover texts are made from.
+
+use std::fmt;
+
+use serde_json::Value;
+
+/// The keys of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Form {
+    /// What the table is.
+    pub about: &'static str,
+    /// Its keys, in the order in which they are declared.
+    pub keys: Vec<Key>,
+    /// If any: the table has the keys of one of these, too.
+    pub forms: Vec<Form>,
+}
+
+/// A key of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    /// As it is written.
+    pub name: &'static str,
+    /// What it means.
+    pub about: &'static str,
+    /// What its value is.
+    pub shape: Shape,
+    /// Unit of its value.
+    pub unit: Option<&'static str>,
+    /// What stands for it when it is absent.
+    pub default: Option<Value>,
+    /// It must be there.
+    pub needed: bool,
+}
+
+/// What a value is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A string.
+    Text,
+    /// `true` or `false`.
+    Flag,
+    /// An integer in a range.
+    Integer {
+        /// The smallest, if it is told.
+        least: Option<i64>,
+        /// The largest, if it is told.
+        most: Option<i64>,
+    },
+    /// A finite number in a range.
+    Number {
+        /// The smallest, if it is told.
+        least: Option<f64>,
+        /// The largest, if it is told.
+        most: Option<f64>,
+    },
+    /// One of several words.
+    Words(Vec<&'static str>),
+    /// This word and no other: the key by which one of several forms of a table is known.
+    Word(&'static str),
+    /// An array.
+    Array {
+        /// What each element is.
+        of: Box<Shape>,
+        /// How many there are, if always as many.
+        count: Option<usize>,
+    },
+    /// A table.
+    Table(Form),
+    /// A table of tables that the author names.
+    ByName(Form),
+    /// What none of the others can say, as a JSON schema.
+    Schema(Value),
+}
+
+impl Form {
+    /// Its own keys, followed by those of its forms.
+    pub fn all_keys(&self) -> Vec<&Key> {
+        self.keys.iter().chain(self.forms.iter().flat_map(Form::all_keys)).collect()
+    }
+}
+
+/// In a line: the name, what the value is, and what it means.
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.name, self.shape)?;
+        if let Some(unit) = self.unit {
+            write!(f, ", {unit}")?;
+        }
+        match &self.default {
+            Some(default) => write!(f, ", {default} by default")?,
+            None if self.needed => write!(f, ", needed")?,
+            None => {}
+        }
+        write!(f, ". {}", self.about)
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Shape::Text => write!(f, "text"),
+            Shape::Flag => write!(f, "true or false"),
+            Shape::Integer { least, most } => {
+                write!(f, "integer")?;
+                range(f, least.as_ref(), most.as_ref())
+            }
+            Shape::Number { least, most } => {
+                write!(f, "number")?;
+                range(f, least.as_ref(), most.as_ref())
+            }
+            Shape::Words(words) => write!(f, "{}", words.join(" or ")),
+            Shape::Word(word) => write!(f, "{word}"),
+            Shape::Array { of, count: Some(count) } => write!(f, "array of {count} ({of})"),
+            Shape::Array { of, count: None } => write!(f, "array ({of})"),
+            Shape::Table(_) => write!(f, "table"),
+            Shape::ByName(_) => write!(f, "tables by name"),
+            Shape::Schema(_) => write!(f, "value"),
+        }
+    }
+}
+
+fn range<T: fmt::Display>(f: &mut fmt::Formatter<'_>, least: Option<&T>, most: Option<&T>) -> fmt::Result {
+    match (least, most) {
+        (Some(least), Some(most)) => write!(f, " in {least}…{most}"),
+        (Some(least), None) => write!(f, ", at least {least}"),
+        (None, Some(most)) => write!(f, ", at most {most}"),
+        (None, None) => Ok(()),
+    }
+}

@@ -1,0 +1,96 @@
+//! The JSON schema (draft 7) of keys.
+
+use raxel_diagnostics::schema::with_defaults;
+use serde_json::{Map, Value, json};
+
+use crate::{Form, Key, Shape};
+
+impl Form {
+    /// The schema of a whole file. Descriptions tell the defaults, too.
+    pub fn document(&self, title: &str) -> Value {
+        let mut schema = self.definition();
+        schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
+        schema["title"] = json!(title);
+        with_defaults(schema)
+    }
+
+    /// The schema of the table, which says what the table is.
+    pub fn definition(&self) -> Value {
+        let mut schema = self.schema();
+        schema["description"] = json!(self.about);
+        schema
+    }
+
+    /// The schema of the table; of one with several forms, of each.
+    fn schema(&self) -> Value {
+        if self.forms.is_empty() {
+            return table(self.keys.iter());
+        }
+        let forms: Vec<Value> = self.forms.iter().map(|form| table(self.keys.iter().chain(&form.keys))).collect();
+        json!({ "oneOf": forms })
+    }
+}
+
+fn table<'k>(keys: impl Iterator<Item = &'k Key> + Clone) -> Value {
+    let needed: Vec<&str> = keys.clone().filter(|key| key.needed).map(|key| key.name).collect();
+    let properties: Map<String, Value> = keys.map(|key| (key.name.to_owned(), key.schema())).collect();
+    let mut schema = json!({ "type": "object", "additionalProperties": false, "properties": properties });
+    if !needed.is_empty() {
+        schema["required"] = json!(needed);
+    }
+    schema
+}
+
+impl Key {
+    /// The schema of its value, with what it means.
+    pub fn schema(&self) -> Value {
+        let mut schema = self.shape.schema();
+        if schema.get("$ref").is_none() {
+            schema["description"] = json!(self.about);
+        }
+        if let Some(default) = &self.default {
+            schema["default"] = default.clone();
+        }
+        schema
+    }
+}
+
+impl Shape {
+    /// The schema of a value.
+    pub fn schema(&self) -> Value {
+        match self {
+            Shape::Text => json!({ "type": "string" }),
+            Shape::Flag => json!({ "type": "boolean" }),
+            Shape::Integer { least, most } => {
+                ranged("integer", least.map(|least| json!(least)), most.map(|most| json!(most)))
+            }
+            Shape::Number { least, most } => ranged("number", least.map(number), most.map(number)),
+            Shape::Words(words) => json!({ "type": "string", "enum": words }),
+            Shape::Word(word) => json!({ "const": word }),
+            Shape::Array { of, count: None } => json!({ "type": "array", "items": of.schema() }),
+            Shape::Array { of, count: Some(count) } => {
+                json!({ "type": "array", "items": of.schema(), "minItems": count, "maxItems": count })
+            }
+            Shape::Table(form) => form.schema(),
+            Shape::ByName(form) => json!({ "type": "object", "additionalProperties": form.schema() }),
+            Shape::Schema(schema) => schema.clone(),
+        }
+    }
+}
+
+fn ranged(name: &str, least: Option<Value>, most: Option<Value>) -> Value {
+    let mut schema = json!({ "type": name });
+    if let Some(least) = least {
+        schema["minimum"] = least;
+    }
+    if let Some(most) = most {
+        schema["maximum"] = most;
+    }
+    schema
+}
+
+/// A number without a point if it is whole, as people write it.
+#[expect(clippy::cast_possible_truncation, reason = "the number is whole, and small")]
+pub(crate) fn number(value: f64) -> Value {
+    if value.fract() == 0.0 && value.abs() < 1e15 { json!(value as i64) } else { json!(value) }
+}

@@ -1,0 +1,375 @@
+//! What a declaration gives: readers with all their messages, schemas, lists of keys, merges.
+
+use raxel_diagnostics::table::read_document;
+use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
+use raxel_language::{ByName, Describe, Keys, Layer, Node, ReadKeys, Shape, Spanned, Table, Value, layer};
+use serde_json::json;
+
+fn read<T: ReadKeys>(text: &str) -> Result<T, Vec<Diagnostic>> {
+    read_document("f.toml", text, &mut SourceMap::default(), |root| T::read_whole(root, &())).map(|(value, _)| value)
+}
+
+fn messages<T: ReadKeys>(text: &str) -> Vec<String> {
+    match read::<T>(text) {
+        Ok(_) => Vec::new(),
+        Err(found) => found.into_iter().map(|found| found.message).collect(),
+    }
+}
+
+/// A room.
+#[derive(Debug, PartialEq, Keys)]
+#[keys(check = ordered(low, high))]
+struct Room {
+    /// Its name.
+    ///
+    /// Not for the schema.
+    name: Option<String>,
+    /// The floor.
+    #[keys(range = -100.0..=100.0, unit = "metres")]
+    low: Spanned<f64>,
+    /// The ceiling.
+    #[keys(range = -100.0..=100.0, unit = "metres")]
+    high: Spanned<f64>,
+    /// Its colour.
+    #[keys(default = [1, 2, 3])]
+    color: [u8; 3],
+    /// Degrees to the left.
+    #[keys(default = 180.0, map = f64::to_radians)]
+    turn: f64,
+    /// What is made here.
+    #[keys(rename = "use", told = Purpose::LivingRoom)]
+    purpose: Option<Purpose>,
+    /// Even numbers.
+    #[keys(read = even, range = 0..=8)]
+    even: Option<u32>,
+    /// Lamps.
+    lamps: Vec<Lamp>,
+    /// Doors, by name.
+    doors: ByName<Door>,
+    #[keys(flatten)]
+    heating: Heating,
+    #[keys(skip)]
+    visits: usize,
+}
+
+/// A purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+enum Purpose {
+    LivingRoom,
+    #[keys(rename = "bath")]
+    Bathroom,
+}
+
+/// A lamp.
+#[derive(Debug, PartialEq, Keys)]
+#[keys(tag = "kind")]
+enum Lamp {
+    /// Hangs.
+    Hanging {
+        /// Of the cable.
+        length: u32,
+    },
+    /// Stands.
+    Standing {},
+}
+
+/// A door.
+#[derive(Debug, PartialEq, Keys)]
+struct Door {
+    #[keys(entry)]
+    name: Spanned<String>,
+    /// How wide it is.
+    width: f64,
+}
+
+/// What warms it.
+#[derive(Debug, PartialEq, Keys)]
+enum Heating {
+    /// Fire.
+    #[keys(key = "wood", excludes = "a room has one oven")]
+    Oven {
+        /// Logs a day.
+        wood: u32,
+    },
+    /// Water.
+    Water {
+        /// Of the water.
+        #[keys(excludes("cold", why = "it is warm or not"))]
+        warm: Option<f64>,
+        /// There is none.
+        cold: Option<bool>,
+    },
+}
+
+fn ordered(table: &Table<'_, '_>, low: &Spanned<f64>, high: &Spanned<f64>) -> bool {
+    let right = low.value < high.value;
+    if !right && let Some(node) = table.get("high") {
+        node.bad_value::<()>(format!("`high` is below `low`, {}", low.value));
+    }
+    right
+}
+
+fn even(node: &Node<'_, '_>) -> Option<u32> {
+    let number = node.integer(0..=8)?;
+    if number % 2 == 0 { Some(number) } else { node.bad_value(format!("{number} is odd")) }
+}
+
+const ROOM: &str = "low = 0\nhigh = 3.5\nturn = 90\nuse = 'bath'\neven = 4\nwood = 7\nlamps = [{ kind = 'hanging', length = 2 }, \
+                    { kind = 'standing' }]\n[doors.b]\nwidth = 1\n[doors.a]\nwidth = 2\n";
+
+#[test]
+fn a_table_is_read_from_its_declaration() {
+    let room: Room = read(ROOM).unwrap();
+    let spanned = |value, at: std::ops::Range<usize>| Spanned::new(value, Span::new("f.toml", at));
+    assert_eq!((&room.low, &room.high), (&spanned(0.0, 6..7), &spanned(3.5, 15..18)));
+    assert_eq!((room.name, room.color, room.purpose, room.even), (None, [1, 2, 3], Some(Purpose::Bathroom), Some(4)));
+    assert!((room.turn - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    assert_eq!(room.lamps, [Lamp::Hanging { length: 2 }, Lamp::Standing {}]);
+    let doors: Vec<_> = room.doors.iter().map(|door| (door.name.value.as_str(), door.width)).collect();
+    assert_eq!(doors, [("b", 1.0), ("a", 2.0)], "in the order of the file");
+    assert_eq!(room.heating, Heating::Oven { wood: 7 });
+    let room: Room = read("low = 0\nhigh = 1\nwarm = 40").unwrap();
+    assert_eq!(room.heating, Heating::Water { warm: Some(40.0), cold: None });
+    assert_eq!((room.lamps.len(), room.doors.len(), room.purpose, room.visits), (0, 0, None, 0));
+    assert!((room.turn - std::f64::consts::PI).abs() < 1e-9, "a default is what the file would say");
+}
+
+#[test]
+fn everything_wrong_is_reported_at_once() {
+    let text = "name = 1\nlow = 200\ncolor = [1, 256, 'x']\nuse = 'bat'\neven = 3\nwood = 1\nwarm = 2\ncold = true\nlmps = 1\n\
+                lamps = [{}, 3, { kind = 'hangin' }, { kind = 'hanging', lenght = 1 }]\n[doors.a]\nwidth = 'w'\n";
+    assert_eq!(
+        messages::<Room>(text),
+        [
+            "`name` needs a string, not an integer",
+            "`low` is 200; it must be in -100…100",
+            "the file needs the key `high`",
+            "`color[1]` is 256; it must be in 0…255",
+            "`color[2]` needs an integer, not a string",
+            "`use` cannot be `bat`",
+            "3 is odd",
+            "`lamps[0]` needs the key `kind`",
+            "`lamps[1]` needs a table, not an integer",
+            "`lamps[2].kind` cannot be `hangin`",
+            "`lamps[3]` has no key `lenght`",
+            "`doors.a.width` needs a number, not a string",
+            "`wood` and `warm` exclude each other: a room has one oven",
+            "`wood` and `cold` exclude each other: a room has one oven",
+            "the file has no key `lmps`",
+        ]
+    );
+    assert_eq!(
+        messages::<Room>("low = 2\nhigh = 1\nwarm = 1\ncold = true"),
+        ["`warm` and `cold` exclude each other: it is warm or not", "`high` is below `low`, 2",]
+    );
+    let found = read::<Room>("low = 0\nhigh = 1\nuse = 'bat'").unwrap_err();
+    assert_eq!(found[0].help, ["did you mean `bath`?", "one of: `living_room`, `bath`"]);
+    // A check is not made of what is wrong itself.
+    assert_eq!(messages::<Room>("low = 2\nhigh = 'x'"), ["`high` needs a number, not a string"]);
+}
+
+#[test]
+fn the_schema_follows_from_the_declaration() {
+    let number = |about: &str| json!({ "description": about, "type": "number", "minimum": -100, "maximum": 100 });
+    let table = |needed: &[&str], properties: serde_json::Value| json!({ "type": "object", "additionalProperties": false, "required": needed, "properties": properties });
+    let lamps = json!([
+        table(
+            &["kind", "length"],
+            json!({
+                "kind": { "description": "Hangs.", "const": "hanging" },
+                "length": { "description": "Of the cable.", "type": "integer" },
+            })
+        ),
+        table(&["kind"], json!({ "kind": { "description": "Stands.", "const": "standing" } })),
+    ]);
+    let door = table(&["width"], json!({ "width": { "description": "How wide it is.", "type": "number" } }));
+    let expected = json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "a room",
+        "description": "A room.",
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["low", "high"],
+        "properties": {
+            "name": { "description": "Its name.", "type": "string" },
+            "low": number("The floor."),
+            "high": number("The ceiling."),
+            "color": {
+                "description": "Its colour. Default: `[1, 2, 3]`.",
+                "type": "array",
+                "items": { "type": "integer" },
+                "minItems": 3,
+                "maxItems": 3,
+                "default": [1, 2, 3],
+            },
+            "turn": { "description": "Degrees to the left. Default: `180`.", "type": "number", "default": 180 },
+            "use": {
+                "description": "What is made here. Default: `\"living_room\"`.",
+                "type": "string",
+                "enum": ["living_room", "bath"],
+                "default": "living_room",
+            },
+            "even": { "description": "Even numbers.", "type": "integer", "minimum": 0, "maximum": 8 },
+            "lamps": { "description": "Lamps.", "type": "array", "items": { "oneOf": lamps } },
+            "doors": { "description": "Doors, by name.", "type": "object", "additionalProperties": door },
+            "wood": { "description": "Logs a day.", "type": "integer" },
+            "warm": { "description": "Of the water.", "type": "number" },
+            "cold": { "description": "There is none.", "type": "boolean" },
+        },
+    });
+    assert_eq!(Room::form().document("a room"), expected);
+}
+
+#[test]
+fn keys_are_listed_with_all_that_is_known_of_them() {
+    let said: Vec<String> = Room::form().all_keys().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        said,
+        [
+            "name: text. Its name.",
+            "low: number in -100…100, metres, needed. The floor.",
+            "high: number in -100…100, metres, needed. The ceiling.",
+            "color: array of 3 (integer), [1,2,3] by default. Its colour.",
+            "turn: number, 180 by default. Degrees to the left.",
+            "use: living_room or bath, \"living_room\" by default. What is made here.",
+            "even: integer in 0…8. Even numbers.",
+            "lamps: array (table). Lamps.",
+            "doors: tables by name. Doors, by name.",
+            "wood: integer. Logs a day.",
+            "warm: number. Of the water.",
+            "cold: true or false. There is none.",
+        ]
+    );
+}
+
+/// A slider.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("slider", unknown = codes::graph::UNKNOWN_PARAM), over = one_beside, check = labelled(value, label))]
+struct Slider {
+    #[keys(entry)]
+    name: Spanned<String>,
+    /// Takes it away.
+    #[keys(remove)]
+    remove: bool,
+    #[keys(flawed)]
+    flawed: bool,
+    /// Its value.
+    value: Option<f64>,
+    /// Text beside it.
+    #[keys(excludes("icon", why = "there is room for one"))]
+    label: Option<Spanned<String>>,
+    /// Picture beside it.
+    icon: Option<String>,
+}
+
+/// What stands beside a slider is one thing in the whole, too.
+fn one_beside(below: &mut Slider, above: &Slider) {
+    if above.label.is_some() || above.icon.is_some() {
+        (below.label, below.icon) = (None, None);
+    }
+}
+
+fn labelled(table: &Table<'_, '_>, value: Option<&f64>, label: Option<&Spanned<String>>) -> bool {
+    let right = value.is_none_or(|value| *value < 9.0) || label.is_some();
+    if !right && let Some(node) = table.get("value") {
+        node.bad_value::<()>(format!("`{}` is large and has no label", table.name()));
+    }
+    right
+}
+
+fn sliders(text: &str) -> (Vec<Slider>, Vec<String>) {
+    let mut read = Vec::new();
+    let found = read_document("f.toml", text, &mut SourceMap::default(), |root| {
+        read = ByName::read(&root.get("s")?, &(), &()).map(|sliders: ByName<Slider>| sliders.0)?;
+        Some(())
+    });
+    (read, found.map_or_else(|found| found, |((), found)| found).into_iter().map(|found| found.message).collect())
+}
+
+#[test]
+fn layers_are_read_whatever_is_wrong_with_them() {
+    let (read, found) = sliders(
+        "[s.a]\nvalue = 'x'\nlabel = 'l'\n[s.b]\nlabel = 'l'\nicon = 'i'\n[s.c]\nvalue = 1\nvlaue = 2\n[s.d]\n[s.e]\nremove = true\n\
+         value = 1\n[s.f]\nvalue = 9\n",
+    );
+    assert_eq!(
+        found,
+        [
+            "`s.a.value` needs a number, not a string",
+            "`label` and `icon` exclude each other: there is room for one",
+            "`s.c` has no key `vlaue`",
+            "`value` and `remove` exclude each other: what is removed has no `value`",
+            "`s.f` is large and has no label",
+        ]
+    );
+    let flawed: Vec<_> = read.iter().map(|slider| (slider.name.value.as_str(), slider.flawed)).collect();
+    assert_eq!(flawed, [("a", true), ("b", true), ("c", true), ("d", false), ("e", true), ("f", true)]);
+    assert_eq!((read[0].value, read[0].label.as_ref().unwrap().value.as_str()), (None, "l"));
+    assert!(read[4].remove && read[4].removed());
+}
+
+#[test]
+fn layers_merge_key_by_key() {
+    let (mut below, _) = sliders("[s.a]\nvalue = 1\nlabel = 'below'\n[s.b]\nvalue = 2\n[s.c]\n");
+    let (above, _) =
+        sliders("[s.d]\nvalue = 4\n[s.a]\nvalue = 3\nx = 0\n[s.b]\nremove = true\n[s.bb]\nremove = true\n");
+    let mut found = Vec::new();
+    layer::merge(&mut below, above, &mut found);
+    let merged: Vec<_> = below.iter().map(|slider| (slider.name.value.as_str(), slider.value, slider.flawed)).collect();
+    assert_eq!(merged, [("a", Some(3.0), true), ("c", None, false), ("d", Some(4.0), false)]);
+    assert_eq!(below[0].label.as_ref().unwrap().value, "below");
+    assert_eq!((found.len(), found[0].code), (1, codes::graph::UNKNOWN_PARAM));
+    assert_eq!(found[0].message, "the base has no slider `bb`");
+    assert_eq!(Slider::WHAT, "slider");
+    let (mut below, _) = sliders("[s.a]\nlabel = 'text'\nvalue = 1\n");
+    layer::merge(&mut below, sliders("[s.a]\nicon = 'sun'\n").0, &mut found);
+    assert_eq!((&below[0].label, below[0].icon.as_deref(), below[0].value), (&None, Some("sun"), Some(1.0)));
+    let form = Slider::form();
+    assert!(form.keys.iter().all(|key| !key.needed), "a layer says what differs");
+    assert_eq!(form.keys.iter().map(|key| key.name).collect::<Vec<_>>(), ["remove", "value", "label", "icon"]);
+}
+
+/// Seconds, as long as a film lasts.
+struct Film {
+    end: f64,
+}
+
+/// A cut.
+#[derive(Debug, Keys)]
+#[keys(context = Film, into = Cut)]
+struct CutInFile {
+    #[keys(read = inside)]
+    at: f64,
+    #[keys(span)]
+    span: Span,
+}
+
+#[derive(Debug, PartialEq)]
+struct Cut(f64, std::ops::Range<usize>);
+
+impl From<CutInFile> for Cut {
+    fn from(cut: CutInFile) -> Self {
+        Self(cut.at, cut.span.range)
+    }
+}
+
+fn inside(node: &Node<'_, '_>, film: &Film) -> Option<f64> {
+    node.number(0.0..=film.end)
+}
+
+/// A film.
+#[derive(Debug, Keys)]
+#[keys(context = Film)]
+struct Cuts {
+    cuts: Vec<Cut>,
+}
+
+#[test]
+fn what_reading_depends_on_is_handed_down() {
+    let read = |text: &str| {
+        read_document("f.toml", text, &mut SourceMap::default(), |root| Cuts::read_whole(root, &Film { end: 2.0 }))
+    };
+    assert_eq!(read("[[cuts]]\nat = 1\n").unwrap().0.cuts, [Cut(1.0, 0..8)]);
+    assert_eq!(read("[[cuts]]\nat = 3\n").unwrap_err()[0].message, "`cuts[0].at` is 3; it must be in 0…2");
+    assert!(matches!(Cut::shape(&()), Shape::Table(form) if form.keys[0].needed));
+}
