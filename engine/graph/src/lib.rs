@@ -3,7 +3,7 @@
 //! - `front` reads the file and its shaders, and reports every mistake: parse → extends → resolve → reflect → check.
 //! - `ir` holds the data between the phases: the checked graph ([`checked`]) and the plan ([`plan`](mod@plan)).
 //! - `back` makes the plan: sizes → unroll → cull → order → lifetimes → varies → alias → barriers.
-//! - [`print`] shows a plan as text, JSON, DOT or Mermaid.
+//! - [`print`](mod@print) shows a plan as text, JSON, DOT or Mermaid.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

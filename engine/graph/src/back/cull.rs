@@ -188,7 +188,7 @@ fn carried(
 }
 
 /// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
-/// that a `writeonly` binding touches first. This is the assumption of [`crate::back::lifetimes`]. A later `writeonly` store makes nothing
+/// that a `writeonly` binding touches first. This is the assumption of [`lifetimes`](mod@crate::back::lifetimes). A later `writeonly` store makes nothing
 /// anew: it may add to what an earlier pass of the frame stored.
 fn made_anew(
     graph: &Graph,

@@ -1,4 +1,4 @@
-//! The back end: a checked graph in, a plan out, without a device. [`plan`] runs its phases in order; [`dump`] shows the state after one.
+//! The back end: a checked graph in, a plan out, without a device. [`plan`] runs its phases in order; [`dump`](fn@dump) shows the state after one.
 
 mod alias;
 mod barriers;

@@ -1,4 +1,4 @@
-//! Phase 1, parse: the text of one graph file becomes a [`model::File`]. Reports everything that is wrong with the file alone:
+//! Phase 1, parse: the text of one graph file becomes a [`File`](crate::front::model::File). Reports everything that is wrong with the file alone:
 //! syntax, unknown keys, wrong types, numbers out of range. What a name refers to is none of its business.
 
 pub mod loops;

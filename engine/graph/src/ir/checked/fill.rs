@@ -48,7 +48,7 @@ pub enum Source {
     ExtentOf(ResourceId),
     /// Number of elements of a buffer.
     CountOf(ResourceId),
-    /// Index of a material of the world: which name is meant, as an index into [`Graph::materials`].
+    /// Index of a material of the world: which name is meant, as an index into [`Graph::materials`](super::Graph::materials).
     Material(u32),
     /// Something that a clock knows: `clock.NAME.tick`.
     Clock(ClockId, ClockValue),
