@@ -62,7 +62,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
     let files = Arc::new(MemoryFiles::new([("graphs/chain.toml", graph_file().as_str()), ("shaders/link.comp", LINK)]));
     let compiler = Compiler::new(files.clone());
     let mut texts = SourceMap::default();
-    let (graph, _) = raxel_graph::compile("graphs/chain.toml", &*files, &compiler, &Vec::new(), &mut texts)
+    let (graph, _) = raxel_graphfile::compile("graphs/chain.toml", &*files, &compiler, &Vec::new(), &mut texts)
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let facts = |_: &Fact| true;
     let input = PlanInput {

@@ -19,6 +19,8 @@ pub use raxel_edit as edit;
 pub use raxel_generate as generate;
 /// The graph compiler: file, checked graph, plan.
 pub use raxel_graph as graph;
+/// Graph files.
+pub use raxel_graphfile as graphfile;
 /// GPU encodings of voxel worlds.
 pub use raxel_layouts as layouts;
 /// Bench and stress: run time against error.

@@ -35,7 +35,7 @@ fn settle(path: &str, expected: &str) {
 #[test]
 fn file_references_follow_the_schemas() {
     for (path, schema) in [
-        ("docs/graph-file.md", raxel::graph::schema()),
+        ("docs/graph-file.md", raxel::graphfile::schema()),
         ("docs/world-file.md", raxel::worldfile::schema()),
         ("docs/demo-file.md", raxel::runtime::timeline::schema()),
         ("docs/project-file.md", raxel::runtime::manifest::schema()),
@@ -49,7 +49,7 @@ fn file_references_follow_the_schemas() {
 /// The schemas with their names.
 fn schemas() -> [(&'static str, Value); 4] {
     [
-        ("graph", raxel::graph::schema()),
+        ("graph", raxel::graphfile::schema()),
         ("world", raxel::worldfile::schema()),
         ("demo", raxel::runtime::timeline::schema()),
         ("project", raxel::runtime::manifest::schema()),

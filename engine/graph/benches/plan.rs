@@ -8,9 +8,10 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
+use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::Graph;
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, WorldInput};
-use raxel_graph::{EstimatedMemory, compile};
+use raxel_graphfile::compile;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
     Access, Binding, BindingKind, Block, ByteRanges, Dim, Interface, LocalSize, Member, Scalar, ScalarKind, Type,

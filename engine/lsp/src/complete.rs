@@ -67,7 +67,7 @@ fn describe(key: &str, resolved: &Value, node: &Value) -> String {
 /// The schema of a file of a project.
 fn schema(path: &str) -> Value {
     match FileKind::of(path) {
-        FileKind::Graph => raxel_graph::schema(),
+        FileKind::Graph => raxel_graphfile::schema(),
         FileKind::World => raxel_worldfile::schema(),
         FileKind::Demo => raxel_runtime::timeline::schema(),
         FileKind::Project => raxel_runtime::manifest::schema(),

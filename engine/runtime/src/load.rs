@@ -127,7 +127,7 @@ impl Loader {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
         };
         let files = &*self.shader_files;
-        let result = raxel_graph::compile_with(path, files, &self.compiler, &self.sources, &replace, &mut texts);
+        let result = raxel_graphfile::compile_with(path, files, &self.compiler, &self.sources, &replace, &mut texts);
         Part::new(result, texts, self.shader_files.take())
     }
 

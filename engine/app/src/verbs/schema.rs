@@ -39,7 +39,7 @@ impl Kind {
 
     fn schema(self) -> Value {
         match self {
-            Kind::Graph => raxel_graph::schema(),
+            Kind::Graph => raxel_graphfile::schema(),
             Kind::World => raxel_worldfile::schema(),
             Kind::Demo => timeline::schema(),
             Kind::Project => manifest::schema(),

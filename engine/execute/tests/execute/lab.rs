@@ -11,7 +11,8 @@ use raxel_execute::{
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_graph::checked::{Builtin, Fact, Graph, ResourceId};
 use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
-use raxel_graph::{SourceLayout, compile, plan};
+use raxel_graph::{SourceLayout, plan};
+use raxel_graphfile::compile;
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};

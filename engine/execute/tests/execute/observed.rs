@@ -8,8 +8,8 @@ use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecuteError, FrameInputs};
 use raxel_graph::checked::{Graph, ResourceId, ResourceKind, Value};
-use raxel_graph::compile;
 use raxel_graph::plan::Observe;
+use raxel_graphfile::compile;
 use raxel_shader::Compiler;
 use raxel_world::random::SplitMix64;
 

@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn a_language_has_its_words() {
-        let words = words_of(raxel_graph::schema);
+        let words = words_of(raxel_graphfile::schema);
         for word in ["passes", "rgba16f", "linear", "dispatch"] {
             assert!(words.iter().any(|known| known == word), "{word} is none of {words:?}");
         }

@@ -8,7 +8,8 @@ use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
 use raxel_graph::Phase;
 use raxel_graph::plan::{Limits, Observe, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::{dot, json, mermaid, text};
-use raxel_graph::{EstimatedMemory, SourceLayout, compile, dump, plan};
+use raxel_graph::{EstimatedMemory, SourceLayout, dump, plan};
+use raxel_graphfile::compile;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
@@ -20,8 +21,8 @@ pub(crate) const TARGET: Target = Target {
     name: "graph",
     run,
     bounds: Bounds::PARSER,
-    mutation: Mutation::Toml(raxel_graph::schema),
-    seeds: &["engine/graph/tests/front/base.toml"],
+    mutation: Mutation::Toml(raxel_graphfile::schema),
+    seeds: &["engine/graphfile/tests/front/base.toml"],
     longest: 16 << 10,
     quick: 1500,
 };
@@ -31,11 +32,11 @@ const PATH: &str = "graphs/main.toml";
 
 /// The graph with every construct, which inputs may extend, and its shaders.
 const FILES: [(&str, &str); 5] = [
-    ("graphs/base.toml", include_str!("../../../graph/tests/front/base.toml")),
-    ("shaders/primary.comp", include_str!("../../../graph/tests/front/primary.comp")),
-    ("shaders/pyramid.comp", include_str!("../../../graph/tests/front/pyramid.comp")),
-    ("shaders/probes.comp", include_str!("../../../graph/tests/front/probes.comp")),
-    ("shaders/include/world.glsl", include_str!("../../../graph/tests/front/world.glsl")),
+    ("graphs/base.toml", include_str!("../../../graphfile/tests/front/base.toml")),
+    ("shaders/primary.comp", include_str!("../../../graphfile/tests/front/primary.comp")),
+    ("shaders/pyramid.comp", include_str!("../../../graphfile/tests/front/pyramid.comp")),
+    ("shaders/probes.comp", include_str!("../../../graphfile/tests/front/probes.comp")),
+    ("shaders/include/world.glsl", include_str!("../../../graphfile/tests/front/world.glsl")),
 ];
 
 fn run(input: &[u8]) {

@@ -7,7 +7,7 @@ mod loops;
 mod resource;
 
 pub use fill::{Builtin, ClockValue, Fill, Source, UniformBlock};
-pub(crate) use loops::accesses_of_round;
+pub use loops::accesses_of_round;
 pub use loops::{InLoop, Loop, LoopId, MOST_ROUNDS, Round, RoundIndex, Rounds, count_of};
 pub use resource::{
     Buffer, BufferSize, Clear, Display, DisplayMap, Extent, Origin, Resource, ResourceKind, Target, Values, Warning,

@@ -7,7 +7,7 @@
 ///
 /// [`MOST_ROUNDS`]: crate::ir::checked::MOST_ROUNDS
 #[expect(clippy::cast_possible_truncation, reason = "no graph has 2³² parts, see above")]
-pub(crate) fn index32(index: usize) -> u32 {
+pub fn index32(index: usize) -> u32 {
     debug_assert!(u32::try_from(index).is_ok(), "a graph has {index} parts");
     index as u32
 }

@@ -85,7 +85,7 @@ pub(crate) fn product(axes: [u32; 3]) -> u64 {
 }
 
 /// Number of mips down to one texel: ⌊log₂(longest axis)⌋ + 1.
-pub(crate) fn full_chain(extent: [u32; 3]) -> u32 {
+pub fn full_chain(extent: [u32; 3]) -> u32 {
     let longest = extent.into_iter().max().unwrap_or(1).max(1);
     u32::BITS - longest.leading_zeros()
 }

@@ -111,10 +111,10 @@ impl fmt::Debug for FileImage {
 }
 
 /// What stands before the path of a file in a source's name.
-pub(crate) const FILE: &str = "file.";
+pub const FILE: &str = "file.";
 
 /// The layout that a source such as `world.tree64` or `model.pine.tree64` has.
-pub(crate) fn layout_of(source: &str) -> Option<&str> {
+pub fn layout_of(source: &str) -> Option<&str> {
     match source.split_once('.')? {
         ("world", layout) => Some(layout),
         ("model", rest) => rest.rsplit_once('.').map(|(_, layout)| layout),

@@ -97,7 +97,7 @@ pub struct InLoop {
 }
 
 /// The accesses of a pass of a loop in the round of that index.
-pub(crate) fn accesses_of_round(accesses: &[BoundAccess], in_loop: &InLoop, index: u32) -> Vec<BoundAccess> {
+pub fn accesses_of_round(accesses: &[BoundAccess], in_loop: &InLoop, index: u32) -> Vec<BoundAccess> {
     let mut accesses = accesses.to_vec();
     for (access, of_round) in &in_loop.mips {
         accesses[*access as usize].mips = (of_round.at(index), 1);

@@ -1,0 +1,91 @@
+//! Graph files: TOML and its shaders in, a checked graph or every mistake out. No I/O but the files it is given. [`compile_with`] is its five
+//! calls: extends, which parses each file → resolve → reflect → layout images → check.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
+
+mod check;
+mod extends;
+mod layout_images;
+mod literal;
+mod model;
+mod parse;
+mod queues;
+mod reflect;
+mod resolve;
+mod schema;
+
+pub use schema::schema;
+
+use raxel_diagnostics::{Diagnostic, Files, SourceMap};
+use raxel_graph::checked::Graph;
+use raxel_graph::supply::Catalog;
+use raxel_shader::ShaderProvider;
+
+use self::model::File;
+
+/// The checked graph with warnings, or everything that is wrong with it (warnings included).
+pub type Compiled = Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>;
+
+/// Another source for one that a graph names; `None` keeps it.
+pub type Replace<'a> = &'a dyn Fn(&str) -> Option<String>;
+
+/// Compiles the graph file of that path (relative to the project root). `texts` receives every text that diagnostics point into,
+/// which are also the files that the result depends on.
+pub fn compile(
+    path: &str,
+    files: &dyn Files,
+    shaders: &dyn ShaderProvider,
+    sources: &dyn Catalog,
+    texts: &mut SourceMap,
+) -> Compiled {
+    compile_with(path, files, shaders, sources, &|_| None, texts)
+}
+
+/// Compiles a graph as if it named other sources. Targets of a source in whose place there is no image are left out, with their
+/// bindings.
+pub fn compile_with(
+    path: &str,
+    files: &dyn Files,
+    shaders: &dyn ShaderProvider,
+    sources: &dyn Catalog,
+    replace: Replace<'_>,
+    texts: &mut SourceMap,
+) -> Compiled {
+    let mut found = Vec::new();
+    // The file is read, with every file it extends, and laid over them.
+    let Some(mut loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
+    replace_sources(&mut loaded.model, replace, sources);
+    // Names become indices, words become types, literals become values.
+    let mut resolved = resolve::resolve(loaded, sources, &mut found);
+    // Each distinct shader is compiled once; its interface says what it must be given.
+    let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
+    // The image of a source goes with its buffer.
+    layout_images::add(&mut resolved, &reflected, sources);
+    // The graph is compared with its shaders.
+    let graph = check::check(&resolved, &reflected, sources, &mut found);
+    // A graph with any error is not handed on.
+    match graph {
+        Some(graph) if !found.iter().any(Diagnostic::is_error) => Ok((graph, found)),
+        _ => Err(found),
+    }
+}
+
+fn replace_sources(model: &mut File, replace: Replace<'_>, sources: &dyn Catalog) {
+    for source in model.buffers.iter_mut().filter_map(|buffer| buffer.source.as_mut()) {
+        source.value = replace(&source.value).unwrap_or_else(|| source.value.clone());
+    }
+    let mut gone = Vec::new();
+    model.targets.retain_mut(|target| {
+        let Some(source) = &mut target.source else { return true };
+        let Some(other) = replace(&source.value) else { return true };
+        let stays = sources.source(&other).is_some_and(|layout| layout.image.is_some());
+        source.value = other;
+        if !stays {
+            gone.push(target.name.value.clone());
+        }
+        stays
+    });
+    for pass in &mut model.passes {
+        pass.bind.retain(|entry| entry.target.as_ref().is_none_or(|target| !gone.contains(&target.value)));
+    }
+}

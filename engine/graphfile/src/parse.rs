@@ -1,0 +1,120 @@
+//! Phase 1, parse: the text of one graph file becomes a [`File`](crate::model::File). Reports everything that is wrong with the file alone:
+//! syntax, unknown keys, wrong types, numbers out of range. What a name refers to is none of its business.
+
+pub mod loops;
+mod passes;
+pub mod resources;
+
+pub use passes::{RATES, rate};
+
+use raxel_diagnostics::table::{self, Node, Reporter, Table};
+use raxel_diagnostics::{Diagnostic, Spanned};
+use raxel_language::layer::removes;
+use raxel_language::{ByName, Named, Value};
+
+use crate::model::{Choices, Data, File, Literal};
+
+/// Most entries that an array of numbers in a graph file may have.
+pub const LONGEST_ARRAY: usize = 4096;
+
+/// Most names of a param's values.
+pub const MOST_CHOICES: usize = 64;
+
+/// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
+pub const MOST_TICKS: u32 = 16;
+
+/// Reads the text of the graph file of that path. `None` when it is not TOML.
+pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
+    let reporter = Reporter::new(path);
+    let file = table::parse(text, &reporter).map(|document| read(&Table::root(&document, &reporter)));
+    found.extend(reporter.into_diagnostics());
+    file
+}
+
+fn read(root: &Table<'_, '_>) -> File {
+    let mut file = File {
+        path: root.reporter().file().clone(),
+        name: text(root, "name"),
+        about: text(root, "about"),
+        present: text(root, "present"),
+        extends: text(root, "extends"),
+        misspelt: Vec::new(),
+        params: by_name(root, "params"),
+        clocks: by_name(root, "clocks"),
+        targets: by_name(root, "targets"),
+        buffers: by_name(root, "buffers"),
+        blocks: root
+            .tables("blocks")
+            .into_iter()
+            .filter_map(|(name, node, table)| passes::shared_block(name, &node, &table))
+            .collect(),
+        loops: by_name(root, "loops"),
+        passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
+    };
+    file.misspelt = root.finish();
+    file
+}
+
+/// Tables that the author names; none when the key is absent.
+fn by_name<T: Named>(root: &Table<'_, '_>, key: &str) -> Vec<T> {
+    root.get(key).and_then(|node| ByName::read(&node, &(), &())).map(|tables| tables.0).unwrap_or_default()
+}
+
+impl<C: ?Sized> Value<C> for Choices {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        let elements = node.array()?;
+        if !(2..=MOST_CHOICES).contains(&elements.len()) {
+            let count = elements.len();
+            return node.bad_value(format!("`{}` needs 2 to {MOST_CHOICES} names, not {count}", node.name));
+        }
+        let name = |element: &Node<'_, '_>| match element.string()? {
+            name if name.trim().is_empty() => element.bad_value(format!("`{}` is empty", element.name)),
+            name => Some(Spanned::new(name, element.span.clone())),
+        };
+        // Every element is read, so that everything wrong is said.
+        let names: Vec<Option<Spanned<String>>> = elements.iter().map(name).collect();
+        names.into_iter().collect::<Option<_>>().map(Self)
+    }
+}
+
+impl<C: ?Sized> Value<C> for Literal {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        literal(node)
+    }
+}
+
+/// A value with the place of its node.
+pub fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<Spanned<T>> {
+    value.map(|value| Spanned::new(value, node.span.clone()))
+}
+
+/// Text of a key, if it is there.
+fn text(table: &Table<'_, '_>, key: &str) -> Option<Spanned<String>> {
+    table.string(key).map(|(value, span)| Spanned::new(value, span))
+}
+
+/// A number, a boolean, or an array of them.
+fn literal(node: &Node<'_, '_>) -> Option<Literal> {
+    let data = if node.is_boolean() {
+        Data::Bool(node.boolean()?)
+    } else if node.is_integer() {
+        Data::Int(node.integer(i64::MIN..=i64::MAX)?)
+    } else if node.is_number() {
+        Data::Float(node.number(f64::MIN..=f64::MAX)?)
+    } else if node.is_array() {
+        let elements = node.array()?;
+        if elements.len() > LONGEST_ARRAY {
+            let count = elements.len();
+            return node.bad_value(format!("`{}` has {count} elements; the most is {LONGEST_ARRAY}", node.name));
+        }
+        let count = elements.len();
+        let elements: Vec<Literal> = elements.iter().filter_map(literal).collect();
+        if elements.len() != count {
+            return None;
+        }
+        Data::Array(elements)
+    } else {
+        return node.wrong_type("a number, a boolean or an array of them");
+    };
+    Some(Literal { data, span: node.span.clone() })
+}

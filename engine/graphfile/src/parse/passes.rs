@@ -1,0 +1,300 @@
+//! Reads `[[passes]]`.
+
+use raxel_diagnostics::Spanned;
+use raxel_diagnostics::table::{Node, Table};
+
+use super::{at, literal, loops, removes, text};
+use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
+use raxel_graph::checked::{LARGEST_SUBGROUP, MOST_STILL};
+
+/// Times a second that something may run: a thousandth is the unit in which ticks are counted.
+pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
+
+/// Structs in structs that `push` and `uniforms` may nest at most.
+const DEEPEST_NESTING: usize = 16;
+
+/// A pass; flawed and with an empty name when it has none.
+pub fn pass(table: &Table<'_, '_>) -> Pass {
+    let before = table.reporter().count();
+    let name = table.need_string("name").map(|(value, span)| Spanned::new(value, span));
+    let mut pass = Pass {
+        name: name.unwrap_or_else(|| Spanned::new(String::new(), table.span().clone())),
+        remove: removes(table, &["name", "remove"]),
+        flawed: false,
+        before: text(table, "before"),
+        after: text(table, "after"),
+        shader: text(table, "shader"),
+        entry: text(table, "entry"),
+        defines: defines(table),
+        specialization: specialization(table),
+        subgroup_size: table.get("subgroup").and_then(|node| at(&node, subgroup_size(&node))),
+        dispatch: table.get("dispatch").and_then(|node| at(&node, dispatch(&node))),
+        bind: table.get("bind").and_then(|node| node.table()).map(|table| bind(&table)).unwrap_or_default(),
+        push: table.get("push").and_then(|node| fills("push".to_owned(), &node)),
+        uniforms: table.tables("uniforms").into_iter().filter_map(|(name, node, _)| fills(name, &node)).collect(),
+        in_loop: text(table, "loop"),
+        when: text(table, "when"),
+        every: table.get("every").and_then(|node| at(&node, every(&node))),
+    };
+    table.conflict("before", "after", "a pass has one place");
+    table.finish();
+    pass.flawed = table.reporter().count() > before;
+    pass
+}
+
+fn defines(table: &Table<'_, '_>) -> Vec<(Spanned<String>, String)> {
+    let Some(table) = table.get("defines").and_then(|node| node.table()) else { return Vec::new() };
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let text = if node.is_string() {
+            node.string()?
+        } else if node.is_boolean() {
+            u8::from(node.boolean()?).to_string()
+        } else if node.is_integer() {
+            node.integer(i64::MIN..=i64::MAX)?.to_string()
+        } else if node.is_number() {
+            // `{:?}` keeps the point of `2.0`, so that the shader too sees a float.
+            format!("{:?}", node.number(f64::MIN..=f64::MAX)?)
+        } else {
+            return node.wrong_type("a string, a number or a boolean");
+        };
+        Some((Spanned::new(name, node.key_span.clone()), text))
+    };
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+fn specialization(table: &Table<'_, '_>) -> Vec<(Spanned<String>, Constant)> {
+    let Some(table) = table.get("specialization").and_then(|node| node.table()) else { return Vec::new() };
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let constant =
+            if node.is_string() { Constant::From(at(&node, node.string())?) } else { Constant::Value(literal(&node)?) };
+        Some((Spanned::new(name, node.key_span.clone()), constant))
+    };
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+/// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
+fn subgroup_size(node: &Node<'_, '_>) -> Option<u32> {
+    let size = node.integer(1..=LARGEST_SUBGROUP)?;
+    if size.is_power_of_two() {
+        Some(size)
+    } else {
+        node.bad_value(format!("`{}` is {size}; it must be a power of two", node.name))
+    }
+}
+
+fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
+    if node.is_array() {
+        return counts(node).map(Dispatch::Groups);
+    }
+    if !node.is_table() {
+        return node.wrong_type("`[x, y, z]` workgroups, or a table with `threads`, `groups`, `count` or `indirect`");
+    }
+    let table = node.table()?;
+    let (threads, mip) = (table.get("threads"), table.get("mip"));
+    let (groups, tile) = (table.get("groups"), table.get("tile"));
+    let (indirect, count, offset) = (table.get("indirect"), table.get("count"), table.get("offset"));
+    table.finish();
+    let given = [("threads", &threads), ("groups", &groups), ("indirect", &indirect), ("count", &count)];
+    let given: Vec<&str> = given.iter().filter(|(_, node)| node.is_some()).map(|(key, _)| *key).collect();
+    if given.len() != 1 {
+        let which = if given.is_empty() { "none".to_owned() } else { given.join(", ") };
+        return node.bad_value(format!(
+            "`{}` needs one of `threads`, `groups`, `count`, `indirect`; it has {which}",
+            node.name
+        ));
+    }
+    let named = |node: &Option<Node<'_, '_>>| node.as_ref().is_some_and(Node::is_string);
+    if let (Some(mip), false) = (&mip, named(&threads) || named(&groups)) {
+        return mip.bad_value(format!("`{}` needs `threads` or `groups` to name a target", mip.name));
+    }
+    if let (Some(tile), false) = (&tile, named(&groups)) {
+        return tile.bad_value(format!("`{}` needs `groups` to name a target", tile.name));
+    }
+    if let (Some(offset), None) = (&offset, indirect.as_ref().or(count.as_ref())) {
+        return offset.bad_value(format!("`{}` needs `indirect` or `count`", offset.name));
+    }
+    if let Some(node) = threads {
+        if node.is_array() {
+            return counts(&node).map(Dispatch::Threads);
+        }
+        if !node.is_string() {
+            return node.wrong_type("the name of a target or buffer, or `[x, y, z]`");
+        }
+        let mip = dispatch_mip(mip, &node)?;
+        return Some(Dispatch::ThreadsOf { target: Spanned::new(node.string()?, node.span.clone()), mip });
+    }
+    let queue = count.is_some();
+    if let Some(node) = indirect.or(count) {
+        let offset = match offset {
+            Some(offset) => Spanned::new(offset.integer(0..=i64::MAX.cast_unsigned())?, offset.span),
+            None => Spanned::new(0, node.span.clone()),
+        };
+        let buffer = Spanned::new(node.string()?, node.span.clone());
+        return Some(if queue { Dispatch::Queue { buffer, offset } } else { Dispatch::Indirect { buffer, offset } });
+    }
+    let node = groups?;
+    if !node.is_string() {
+        return counts(&node).map(Dispatch::Groups);
+    }
+    let tile = match tile {
+        Some(tile) => counts(&tile)?,
+        None => [1; 3],
+    };
+    let mip = dispatch_mip(mip, &node)?;
+    Some(Dispatch::GroupsOf { target: Spanned::new(node.string()?, node.span.clone()), tile, mip })
+}
+
+fn dispatch_mip(given: Option<Node<'_, '_>>, target: &Node<'_, '_>) -> Option<Spanned<Mip>> {
+    match given {
+        Some(given) => at(&given, loops::mip(&given)),
+        None => Some(Spanned::new(Mip::Level(0), target.span.clone())),
+    }
+}
+
+/// One to three counts; those that are left out are 1.
+fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
+    let elements = node.array()?;
+    if elements.is_empty() || elements.len() > 3 {
+        return node.bad_value(format!("`{}` needs 1 to 3 integers, not {}", node.name, elements.len()));
+    }
+    let mut counts = [1; 3];
+    for (count, element) in counts.iter_mut().zip(&elements) {
+        *count = element.integer(0..=u32::MAX)?;
+    }
+    Some(counts)
+}
+
+fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
+    let read = |(name, node): (String, Node<'_, '_>)| {
+        let name = Spanned::new(name, node.key_span.clone());
+        if node.is_string() {
+            let target = at(&node, node.string());
+            return Some(Bind {
+                name,
+                remove: false,
+                target,
+                mip: None,
+                layer: None,
+                linear: None,
+                repeat: None,
+                partial: None,
+            });
+        }
+        if !node.is_table() {
+            return node.wrong_type("the name of a resource, or a table with `target`");
+        }
+        let table = node.table()?;
+        let remove = removes(&table, &["remove"]);
+        let target = if remove { None } else { table.need_string("target") };
+        let bind = Bind {
+            name,
+            remove,
+            target: target.map(|(value, span)| Spanned::new(value, span)),
+            mip: table.get("mip").and_then(|node| at(&node, loops::mip(&node))),
+            layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535))),
+            linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
+            repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),
+            partial: table.get("partial").and_then(|node| at(&node, node.boolean())),
+        };
+        table.finish();
+        Some(bind)
+    };
+    table.entries().into_iter().filter_map(read).collect()
+}
+
+/// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
+pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
+    if table.get("remove").is_some_and(|node| node.is_boolean()) && removes(table, &["remove"]) {
+        let fills = Fills { name: Spanned::new(name, node.key_span.clone()), members: Vec::new() };
+        return Some(SharedBlock { fills, remove: true });
+    }
+    Some(SharedBlock { fills: fills(name, node)?, remove: false })
+}
+
+fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills<Member>> {
+    let mut members = Vec::new();
+    collect(&node.table()?, "", 0, &mut members);
+    Some(Fills { name: Spanned::new(name, node.key_span.clone()), members })
+}
+
+/// Members of a table, those of nested tables under their path.
+fn collect(table: &Table<'_, '_>, prefix: &str, depth: usize, members: &mut Vec<Member>) {
+    for (key, node) in table.entries() {
+        let path = Spanned::new(if prefix.is_empty() { key } else { format!("{prefix}.{key}") }, node.key_span.clone());
+        let absent = |path| Member { path, remove: false, ty: None, from: None, value: None, offset: None };
+        if node.is_string() {
+            let from = at(&node, node.string());
+            members.push(Member { from, ..absent(path) });
+        } else if !node.is_table() {
+            let Some(value) = literal(&node) else { continue };
+            members.push(Member { value: Some(value), ..absent(path) });
+        } else if let Some(inner) = node.table() {
+            if is_member(&inner) {
+                members.extend(member(path, &node));
+            } else if depth < DEEPEST_NESTING {
+                collect(&inner, &path.value, depth + 1, members);
+            } else {
+                node.bad_value::<()>(format!("`{}` nests more than {DEEPEST_NESTING} structs", node.name));
+            }
+        }
+    }
+}
+
+/// Whether a table says the value of one member, and is not a struct with members of its own: it has one of a member's keys, and
+/// that key's value is no table.
+fn is_member(table: &Table<'_, '_>) -> bool {
+    let keys = ["from", "value", "type", "offset", "remove"];
+    table.entries().iter().any(|(key, node)| keys.contains(&key.as_str()) && !node.is_table())
+}
+
+fn member(path: Spanned<String>, node: &Node<'_, '_>) -> Option<Member> {
+    let table = node.table()?;
+    let remove = removes(&table, &["remove"]);
+    table.conflict("from", "value", "a member has one value");
+    let member = Member {
+        path,
+        remove,
+        ty: text(&table, "type"),
+        from: text(&table, "from"),
+        value: table.get("value").and_then(|node| literal(&node)),
+        offset: table.get("offset").and_then(|node| at(&node, node.integer(0..=u32::MAX))),
+    };
+    if !remove && table.get("from").is_none() && table.get("value").is_none() {
+        node.bad_value::<()>(format!("`{}` needs `from` or `value`", node.name));
+    }
+    table.finish();
+    Some(member)
+}
+
+fn every(node: &Node<'_, '_>) -> Option<Every> {
+    if node.is_string() {
+        return node.string().map(Every::Clock);
+    }
+    if !node.is_table() {
+        return node.wrong_type("the name of a clock, `{ hz = … }`, `{ frames = … }` or `{ still = … }`");
+    }
+    let table = node.table()?;
+    let conflicts = [("hz", "frames"), ("hz", "still"), ("frames", "still")]
+        .map(|(a, b)| table.conflict(a, b, "a pass has one rhythm"));
+    let (hz, frames, still) = (table.get("hz"), table.get("frames"), table.get("still"));
+    table.finish();
+    let count = |node: &Node<'_, '_>| node.integer(1..=u32::MAX);
+    match (hz, frames, still) {
+        _ if conflicts.contains(&true) => None,
+        (Some(hz), ..) => rate(&hz).map(Every::Hz),
+        (_, Some(frames), _) => count(&frames).map(Every::Frames),
+        (.., Some(still)) => still.integer(1..=MOST_STILL).map(Every::Still),
+        (None, None, None) => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
+    }
+}
+
+/// A number of times a second.
+pub fn rate(node: &Node<'_, '_>) -> Option<f64> {
+    match node.number(f64::MIN..=f64::MAX)? {
+        rate if RATES.contains(&rate) => Some(rate),
+        rate => {
+            let (least, most) = (RATES.start(), RATES.end());
+            node.bad_value(format!("`{}` is {rate}; it must be at least {least} and at most {most}", node.name))
+        }
+    }
+}

@@ -1,0 +1,496 @@
+//! Resolves `[[passes]]`: the shader to compile, resources, params, builtins, conditions.
+
+use raxel_diagnostics::files::join;
+use raxel_diagnostics::names::{closest, list};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_shader::Request;
+
+use super::params::unknown_type;
+use super::resources::no_elements;
+use super::supplied::extent_from_outside;
+use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
+use crate::model::{self, Fills, Mip};
+use crate::queues::Queue;
+use raxel_graph::ValueType;
+use raxel_graph::checked::{
+    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
+    Source, Value,
+};
+use raxel_graph::index32;
+use raxel_graph::supply::layout_of;
+
+/// The facts of `when` that are no param.
+pub const FACTS: [(&str, Fact); 5] = [
+    ("world.has_emission", Fact::WorldHasEmission),
+    ("world.has_transparency", Fact::WorldHasTransparency),
+    ("world.has_voxels", Fact::WorldHasVoxels),
+    ("device.packets", Fact::DevicePackets),
+    ("device.ballots", Fact::DeviceBallots),
+];
+
+/// Elements that an array member may be declared with.
+const LONGEST_MEMBER: u32 = 4096;
+
+/// A pass. `arguments` gives the buffers that are made for passes that dispatch queues.
+pub fn pass(
+    pass: &model::Pass,
+    scope: &Scope<'_>,
+    arguments: &mut impl Iterator<Item = ResourceId>,
+    found: &mut Vec<Diagnostic>,
+) -> Pass {
+    let whose = format!("pass `{}`", pass.name.value);
+    let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
+    let request = request(pass, &whose, &bind, scope, found);
+    if pass.dispatch.is_none() && !pass.flawed {
+        found.push(missing_dispatch(pass, &whose, &bind, scope));
+    }
+    let dispatched = pass.dispatch.as_ref().and_then(|given| dispatch(given, scope, arguments, found));
+    let (dispatch, queue) = dispatched.map_or((None, None), |(dispatch, queue)| (Some(dispatch), queue));
+    let every = pass.every.as_ref().and_then(|given| self::every(given, scope, found));
+    Pass {
+        name: pass.name.clone(),
+        request,
+        dispatch,
+        queue,
+        dispatch_mip: pass.dispatch.as_ref().and_then(|given| dispatch_mip(&given.value)),
+        in_loop: pass.in_loop.as_ref().and_then(|name| in_loop(name, scope, found)),
+        names_loop: pass.in_loop.is_some(),
+        bind,
+        push: pass.push.as_ref().map(|block| fills(block, scope, found)),
+        uniforms: pass.uniforms.iter().map(|block| fills(block, scope, found)).collect(),
+        specialization: (pass.specialization.iter())
+            .map(|(name, value)| (name.clone(), constant(value, scope, found)))
+            .collect(),
+        subgroup_size: pass.subgroup_size.as_ref().map(|size| size.value),
+        when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
+        every,
+        // By which clock it runs decides what it may write.
+        sound: !pass.flawed && every.is_some() == pass.every.is_some(),
+    }
+}
+
+/// The diagnostic for a pass without `dispatch`, with the first target that it binds as the likely one.
+fn missing_dispatch(pass: &model::Pass, whose: &str, bind: &[Bind], scope: &Scope<'_>) -> Diagnostic {
+    let mut bound = (bind.iter())
+        .filter_map(|entry| entry.target.as_ref())
+        .map(|target| &scope.resources[target.value.0.0 as usize].item);
+    let target = bound.find(|resource| matches!(resource.kind, ResourceKind::Target(_)));
+    let name = target.map_or("NAME", |target| &target.name);
+    missing(whose, "dispatch", &pass.name.span)
+        .help(format!("e.g. `dispatch = {{ threads = \"{name}\" }}` for one thread per texel of a target"))
+}
+
+/// What to compile: the file's defines, and one more for each world layout that is bound.
+fn request(
+    pass: &model::Pass,
+    whose: &str,
+    bind: &[Bind],
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Spanned<Request>> {
+    let Some(shader) = &pass.shader else {
+        if !pass.flawed {
+            found.push(missing(whose, "shader", &pass.name.span));
+        }
+        return None;
+    };
+    let Some(path) = join("shaders", &shader.value) else {
+        found.push(
+            Diagnostic::error(
+                codes::files::OUTSIDE_ROOT,
+                format!("`{}` is not a path inside the project", shader.value),
+            )
+            .label(shader.span.clone(), "")
+            .help("write it relative to `shaders/`"),
+        );
+        return None;
+    };
+    let mut defines: Vec<(String, String)> = Vec::new();
+    for (name, text) in &pass.defines {
+        if !is_macro_name(&name.value) {
+            found.push(
+                Diagnostic::error(codes::graph::DEFINE, format!("`{}` cannot be the name of a define", name.value))
+                    .label(name.span.clone(), "")
+                    .help("a define has letters, digits and `_`, no digit first, no `__` and no `GL_` in front"),
+            );
+        } else if text.contains(['\n', '\r', '\0']) {
+            found.push(
+                Diagnostic::error(codes::graph::DEFINE, format!("define `{}` has more than one line", name.value))
+                    .label(name.span.clone(), ""),
+            );
+        } else {
+            defines.push((name.value.clone(), text.clone()));
+        }
+    }
+    for entry in bind {
+        let Some(target) = &entry.target else { continue };
+        let source = scope.resources[target.value.0.0 as usize].item.kind.supplied_by();
+        if let Some(layout) = source.and_then(layout_of) {
+            let define = layout_define(layout, &entry.name.value);
+            // What is no macro name is no name of a binding either, and that is reported when it is held against the shader.
+            if is_macro_name(&define) {
+                defines.push((define, "1".to_owned()));
+            }
+        }
+    }
+    defines.sort();
+    defines.dedup();
+    let entry = pass.entry.as_ref().map_or("main", |entry| &entry.value).to_owned();
+    Some(Spanned::new(Request { path, entry, defines }, shader.span.clone()))
+}
+
+/// The define by which an include knows the layout of a binding: that of `world` for `<raxel/world.glsl>`, of any other one for
+/// `<raxel/world/BINDING.glsl>`.
+fn layout_define(layout: &str, binding: &str) -> String {
+    let layout = layout.to_uppercase();
+    if binding == "world" { format!("RX_LAYOUT_{layout}") } else { format!("RX_LAYOUT_{layout}_{binding}") }
+}
+
+fn is_macro_name(name: &str) -> bool {
+    let first = name.bytes().next().is_some_and(|b| b.is_ascii_alphabetic() || b == b'_');
+    let all = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+    first && all && name.len() <= 256 && !name.contains("__") && !name.starts_with("GL_")
+}
+
+fn bind(entry: &model::Bind, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Bind {
+    Bind {
+        name: entry.name.clone(),
+        target: entry.target.as_ref().and_then(|target| reference(target, scope, found)),
+        mip: entry.mip.clone(),
+        layer: entry.layer.clone(),
+        linear: entry.linear.clone(),
+        repeat: entry.repeat.clone(),
+        partial: entry
+            .partial
+            .as_ref()
+            .filter(|partial| partial.value)
+            .map(|partial| Spanned::new((), partial.span.clone())),
+    }
+}
+
+/// A resource of this frame or an earlier one, e.g. `color@1`.
+fn reference(
+    name: &Spanned<String>,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Spanned<(ResourceId, u32)>> {
+    let (plain, age) = age(&name.value);
+    let id = scope.resource(plain, &name.span, found)?;
+    let declared = &scope.resources[id.0 as usize];
+    let history = declared.item.history;
+    match age {
+        Some(age) if age <= history => return Some(Spanned::new((id, age), name.span.clone())),
+        // A history that could not be read says nothing.
+        Some(_) if !declared.sound => {}
+        Some(_) if declared.item.kind.supplied_by().is_some() => found.push(
+            Diagnostic::error(codes::graph::HISTORY, format!("`{plain}` comes from outside and has no earlier frames"))
+                .label(name.span.clone(), "an earlier frame")
+                .label(declared.detail.clone(), "supplied by this source")
+                .help(format!("write `{plain}`")),
+        ),
+        Some(age) => found.push(
+            Diagnostic::error(
+                codes::graph::HISTORY,
+                format!("`{}` is {age} frames old, but `{plain}` keeps {history}", name.value),
+            )
+            .label(name.span.clone(), "older than what is kept")
+            .label(declared.item.place.clone(), "declared here")
+            .help(format!("give `{plain}` the key `history = {age}`")),
+        ),
+        None => found.push(
+            Diagnostic::error(codes::graph::HISTORY, format!("`{}` names no earlier frame", name.value))
+                .label(name.span.clone(), "a number of frames, at least 1, follows `@`")
+                .help(format!("write `{plain}` for this frame, `{plain}@1` for the last")),
+        ),
+    }
+    None
+}
+
+fn dispatch(
+    given: &Spanned<model::Dispatch>,
+    scope: &Scope<'_>,
+    arguments: &mut impl Iterator<Item = ResourceId>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<(Spanned<checked::Dispatch>, Option<Queue>)> {
+    let mut queue = None;
+    let dispatch = match &given.value {
+        model::Dispatch::Threads(threads) => checked::Dispatch::Threads(*threads),
+        model::Dispatch::Groups(groups) => checked::Dispatch::Groups(*groups),
+        model::Dispatch::ThreadsOf { target, .. } if target.value == "world" => checked::Dispatch::ThreadsOfWorld,
+        model::Dispatch::ThreadsOf { target, mip } => match (counted(target, mip.value, scope, found)?, mip.value) {
+            ((id, true), Mip::Level(mip)) => checked::Dispatch::ThreadsOf { target: id, mip },
+            // Which one a round covers, the loop says.
+            ((id, true), Mip::Round(index)) => checked::Dispatch::ThreadsOf { target: id, mip: index.at(0) },
+            ((id, false), _) => checked::Dispatch::ElementsOf { buffer: id },
+        },
+        model::Dispatch::GroupsOf { target, tile, mip } => {
+            let target = of_kind(target, scope, "target", found)?;
+            let mip = match mip.value {
+                Mip::Level(mip) => mip,
+                Mip::Round(index) => index.at(0),
+            };
+            checked::Dispatch::GroupsOf { target, mip, tile: *tile }
+        }
+        model::Dispatch::Indirect { buffer, offset } => {
+            let id = of_kind(buffer, scope, "buffer", found)?;
+            checked::Dispatch::Indirect { buffer: id, offset: offset.value }
+        }
+        model::Dispatch::Queue { buffer, offset } => {
+            let arguments = arguments.next();
+            let id = of_kind(buffer, scope, "buffer", found)?;
+            queue = Some(Queue { buffer: id, offset: offset.value });
+            checked::Dispatch::Indirect { buffer: arguments?, offset: 0 }
+        }
+    };
+    Some((Spanned::new(dispatch, given.span.clone()), queue))
+}
+
+/// What threads are counted by: a target (true), or a buffer that has elements (false).
+fn counted(
+    name: &Spanned<String>,
+    mip: Mip,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<(ResourceId, bool)> {
+    let id = scope.resource(&name.value, &name.span, found)?;
+    let declared = &scope.resources[id.0 as usize];
+    let ResourceKind::Buffer(_) = &declared.item.kind else {
+        return of_kind(name, scope, "target", found).map(|id| (id, true));
+    };
+    if mip != Mip::Level(0) {
+        let mip = match mip {
+            Mip::Level(mip) => mip.to_string(),
+            Mip::Round(index) => index.name().to_owned(),
+        };
+        let message = format!("`{}` is a buffer, which has no mip {mip}", name.value);
+        found.push(
+            Diagnostic::error(codes::graph::WRONG_KIND, message)
+                .label(name.span.clone(), "only a target has mips")
+                .label(declared.item.place.clone(), "declared here"),
+        );
+        return None;
+    }
+    elements(id, name, scope, found).then_some((id, false))
+}
+
+/// Whether the elements of a buffer can be counted. What is wrong with its declaration is reported there.
+fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
+    let declared = &scope.resources[id.0 as usize];
+    let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
+    if !counted && declared.sound {
+        found.push(no_elements(name, &declared.detail));
+    }
+    counted
+}
+
+fn dispatch_mip(given: &model::Dispatch) -> Option<Spanned<RoundIndex>> {
+    let (model::Dispatch::ThreadsOf { mip, .. } | model::Dispatch::GroupsOf { mip, .. }) = given else { return None };
+    let Mip::Round(index) = mip.value else { return None };
+    Some(Spanned::new(index, mip.span.clone()))
+}
+
+fn in_loop(name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<LoopId>> {
+    if let Some(id) = scope.loop_names.get(&name.value) {
+        return Some(Spanned::new(LoopId(*id), name.span.clone()));
+    }
+    let known = scope.loop_names.keys().map(String::as_str);
+    found.push(unknown(codes::graph::UNKNOWN_LOOP, "loop", &name.value, &name.span, known));
+    None
+}
+
+/// A resource that must be a target or must be a buffer.
+pub fn of_kind(
+    name: &Spanned<String>,
+    scope: &Scope<'_>,
+    kind: &str,
+    found: &mut Vec<Diagnostic>,
+) -> Option<ResourceId> {
+    let id = scope.resource(&name.value, &name.span, found)?;
+    let Declared { item: declared, detail, sound, .. } = &scope.resources[id.0 as usize];
+    let is = match declared.kind {
+        ResourceKind::Target(_) => "target",
+        ResourceKind::Buffer(_) => "buffer",
+    };
+    if is == kind {
+        // A target is named here for its extent. That of a copy is known once a plan is made.
+        let outside = matches!(&declared.kind, ResourceKind::Target(target) if target.extent == Extent::Source);
+        if outside && *sound && declared.copied_from().is_none() {
+            found.push(extent_from_outside(name, detail));
+            return None;
+        }
+        return Some(id);
+    }
+    found.push(
+        Diagnostic::error(codes::graph::WRONG_KIND, format!("`{}` is a {is}, not a {kind}", name.value))
+            .label(name.span.clone(), format!("a {kind} is needed here"))
+            .label(declared.place.clone(), format!("declared as a {is}")),
+    );
+    None
+}
+
+fn every(given: &Spanned<model::Every>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Every> {
+    Some(match &given.value {
+        model::Every::Hz(hz) => Every::Hz(*hz),
+        model::Every::Frames(frames) => Every::Frames(*frames),
+        model::Every::Still(frames) => Every::Still(*frames),
+        model::Every::Clock(name) => Every::Clock(scope.clock(name, &given.span, found)?),
+    })
+}
+
+/// The values of a block of a pass, or of one of `[blocks.*]`.
+pub fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
+    Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
+}
+
+fn member(member: &model::Member, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Member {
+    let ty = member.ty.as_ref().and_then(|word| {
+        let ty = member_type(&word.value);
+        if ty.is_none() {
+            found.push(unknown_type(&word.value, &word.span, ValueType::words()));
+        }
+        ty.map(|ty| Spanned::new(ty, word.span.clone()))
+    });
+    let feed = match (&member.from, &member.value) {
+        (Some(from), _) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
+        (None, Some(literal)) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        (None, None) => None,
+    };
+    Member { path: member.path.clone(), ty, feed, offset: member.offset.clone() }
+}
+
+/// `vec3`, `vec4[8]`.
+fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
+    let Some((element, rest)) = word.split_once('[') else { return ValueType::from_word(word).map(|ty| (ty, None)) };
+    let len: u32 = rest.strip_suffix(']')?.parse().ok().filter(|len| (1..=LONGEST_MEMBER).contains(len))?;
+    ValueType::from_word(element).map(|ty| (ty, Some(len)))
+}
+
+fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<Feed>> {
+    match value {
+        model::Constant::Value(literal) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
+        model::Constant::From(from) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
+    }
+}
+
+/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME`, `clock.NAME.tick`, or a builtin.
+fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
+    let word = from.value.as_str();
+    if let Some(name) = word.strip_prefix("param.") {
+        let id = scope.param(name, &from.span, found)?;
+        let param = &scope.params[id.0 as usize];
+        return param.sound.then(|| Feed::From(Source::Param(id), Value::ty(&param.item.default)));
+    }
+    if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
+        let name = Spanned::new(name.to_owned(), from.span.clone());
+        let id = of_kind(&name, scope, "target", found)?;
+        if !scope.resources[id.0 as usize].sound {
+            return None;
+        }
+        let rows = if has_third_axis(id, scope) { 3 } else { 2 };
+        let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
+        return Some(Feed::From(Source::ExtentOf(id), ty));
+    }
+    if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
+        let name = Spanned::new(name.to_owned(), from.span.clone());
+        let id = of_kind(&name, scope, "buffer", found)?;
+        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
+    }
+    if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
+        return Some(Feed::From(Source::Round(index), ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1))));
+    }
+    if let Some(name) = word.strip_prefix("material.").filter(|name| !name.is_empty()) {
+        let mut materials = scope.materials.borrow_mut();
+        materials.push(Material { name: name.to_owned(), place: from.span.clone() });
+        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        return Some(Feed::From(Source::Material(index32(materials.len()) - 1), ty));
+    }
+    if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
+        let (scalar, shape) = builtin.ty();
+        return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
+    }
+    if let Some((name, word)) = word.strip_prefix("clock.").and_then(|rest| rest.rsplit_once('.'))
+        && let Some((value, _)) = ClockValue::ALL.iter().find(|(_, known)| *known == word)
+    {
+        let id = scope.clock(name, &from.span, found)?;
+        let scalar = match value {
+            ClockValue::Tick => raxel_shader::interface::Scalar::U32,
+            ClockValue::Delta | ClockValue::Phase => raxel_shader::interface::Scalar::F32,
+        };
+        return Some(Feed::From(Source::Clock(id, *value), ValueType::new(scalar, (1, 1))));
+    }
+    found.push(unknown_source(word, &from.span, scope));
+    None
+}
+
+fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
+    let rounds = || RoundIndex::ALL.into_iter().map(RoundIndex::name);
+    let builtins = || Builtin::ALL.iter().map(|builtin| builtin.name()).chain(rounds());
+    let params: Vec<String> = scope.params.iter().map(|param| format!("param.{}", param.item.name)).collect();
+    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_BUILTIN, format!("nothing is called `{word}`"))
+        .label(place.clone(), "no such value");
+    // A param is often named without the word that says it is one.
+    let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
+    match meant
+        .or_else(|| closest(word, params.iter().map(String::as_str).chain(builtins().map(|name| -> &str { name }))))
+    {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic.help(format!(
+            "`param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME` or one of: {}",
+            list(builtins())
+        )),
+    }
+}
+
+/// Whether the extent of a target has depth or layers. A chain of `of` that closes on itself is reported elsewhere.
+fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
+    let mut next = id;
+    for _ in 0..=scope.resources.len() {
+        let ResourceKind::Target(target) = &scope.resources[next.0 as usize].item.kind else { return false };
+        if next == id && target.layers > 1 {
+            return true;
+        }
+        match target.extent {
+            Extent::Fixed3(_) | Extent::World { .. } | Extent::Source => return true,
+            Extent::Of { target, .. } => next = target,
+            Extent::Output { .. } | Extent::Fixed2(_) => return false,
+        }
+    }
+    false
+}
+
+/// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
+fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
+    if when.value == "always" {
+        return None;
+    }
+    let word = when.value.strip_prefix('!').unwrap_or(&when.value);
+    let negated = word.len() < when.value.len();
+    if let Some((_, fact)) = FACTS.iter().find(|(name, _)| *name == word) {
+        return Some(Condition { fact: fact.clone(), negated });
+    }
+    if let Some(name) = word.strip_prefix("param.") {
+        let id = scope.param(name, &when.span, found)?;
+        let param = &scope.params[id.0 as usize];
+        if matches!(param.item.default, Value::Bool(_)) {
+            return Some(Condition { fact: Fact::Param(id), negated });
+        }
+        if param.sound {
+            let ty = param.item.default.ty().word();
+            found.push(
+                Diagnostic::error(codes::graph::CONDITION_TYPE, format!("param `{name}` is `{ty}`, not `bool`"))
+                    .label(when.span.clone(), "a condition holds or does not")
+                    .label(param.detail.clone(), "declared here"),
+            );
+        }
+        return None;
+    }
+    let facts = || FACTS.iter().map(|(name, _)| *name);
+    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_FACT, format!("there is no condition `{word}`"))
+        .label(when.span.clone(), "no such condition");
+    found.push(match closest(word, facts()) {
+        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
+        None => diagnostic.help(format!("`param.NAME` of a bool, or one of: {}", list(facts()))),
+    });
+    None
+}
