@@ -1,5 +1,32 @@
 //! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
 //! rendered; what is written appears under its name only when it is whole.
+//!
+//! ```no_run
+//! use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Shoot};
+//! use raxel_runtime::{Options, Session};
+//!
+//! let demo = Some("worlds/valley.demo.toml".into());
+//! let mut session = Session::open(Options { demo, size: [640, 360], step: Some(1.0 / 30.0), ..Options::default() })?;
+//! let output = Output::parse("valley.mp4", None)?;
+//! let place = Place::prepare(&output, [640, 360], 30.0, 0)?;
+//! let shoot = Shoot {
+//!     run: 0..90,
+//!     wanted: 0..90,
+//!     layers: Layers::Picture,
+//!     coding: Coding { kind: output.kind(), compression: Compression::default(), quality: 90 },
+//!     captions: None,
+//!     samples: 1,
+//!     settle: 0,
+//!     mode: Mode::AtOnce,
+//! };
+//! shoot.run::<Box<dyn std::error::Error>>(
+//!     &mut session,
+//!     place,
+//!     |_, frame| Ok(println!("frame {frame}")),
+//!     |session| Ok(drop(session.frame()?)),
+//! )?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
