@@ -135,11 +135,13 @@ impl Chunk {
     }
 
     /// Number of solid voxels, 1…262 144.
+    #[inline]
     pub fn solids(&self) -> u32 {
         self.solids
     }
 
     /// Occupancy of every 4³ block, in the order of [`block_index`]; bits in the order of [`child_index`].
+    #[inline]
     pub fn masks(&self) -> &[u64; BLOCKS] {
         &self.masks
     }
@@ -151,12 +153,14 @@ impl Chunk {
     }
 
     /// Occupancy of one 16³ node (0…63, by [`child_index`]): which of its 64 blocks have solids.
+    #[inline]
     pub fn node_mask(&self, node: usize) -> u64 {
         let blocks = &self.masks[node * 64..][..64];
         blocks.iter().enumerate().fold(0, |mask, (i, &block)| mask | u64::from(block != 0) << i)
     }
 
     /// Occupancy of the chunk: which of its 64 nodes have solids.
+    #[inline]
     pub fn root_mask(&self) -> u64 {
         (0..64).fold(0, |mask, node| mask | u64::from(self.node_mask(node) != 0) << node)
     }
@@ -178,6 +182,7 @@ impl Chunk {
     }
 
     /// Materials of the solid voxels of a block, in the order of the set bits of its mask.
+    #[inline]
     pub fn block_materials(&self, block: usize) -> impl Iterator<Item = MaterialIndex> + '_ {
         let first = self.first(block);
         (first..first + self.mask(block).count_ones()).map(|n| self.material(n))
@@ -185,6 +190,7 @@ impl Chunk {
 
     /// The materials of the solid voxels in tree order: those that there are, ascending, and an index into them for each voxel, or none where
     /// there is only one. `None` when there are more than 256.
+    #[inline]
     pub fn indexed(&self) -> Option<(&[MaterialIndex], &[u8])> {
         match &self.materials {
             Packed::Uniform(material) => Some((std::slice::from_ref(material), &[])),

@@ -31,11 +31,13 @@ impl Default for DenseChunk {
 
 impl DenseChunk {
     /// Empties all voxels.
+    #[inline]
     pub fn clear(&mut self) {
         self.masks.fill(0);
     }
 
     /// Makes every voxel solid and of one material.
+    #[inline]
     pub fn fill(&mut self, material: MaterialIndex) {
         self.masks.fill(u64::MAX);
         self.voxels.fill(material);
@@ -53,11 +55,13 @@ impl DenseChunk {
     }
 
     /// Occupancy of every block.
+    #[inline]
     pub fn masks(&self) -> &[u64; BLOCKS] {
         &self.masks
     }
 
     /// The 64 voxels of a block; meaningful where its mask is set.
+    #[inline]
     pub fn block(&self, block: usize) -> &[MaterialIndex] {
         &self.voxels[block * 64..][..64]
     }

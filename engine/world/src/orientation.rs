@@ -69,23 +69,27 @@ impl Orientation {
 
     /// The byte of which [`Orientation::from_vox`] makes it.
     #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
+    #[inline]
     pub fn to_vox(&self) -> u8 {
         let sign = |axis: usize| u8::from(self.negate[axis]) << (4 + axis);
         self.axis[0] as u8 | (self.axis[1] as u8) << 2 | sign(0) | sign(1) | sign(2)
     }
 
     /// Turns a vector.
+    #[inline]
     pub fn vector(&self, v: [i64; 3]) -> [i64; 3] {
         std::array::from_fn(|i| if self.negate[i] { -v[self.axis[i]] } else { v[self.axis[i]] })
     }
 
     /// Turns a cell about the lattice point at the origin: cell c covers [c, c + 1), so its mirror image is −c − 1.
+    #[inline]
     pub fn cell(&self, c: [i64; 3]) -> [i64; 3] {
         std::array::from_fn(|i| if self.negate[i] { -c[self.axis[i]] - 1 } else { c[self.axis[i]] })
     }
 
     /// First `inner`, then `self`.
     #[must_use]
+    #[inline]
     pub fn after(&self, inner: &Self) -> Self {
         Self {
             axis: std::array::from_fn(|i| inner.axis[self.axis[i]]),
@@ -108,6 +112,7 @@ impl Placement {
     pub const IDENTITY: Self = Self { turn: Orientation::IDENTITY, to: [0; 3] };
 
     /// Places a cell. Saturates far beyond the range of voxel coordinates.
+    #[inline]
     pub fn cell(&self, c: [i64; 3]) -> [i64; 3] {
         let turned = self.turn.cell(c);
         std::array::from_fn(|i| turned[i].saturating_add(self.to[i]))
@@ -115,6 +120,7 @@ impl Placement {
 
     /// First `inner`, then `self`.
     #[must_use]
+    #[inline]
     pub fn after(&self, inner: &Self) -> Self {
         let moved = self.turn.vector(inner.to);
         Self { turn: self.turn.after(&inner.turn), to: std::array::from_fn(|i| moved[i].saturating_add(self.to[i])) }

@@ -22,6 +22,7 @@ pub enum Content {
 pub const MAX_LEVEL: u32 = 3;
 
 /// Voxels along a cell of a level.
+#[inline]
 pub const fn cell_edge(level: u32) -> i64 {
     1 << (2 * level)
 }

@@ -28,12 +28,14 @@ impl ChunkPos {
     }
 
     /// The chunk that holds a voxel.
+    #[inline]
     pub fn of_cell(cell: IVec3) -> Self {
         Self::new(cell.x >> 6, cell.y >> 6, cell.z >> 6)
     }
 
     /// One of the chunks in [`Bounds::chunk_ranges`]: cells go from −2³¹ to 2³¹, so that its coordinates are within ±2²⁵.
     #[expect(clippy::cast_possible_truncation, reason = "chunks of cells within ±2³¹ are within ±2²⁵")]
+    #[inline]
     pub fn of_range([x, y, z]: [i64; 3]) -> Self {
         debug_assert!([x, y, z].iter().all(|c| i32::try_from(*c).is_ok()), "no chunk is at {x}, {y}, {z}");
         Self::new(x as i32, y as i32, z as i32)
@@ -48,6 +50,7 @@ impl ChunkPos {
     }
 
     /// The voxel at its smallest corner.
+    #[inline]
     pub fn origin(self) -> IVec3 {
         IVec3::new(self.x, self.y, self.z) * CHUNK_EDGE
     }
@@ -64,21 +67,25 @@ pub struct Bounds {
 
 impl Bounds {
     /// Voxels along each axis.
+    #[inline]
     pub fn size(&self) -> [u64; 3] {
         std::array::from_fn(|i| (self.max[i] - self.min[i]).cast_unsigned())
     }
 
     /// Chunks that it touches, as half-open ranges of chunk coordinates along x, y, z.
+    #[inline]
     pub fn chunk_ranges(&self) -> [std::ops::Range<i64>; 3] {
         std::array::from_fn(|i| self.min[i] >> 6..(self.max[i] + 63) >> 6)
     }
 
     /// How many chunks it touches; 0 when it is empty along an axis.
+    #[inline]
     pub fn chunk_count(&self) -> u128 {
         self.chunk_ranges().map(|range| u128::from((range.end - range.start).max(0).unsigned_abs())).iter().product()
     }
 
     /// Whether every voxel of a chunk is inside.
+    #[inline]
     pub fn contains_chunk(&self, pos: ChunkPos) -> bool {
         let origin = pos.origin().to_array().map(i64::from);
         (0..3).all(|i| self.min[i] <= origin[i] && origin[i] + i64::from(CHUNK_EDGE) <= self.max[i])
@@ -86,6 +93,7 @@ impl Bounds {
 
     /// Smallest box around both.
     #[must_use]
+    #[inline]
     pub fn union(self, other: Self) -> Self {
         Self {
             min: std::array::from_fn(|i| self.min[i].min(other.min[i])),
@@ -259,6 +267,7 @@ impl World {
     }
 
     /// The palette; index 0 is air.
+    #[inline]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -274,6 +283,7 @@ impl World {
     }
 
     /// Box around all solids.
+    #[inline]
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
     }
@@ -290,17 +300,20 @@ impl World {
     }
 
     /// The chunk at a position, if it has solids.
+    #[inline]
     pub fn chunk(&self, pos: ChunkPos) -> Option<&Arc<Chunk>> {
         self.chunks.get(&pos)
     }
 
     /// Material of a voxel.
+    #[inline]
     pub fn voxel(&self, cell: IVec3) -> MaterialIndex {
         let Some(chunk) = self.chunk(ChunkPos::of_cell(cell)) else { return AIR };
         chunk.voxel((cell.x & 63).cast_unsigned(), (cell.y & 63).cast_unsigned(), (cell.z & 63).cast_unsigned())
     }
 
     /// Occupancy of the 4³ block whose smallest voxel is `4 * block`; bits in the order of [`crate::child_index`].
+    #[inline]
     pub fn mask4(&self, block: IVec3) -> u64 {
         let Some(chunk) = self.chunk(ChunkPos::new(block.x >> 4, block.y >> 4, block.z >> 4)) else { return 0 };
         chunk.mask(block_index(
