@@ -388,7 +388,10 @@ fn launcher(words: &[String], packages: &BTreeMap<String, Package>) -> Result<()
         while let Some(word) = words.next() {
             let known = match word.as_str() {
                 "-p" => words.next().is_some_and(|name| packages.contains_key(name)),
-                word => read("raxel").contains(&format!("= {word} ]")),
+                word => {
+                    let text = read("raxel");
+                    text.contains(&format!("= {word} ]")) || text.contains(&format!(" {word})\n"))
+                }
             };
             if !known {
                 return Err(format!("./raxel {verb} does not know {word}"));
