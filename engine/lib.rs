@@ -15,11 +15,13 @@ pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, Re
 pub use raxel_cache as cache;
 /// Edits of worlds, queries, saves.
 pub use raxel_edit as edit;
+/// What a session is executed with: reports of frames, read-back, times without rounding.
+pub use raxel_execute as execute;
 /// What builds voxels: operations, land, scattered models.
 pub use raxel_generate as generate;
-/// The graph compiler: file, checked graph, plan.
+/// From a checked graph to its plan.
 pub use raxel_graph as graph;
-/// Graph files.
+/// Graph files: TOML and shaders in, a checked graph out.
 pub use raxel_graphfile as graphfile;
 /// GPU encodings of voxel worlds.
 pub use raxel_layouts as layouts;

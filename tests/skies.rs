@@ -8,10 +8,10 @@ mod scenes;
 use std::f64::consts::PI;
 
 use common::Project;
+use raxel::execute::PassOutcome;
 use raxel::measure::light::Bench;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
-use raxel_execute::PassOutcome;
 
 const GRAPH: &str = "graphs/light/pbr_sky.toml";
 
