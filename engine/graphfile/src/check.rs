@@ -19,14 +19,14 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span};
+use raxel_graph::checked::{self, Graph};
+use raxel_graph::supply::Catalog;
 use raxel_shader::Shader;
 use raxel_shader::interface::Interface;
 
 use crate::queues;
 use crate::reflect::Reflected;
 use crate::resolve::{Pass, Resolved};
-use raxel_graph::checked::{self, Graph};
-use raxel_graph::supply::Catalog;
 
 /// A pass beside its shader.
 struct Context<'a> {

@@ -7,12 +7,12 @@ use std::collections::HashMap;
 
 use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::{Code, Diagnostic, Files, SourceMap, Span, Spanned, codes};
+use raxel_graph::supply::FILE;
 use raxel_language::Layer;
 use raxel_language::layer::{merge, replace, unknown};
 
 use crate::model::{Bind, Buffer, File, Fills, Member, Pass, SharedBlock, Target};
 use crate::parse::parse;
-use raxel_graph::supply::FILE;
 
 /// Files that may extend each other in a row.
 const LONGEST_CHAIN: usize = 16;

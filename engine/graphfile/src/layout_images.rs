@@ -2,14 +2,14 @@
 //! whether the layout has one, and neither need its graph.
 
 use raxel_diagnostics::Spanned;
+use raxel_graph::checked::{ResourceId, ResourceKind};
+use raxel_graph::index32;
+use raxel_graph::supply::Catalog;
 use raxel_shader::interface::BindingKind;
 
 use crate::model::Mip;
 use crate::reflect::Reflected;
 use crate::resolve::{Bind, Declared, Resolved, supplied_image};
-use raxel_graph::checked::{ResourceId, ResourceKind};
-use raxel_graph::index32;
-use raxel_graph::supply::Catalog;
 
 /// What follows the GLSL name of a source's block in the name of its image, `world` and `world_voxels`, and in the name by which the
 /// image of a copy is written, mip 0 of it.

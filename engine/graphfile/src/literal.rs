@@ -1,10 +1,10 @@
 //! Literals of a graph file as typed values.
 
+use raxel_graph::ValueType;
+use raxel_graph::checked::Value;
 use raxel_shader::interface::Scalar;
 
 use crate::model::{Data, Literal};
-use raxel_graph::ValueType;
-use raxel_graph::checked::Value;
 
 /// What a literal is, for messages: `an integer`, `3 numbers`.
 pub fn describe(literal: &Literal) -> String {

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use raxel_diagnostics::{Span, Spanned, codes};
+use raxel_graph::checked::{DisplayMap, RoundIndex};
 use raxel_language::{Describe, Keys, Limits, Shape};
 use serde_json::json;
 
@@ -17,7 +18,6 @@ use crate::parse::{MOST_TICKS, RATES, at, rate};
 use crate::schema::{
     displays, formats, listed_values, listed_warnings, mip_counts, pairs_of_names, param_types, reference, value_types,
 };
-use raxel_graph::checked::{DisplayMap, RoundIndex};
 
 /// One graph file, or several laid over each other.
 #[derive(Clone, Debug)]

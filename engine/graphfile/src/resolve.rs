@@ -16,15 +16,15 @@ use std::collections::HashMap;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, Span, Spanned, codes};
+use raxel_graph::ValueType;
+use raxel_graph::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
+use raxel_graph::index32;
+use raxel_graph::supply::Catalog;
 use raxel_shader::Request;
 
 use crate::extends::Loaded;
 use crate::model::{self, File, Fills, Literal, Mip};
 use crate::queues::Queue;
-use raxel_graph::ValueType;
-use raxel_graph::checked::{self, ClockId, Condition, Every, LoopId, ParamId, ResourceId, RoundIndex};
-use raxel_graph::index32;
-use raxel_graph::supply::Catalog;
 
 /// A graph whose names are resolved.
 #[derive(Clone, Debug)]

@@ -2,6 +2,8 @@
 //! be known with the shaders at hand the compiler says.
 
 use raxel_diagnostics::schema::with_defaults;
+use raxel_graph::ValueType;
+use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
 use raxel_language::{Describe, Keys, Shape};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
@@ -13,8 +15,6 @@ use crate::model::{
 use crate::parse::resources::{LONGEST_AXIS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::resolve::FACTS;
-use raxel_graph::ValueType;
-use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
 
 /// The schema of `graphs/*.toml`.
 pub fn schema() -> Value {

@@ -2,14 +2,14 @@
 
 use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{BoundAccess, BufferSize, Resource, ResourceKind, Usage, Values};
+use raxel_graph::index32;
+use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{Access, Binding, BindingKind, Block, Member, Type};
 
 use super::given::Given;
 use super::{Context, images, sources};
 use crate::resolve::{Bind, Declared};
-use raxel_graph::checked::{BoundAccess, BufferSize, Resource, ResourceKind, Usage, Values};
-use raxel_graph::index32;
-use raxel_graph::value::{ValueType, glsl};
 
 /// Checks all bindings of a pass; gives the accesses that they are.
 pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {

@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 
 use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::checked::{Fill, Source, UniformBlock};
+use raxel_graph::index32;
+use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
 
 use super::given::Given;
@@ -11,9 +14,6 @@ use super::{Context, loops};
 use crate::literal::{describe, typed};
 use crate::model::Data;
 use crate::resolve::{Feed, Member};
-use raxel_graph::checked::{Fill, Source, UniformBlock};
-use raxel_graph::index32;
-use raxel_graph::value::{ValueType, glsl};
 
 /// Bytes of push constants that every Vulkan device has.
 const PUSH_BYTES: u32 = 128;

@@ -2,10 +2,10 @@
 //! what only some frames write does not turn with the frames.
 
 use raxel_diagnostics::{Diagnostic, codes};
-
-use crate::resolve::Resolved;
 use raxel_graph::checked::{ClockId, Every, Graph, Loop, LoopId, Pass, Resource, ResourceId};
 use raxel_graph::index32;
+
+use crate::resolve::Resolved;
 
 /// Checks the clocks of a graph whose passes are all known. As in [`super::flow`], warnings are given only where nothing is wrong.
 pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {

@@ -2,13 +2,13 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::checked::Source;
+use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{Interface, SpecConstant, Type};
 
 use super::{Context, loops};
 use crate::literal::{describe, typed};
 use crate::resolve::Feed;
-use raxel_graph::checked::Source;
-use raxel_graph::value::{ValueType, glsl};
 
 /// What the axes of a workgroup are called where the shader has no other name: `layout(local_size_x_id = 0) in;`.
 const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];

@@ -1,12 +1,12 @@
 //! Dispatch: some workgroups, over mips that exist; indirect arguments inside their buffer.
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, codes};
+use raxel_graph::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
+use raxel_graph::plan::Limits;
 use raxel_shader::interface::Access;
 
 use super::extents::mip_count;
 use super::{Context, loops};
-use raxel_graph::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
-use raxel_graph::plan::Limits;
 
 /// Bytes of the arguments of an indirect dispatch: three `uint`s.
 const ARGUMENTS: u64 = 12;

@@ -1,11 +1,11 @@
 //! Sizes: none in terms of itself, mips that its texels allow, dispatches over what exists.
 
 use raxel_diagnostics::{Diagnostic, codes};
-
-use crate::resolve::Resolved;
 use raxel_graph::checked::{BufferSize, Extent, ResourceId, ResourceKind, Target};
 use raxel_graph::index32;
 use raxel_graph::size::full_chain;
+
+use crate::resolve::Resolved;
 
 /// Checks every target and buffer.
 pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {

@@ -1,11 +1,11 @@
 //! What flows between passes: what is presented or read must be written by some pass.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, Source};
+use raxel_graph::index32;
 
 use super::{given, loops};
 use crate::resolve::Resolved;
-use raxel_graph::checked::{BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, Source};
-use raxel_graph::index32;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
 /// what a mistake fails to use.

@@ -5,12 +5,12 @@ use std::collections::HashSet;
 
 use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
+use raxel_graph::checked::Graph;
 use raxel_shader::interface::{BindingKind, Block};
 
 use super::blocks::leaves;
 use crate::model::{Data, Fills, Literal};
 use crate::resolve::{Feed, Member, Resolved};
-use raxel_graph::checked::Graph;
 
 /// The values for one block.
 pub struct Given<'a> {

@@ -1,6 +1,7 @@
 //! An image binding against its target: format, kind of texel, dimension, mips and layers, sampler.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{BoundAccess, ResourceId, Sampler, Target, Usage};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Binding, BindingKind, Dim, ScalarKind};
 
@@ -8,7 +9,6 @@ use super::extents::{is_volume, mip_count};
 use super::{Context, loops};
 use crate::model::Mip;
 use crate::resolve::Bind;
-use raxel_graph::checked::{BoundAccess, ResourceId, Sampler, Target, Usage};
 
 /// Checks an image binding; gives the access that it is.
 pub fn check(

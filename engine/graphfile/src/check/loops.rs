@@ -1,13 +1,13 @@
 //! Loops: their passes stand together, and what follows the round is inside of a loop and of its targets.
 
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};
+use raxel_graph::index32;
 
 use super::Context;
 use super::extents::mip_count;
 use crate::model::Mip;
 use crate::resolve::{Loop, Pass, Resolved};
-use raxel_graph::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};
-use raxel_graph::index32;
 
 /// Mips that a target can have, less one: the last round of which anything can be said where the rounds follow the output.
 const LAST_MIP: u32 = 16;

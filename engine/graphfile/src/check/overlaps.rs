@@ -1,9 +1,9 @@
 //! Inside one dispatch nothing orders one binding against another: what is written through one must not be seen through another.
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_graph::checked::{BoundAccess, Usage};
 
 use super::Context;
-use raxel_graph::checked::{BoundAccess, Usage};
 
 /// Reports each pair of accesses of a pass that touch the same texels or bytes while one of them may write. True when there is one.
 pub fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Diagnostic>) -> bool {

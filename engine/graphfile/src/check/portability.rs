@@ -1,9 +1,9 @@
 //! Workgroups and capabilities: what never runs is an error, what some devices lack is a warning.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::{Source, Value};
 
 use super::Context;
-use raxel_graph::checked::{Source, Value};
 
 /// Capabilities that need no feature, or one that every Vulkan 1.3 desktop driver has.
 const COMMON: [&str; 24] = [

@@ -1,12 +1,12 @@
 //! The block of a source buffer: the shader's must be the runtime's, member by member.
 
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_graph::checked::Resource;
+use raxel_graph::value::glsl;
 use raxel_shader::interface::{Binding, Block, Member, Type};
 
 use super::Context;
 use crate::resolve::Declared;
-use raxel_graph::checked::Resource;
-use raxel_graph::value::glsl;
 
 /// Compares the shader's block with the layout of the source. The first member that differs is reported: what follows it is
 /// nearly always a consequence.

@@ -2,11 +2,11 @@
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::Node;
+use raxel_graph::checked::{MOST_ROUNDS, RoundIndex};
 use raxel_language::{ReadKeys, Value};
 
 use super::at;
 use crate::model::{Mip, MipSteps, Rounds};
-use raxel_graph::checked::{MOST_ROUNDS, RoundIndex};
 
 /// Mips that a target may have at most, less one.
 const LAST_MIP: u32 = 16;

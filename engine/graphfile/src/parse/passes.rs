@@ -2,10 +2,10 @@
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
+use raxel_graph::checked::{LARGEST_SUBGROUP, MOST_STILL};
 
 use super::{at, literal, loops, removes, text};
 use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
-use raxel_graph::checked::{LARGEST_SUBGROUP, MOST_STILL};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;

@@ -2,12 +2,12 @@
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
+use raxel_graph::checked::DisplayMap;
+use raxel_graph::supply::FILE;
 use raxel_language::{ReadKeys, Value};
 
 use super::literal;
 use crate::model::{BufferSize, Display, Elements, Literal, Part, Scale, Size, Warning};
-use raxel_graph::checked::DisplayMap;
-use raxel_graph::supply::FILE;
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
 pub const LONGEST_AXIS: u32 = 65_536;

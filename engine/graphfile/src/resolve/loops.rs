@@ -1,11 +1,11 @@
 //! Resolves `[loops.*]`: how often, and which resources change places.
 
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
+use raxel_graph::checked::{self, MOST_ROUNDS, Resource, ResourceId, ResourceKind, Rounds, Target, Value};
 
 use super::passes::of_kind;
 use super::{Loop, Scope, missing};
 use crate::model;
-use raxel_graph::checked::{self, MOST_ROUNDS, Resource, ResourceId, ResourceKind, Rounds, Target, Value};
 
 pub fn loop_(given: &model::Loop, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Loop {
     let before = found.len();

@@ -2,13 +2,13 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::ValueType;
+use raxel_graph::checked::{self, Value};
 use raxel_shader::interface::Scalar;
 
 use super::{Declared, missing};
 use crate::literal::{describe, typed};
 use crate::model::{Data, Literal, Param};
-use raxel_graph::ValueType;
-use raxel_graph::checked::{self, Value};
 
 pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
     let (before, name) = (found.len(), &param.name);

@@ -3,6 +3,13 @@
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::ValueType;
+use raxel_graph::checked::{
+    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
+    Source, Value,
+};
+use raxel_graph::index32;
+use raxel_graph::supply::layout_of;
 use raxel_shader::Request;
 
 use super::params::unknown_type;
@@ -11,13 +18,6 @@ use super::supplied::extent_from_outside;
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
 use crate::model::{self, Fills, Mip};
 use crate::queues::Queue;
-use raxel_graph::ValueType;
-use raxel_graph::checked::{
-    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
-    Source, Value,
-};
-use raxel_graph::index32;
-use raxel_graph::supply::layout_of;
 
 /// The facts of `when` that are no param.
 pub const FACTS: [(&str, Fact); 5] = [

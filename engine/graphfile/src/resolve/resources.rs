@@ -2,6 +2,9 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::ValueType;
+use raxel_graph::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
+use raxel_graph::supply::{Catalog, FILE};
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
@@ -11,9 +14,6 @@ use super::{Declared, Names, clock_id, missing, resource};
 use crate::literal::{describe, float, integer, typed};
 use crate::model::{Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD, Warning};
 use crate::queues;
-use raxel_graph::ValueType;
-use raxel_graph::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
-use raxel_graph::supply::{Catalog, FILE};
 
 /// Resolves targets, then buffers.
 pub fn resources(

@@ -3,14 +3,14 @@
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::names::list;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
+use raxel_graph::checked::{self, Extent, Origin, Resource, ResourceKind};
+use raxel_graph::index32;
+use raxel_graph::supply::{FILE, FileContents, ImageRequest, Refusal};
 use raxel_shader::format::Format;
 
 use super::resources::{Scope, show};
 use super::{Declared, unknown};
 use crate::model::{Buffer, Encoding, Target};
-use raxel_graph::checked::{self, Extent, Origin, Resource, ResourceKind};
-use raxel_graph::index32;
-use raxel_graph::supply::{FILE, FileContents, ImageRequest, Refusal};
 
 impl Scope<'_> {
     /// A target that is a source, or a copy of one: all of it but how it is shown comes from there.
