@@ -1,9 +1,10 @@
 //! A store as the source of a streamed world.
 
-use std::collections::HashMap;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use lru::LruCache;
 use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable};
 
 use crate::metadata::{self, Baked, Unreadable};
@@ -27,13 +28,8 @@ pub struct ZarrSource {
     indices: Mutex<Indices>,
 }
 
-/// Indices of shards that were used lately.
-#[derive(Default)]
-struct Indices {
-    kept: HashMap<ShardKey, (Arc<Index>, u64)>,
-    /// How often one was asked for.
-    clock: u64,
-}
+/// Indices of shards that were used last.
+type Indices = LruCache<ShardKey, Arc<Index>>;
 
 /// Why a store is no source.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -95,7 +91,8 @@ impl ZarrSource {
             Err(error) => Err(SourceError::Store { address: address.clone(), error }),
         })?;
         let (levels, seals) = (baked.baked_levels(), Seals::of(&baked));
-        Ok(Self { store, address, baked, levels, seals, indices: Mutex::default() })
+        let most = NonZeroUsize::new(KEPT_ENTRIES / chunks(&baked)).unwrap_or(NonZeroUsize::MIN);
+        Ok(Self { store, address, baked, levels, seals, indices: Mutex::new(LruCache::new(most)) })
     }
 
     /// The box of voxels that was baked.
@@ -119,14 +116,14 @@ impl ZarrSource {
     }
 
     fn index(&self, key: ShardKey, object: &str) -> Result<Arc<Index>, Failure> {
-        if let Some(index) = self.indices().get(key) {
-            return Ok(index);
+        if let Some(index) = self.indices().get(&key) {
+            return Ok(index.clone());
         }
-        let chunks = (self.baked.edge / CHUNK).pow(3) as usize;
+        let chunks = chunks(&self.baked);
         let last = Wanted::Last(Index::bytes(chunks) as u64);
         let tail = self.store.get(object, last).map_err(Failure::Store)?.ok_or(Failure::Missing)?;
         let index = Arc::new(Index::read(&tail, chunks, self.seals.of_shard(key)).map_err(Failure::Damaged)?);
-        self.indices().keep(key, index.clone(), KEPT_ENTRIES / chunks);
+        self.indices().put(key, index.clone());
         Ok(index)
     }
 
@@ -149,21 +146,9 @@ impl ZarrSource {
     }
 }
 
-impl Indices {
-    fn get(&mut self, key: ShardKey) -> Option<Arc<Index>> {
-        self.clock += 1;
-        let (index, used) = self.kept.get_mut(&key)?;
-        *used = self.clock;
-        Some(index.clone())
-    }
-
-    fn keep(&mut self, key: ShardKey, index: Arc<Index>, most: usize) {
-        while self.kept.len() >= most.max(1) {
-            let oldest = self.kept.iter().min_by_key(|(_, (_, used))| *used).map(|(key, _)| *key);
-            oldest.map(|key| self.kept.remove(&key));
-        }
-        self.kept.insert(key, (index, self.clock));
-    }
+/// Chunks of a shard.
+fn chunks(baked: &Baked) -> usize {
+    (baked.edge / CHUNK).pow(3) as usize
 }
 
 impl ChunkProvider for ZarrSource {
@@ -196,12 +181,12 @@ impl ChunkProvider for ZarrSource {
             Failure::Missing => false,
             Failure::Damaged(_) => {
                 // It may have been written anew, or arrived cut off.
-                self.indices().kept.remove(&key);
+                self.indices().pop(&key);
                 true
             }
         };
         retried(self.store.pauses(), again, || self.read(key, chunk)).map_err(|failure| {
-            self.indices().kept.remove(&key);
+            self.indices().pop(&key);
             let (cause, reason) = self.explain(key, &failure);
             Unavailable::new(level, pos, cause, reason)
         })

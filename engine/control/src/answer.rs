@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use data_encoding::BASE64;
 use raxel_execute::Texels;
 use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
 use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
@@ -14,7 +15,7 @@ use raxel_terminal::failure::Failure;
 use serde_json::{Map, Value, json};
 
 use super::request::Request;
-use super::{Drive, base64};
+use super::Drive;
 
 /// Why a request was not done. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -151,7 +152,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             let picture = session.read_presented()?;
             Ok(json!({
                 "width": picture.width, "height": picture.height, "channels": 4, "type": "u1",
-                "data": base64::encode(&picture.rgba),
+                "data": BASE64.encode(&picture.rgba),
             }))
         }
         Request::Texels { target, age, mip, layer } => {
@@ -159,7 +160,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             let (kind, bytes) = numbers(&texels);
             Ok(json!({
                 "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
-                "format": texels.format.name(), "data": base64::encode(&bytes),
+                "format": texels.format.name(), "data": BASE64.encode(&bytes),
             }))
         }
         Request::Pixel { target, x, y, age, mip, layer } => {
@@ -179,7 +180,7 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
         Request::Buffer { buffer, start, bytes } => {
             let range = start..start.saturating_add(bytes);
             let found = session.read_buffer(&buffer, range)?;
-            Ok(json!({ "bytes": found.len(), "data": base64::encode(&found) }))
+            Ok(json!({ "bytes": found.len(), "data": BASE64.encode(&found) }))
         }
         Request::Timings {} => {
             session.wait()?;

@@ -4,7 +4,6 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod answer;
-mod base64;
 mod request;
 
 use std::io::BufRead;

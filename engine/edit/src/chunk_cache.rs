@@ -1,13 +1,13 @@
 //! Tiles that were made once, packed, so that a camera that goes back makes nothing again.
 
-use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use lru::LruCache;
 use raxel_world::{ChunkPos, ChunkProvider, Content, Material, MaterialIndex, Unavailable};
 
 use crate::packed::PackedChunk;
 
-/// Bytes of a tile beside those of its packed cells: its places in both maps, about.
+/// Bytes of a tile beside those of its packed cells: its place in the cache, about.
 const ENTRY: u64 = 160;
 
 /// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
@@ -30,20 +30,12 @@ pub struct KeptStats {
 
 type Key = (u32, ChunkPos);
 
-#[derive(Default)]
 struct Kept {
     most: u64,
     bytes: u64,
-    entries: HashMap<Key, Entry>,
-    /// The entries by when they were made, found or given up.
-    order: BTreeMap<u64, Key>,
-    now: u64,
+    /// In the order in which they were last made, found or evicted.
+    entries: LruCache<Key, Packed>,
     found_made: [u64; 2],
-}
-
-struct Entry {
-    used: u64,
-    packed: Packed,
 }
 
 #[derive(Clone)]
@@ -56,7 +48,8 @@ enum Packed {
 impl ChunkCache {
     /// A memory of so many bytes over a source. Without any, nothing is kept.
     pub fn new(source: Arc<dyn ChunkProvider>, bytes: u64) -> Self {
-        Self { source, kept: Mutex::new(Kept { most: bytes, ..Kept::default() }) }
+        let kept = Kept { most: bytes, bytes: 0, entries: LruCache::unbounded(), found_made: [0; 2] };
+        Self { source, kept: Mutex::new(kept) }
     }
 
     /// Bytes that a tile takes here.
@@ -71,7 +64,7 @@ impl ChunkCache {
     }
 
     fn find(&self, key: Key) -> Option<Content> {
-        let packed = self.kept().find(key)?;
+        let packed = self.kept().entries.get(&key)?.clone();
         let content = packed.unpack(self.source.materials().len())?;
         self.kept().found_made[0] += 1;
         Some(content)
@@ -121,7 +114,7 @@ impl ChunkProvider for ChunkCache {
     }
 
     fn on_evicted(&self, level: u32, pos: ChunkPos) {
-        self.kept().touch((level, pos));
+        self.kept().entries.promote(&(level, pos));
     }
 }
 
@@ -132,35 +125,18 @@ impl std::fmt::Debug for ChunkCache {
 }
 
 impl Kept {
-    fn find(&mut self, key: Key) -> Option<Packed> {
-        self.touch(key);
-        self.entries.get(&key).map(|entry| entry.packed.clone())
-    }
-
-    fn touch(&mut self, key: Key) {
-        let Some(entry) = self.entries.get_mut(&key) else { return };
-        self.now += 1;
-        self.order.remove(&entry.used);
-        self.order.insert(self.now, key);
-        entry.used = self.now;
-    }
-
     fn insert(&mut self, key: Key, packed: Packed) {
         let bytes = packed.bytes();
         // Two threads may have made the same tile.
-        if bytes > self.most || self.entries.contains_key(&key) {
+        if bytes > self.most || self.entries.contains(&key) {
             return;
         }
         while self.bytes + bytes > self.most {
-            let Some((_, oldest)) = self.order.pop_first() else { return };
-            if let Some(entry) = self.entries.remove(&oldest) {
-                self.bytes -= entry.packed.bytes();
-            }
+            let Some((_, oldest)) = self.entries.pop_lru() else { return };
+            self.bytes -= oldest.bytes();
         }
-        self.now += 1;
         self.bytes += bytes;
-        self.order.insert(self.now, key);
-        self.entries.insert(key, Entry { used: self.now, packed });
+        self.entries.put(key, packed);
     }
 }
 
@@ -251,8 +227,7 @@ mod tests {
         assert!(most > 50_000, "{most}");
         // What is there is what was counted.
         let kept = kept.kept();
-        assert_eq!(kept.bytes, kept.entries.values().map(|entry| entry.packed.bytes()).sum::<u64>());
-        assert_eq!(kept.order.len(), kept.entries.len());
+        assert_eq!(kept.bytes, kept.entries.iter().map(|(_, packed)| packed.bytes()).sum::<u64>());
     }
 
     #[test]
