@@ -202,9 +202,30 @@ fn a_shader_compiler_of_the_system_is_tried_before_it_is_used() {
     assert!(!launcher.path(".raxel/shaderc.new").exists() && !launcher.path(".raxel/shaderc/try.cpp").exists());
     // The second time there is nothing to do.
     if made.is_file() {
-        let (_, said) = texts(&common::output(&mut launcher.command(&["test"])));
+        let again = || texts(&common::output(&mut launcher.command(&["test"]))).1;
+        let said = again();
         assert!(!said.contains("shader compiler"), "{said}");
+        // A folder that several systems share.
+        fs::write(launcher.path(".raxel/shaderc/system"), "debian 99 Linux x86_64\n").unwrap();
+        let said = again();
+        assert!(said.contains("is of another system") && said.contains("the shader compiler is that of "), "{said}");
     }
+}
+
+#[test]
+fn an_old_rust_is_one_line() {
+    let launcher = Launcher::new();
+    fs::copy(common::repository().join("Cargo.toml"), launcher.path("Cargo.toml")).unwrap();
+    let with = |version: &str| {
+        launcher.program("cargo", &format!("echo \"cargo {version} (0123456789 2025-01-01)\""));
+        let output = common::output(&mut launcher.command(&["test"]));
+        (output.status.code(), texts(&output).1)
+    };
+    let (code, said) = with("1.85.0");
+    let needed = env!("CARGO_PKG_RUST_VERSION");
+    let expected = format!("raxel: Rust {needed} or newer is needed, and this is 1.85: https://rustup.rs\n");
+    assert_eq!((code, said.as_str()), (Some(2), expected.as_str()));
+    assert_eq!(with("1.999.0").0, Some(0));
 }
 
 /// A binary that stands where the built one would, and says what it was asked for.
@@ -235,5 +256,12 @@ fn the_demo_computes_less_where_the_processor_draws_it() {
     assert!(headless.contains(&format!("raxel render {flight}")) && headless.contains("picture: "), "{headless}");
     // Whether there is a film follows from whether ffmpeg is there.
     assert_eq!(headless.contains(".mp4 --fps 15"), headless.contains("film: "), "{headless}");
+    assert_eq!(headless.contains("film: "), !headless.contains("no film: ffmpeg is not installed"), "{headless}");
+    for size in [&["--size", "160x90"][..], &["--size=160x90"]] {
+        let sized = demo(software, None, size);
+        assert!(!sized.contains("960x540") && !sized.contains("320x180") && sized.contains("160x90"), "{sized}");
+    }
+    let elsewhere = demo(software, None, &["-o", "here.png"]);
+    assert!(elsewhere.contains("`./raxel render DEMO -o FILE` writes elsewhere"), "{elsewhere}");
     assert!(!demo("NVIDIA H200 (discrete GPU, Vulkan 1.3)", None, &[]).contains("--fps"));
 }
