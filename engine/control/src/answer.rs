@@ -14,8 +14,8 @@ use raxel_terminal::console;
 use raxel_terminal::failure::Failure;
 use serde_json::{Map, Value, json};
 
-use super::request::Request;
 use super::Drive;
+use super::request::Request;
 
 /// Why a request was not done. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]

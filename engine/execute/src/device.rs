@@ -6,7 +6,7 @@ use std::time::Duration;
 use raxel_gpu::{BufferInfo, ClearColor, Device, DeviceKind, Image, ImageInfo, Location, Scope, vk};
 use raxel_graph::checked::Clear;
 use raxel_graph::plan::{
-    self, AccessMask, BufferDesc, ImageDesc, ImageUsage, Limits, MemoryModel, Requirements, Stages,
+    self, AccessMask, BindingLimits, BufferDesc, ImageDesc, ImageUsage, Limits, MemoryModel, Requirements, Stages,
 };
 use raxel_shader::format::Format;
 
@@ -24,6 +24,15 @@ pub fn limits(device: &Device) -> Limits {
         workgroup_size: limits.max_compute_work_group_size,
         workgroup_invocations: limits.max_compute_work_group_invocations,
         shared_memory: limits.max_compute_shared_memory_size,
+        bindings: BindingLimits {
+            storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+            storage_images: limits.max_per_stage_descriptor_storage_images,
+            sampled_images: limits
+                .max_per_stage_descriptor_sampled_images
+                .min(limits.max_per_stage_descriptor_samplers),
+            uniform_buffers: limits.max_per_stage_descriptor_uniform_buffers,
+            resources: limits.max_per_stage_resources,
+        },
     }
 }
 

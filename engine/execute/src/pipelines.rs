@@ -135,10 +135,13 @@ impl Pipelines {
         }
         let start = Instant::now();
         let _span = tracing::debug_span!("make pipeline", pass = pass.name.as_str()).entered();
-        if let Some(lacks) = lacking(device, &pass.shader) {
-            return Err(ExecuteError::Capability { pass: pass.name.clone(), lacks });
-        }
-        let pipeline = Arc::new(make_pipeline(device, &pass.name, &pass.shader, (&key.1, key.2))?);
+        let made = make_pipeline(device, &pass.name, &pass.shader, (&key.1, key.2));
+        let pipeline = Arc::new(made.map_err(|error| match error {
+            raxel_gpu::Error::CapabilityMissing { lacks, .. } => {
+                ExecuteError::Capability { pass: pass.name.clone(), lacks: format!("`{lacks}`") }
+            }
+            error => error.into(),
+        })?);
         tracing::debug!("made the pipeline of pass `{}` in {:.0} ms", pass.name, start.elapsed().as_secs_f64() * 1e3);
         let bytes = 4 * pass.shader.spirv.len() as u64 * BYTES_PER_SPIRV_BYTE;
         lock(&self.passes).insert(key.clone(), pipeline.clone(), bytes);
@@ -205,28 +208,4 @@ fn make_pipeline(
 /// The module for a software device. lavapipe would compile it again at each dispatch, for the values that its blocks have then.
 fn opaque(shader: &Shader) -> Option<Vec<u32>> {
     Module::new(&shader.spirv, &shader.interface.entry).ok()?.with_opaque_uniforms()
-}
-
-/// What a shader needs and the device lacks.
-fn lacking(device: &Device, shader: &Shader) -> Option<String> {
-    let can = device.capabilities();
-    let operations = |flags| can.subgroup_operations.contains(flags);
-    shader.interface.capabilities.iter().find_map(|capability| {
-        let there = match capability.as_str() {
-            "Int64" => can.int64,
-            "StorageImageReadWithoutFormat" => can.read_without_format,
-            "StorageImageWriteWithoutFormat" => can.write_without_format,
-            "GroupNonUniform" => operations(vk::SubgroupFeatureFlags::BASIC),
-            "GroupNonUniformVote" => operations(vk::SubgroupFeatureFlags::VOTE),
-            "GroupNonUniformArithmetic" => operations(vk::SubgroupFeatureFlags::ARITHMETIC),
-            "GroupNonUniformBallot" => operations(vk::SubgroupFeatureFlags::BALLOT),
-            "GroupNonUniformShuffle" => operations(vk::SubgroupFeatureFlags::SHUFFLE),
-            "GroupNonUniformShuffleRelative" => operations(vk::SubgroupFeatureFlags::SHUFFLE_RELATIVE),
-            "GroupNonUniformClustered" => operations(vk::SubgroupFeatureFlags::CLUSTERED),
-            "GroupNonUniformQuad" => operations(vk::SubgroupFeatureFlags::QUAD),
-            "SubgroupBallotKHR" | "SubgroupVoteKHR" => can.plain_ballots,
-            _ => true,
-        };
-        (!there).then(|| format!("`{capability}`"))
-    })
 }

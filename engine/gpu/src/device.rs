@@ -1,5 +1,6 @@
 //! The logical device: one queue, its timeline, its memory, and what it can do.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -13,6 +14,7 @@ use crate::candidates::{Seen, look_at_all, text};
 use crate::choice::{DeviceKind, Verdict, choose};
 use crate::instance::{Instance, Validation};
 use crate::log::ValidationLog;
+use crate::modules::{self, Enabled};
 use crate::pipeline_cache::{PipelineCache, PipelineCounts};
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
@@ -51,6 +53,8 @@ pub struct Capabilities {
     pub subgroup_sizes: Option<[u32; 2]>,
     /// Subgroup operations that compute shaders have.
     pub subgroup_operations: vk::SubgroupFeatureFlags,
+    /// SPIR-V capabilities that a shader may declare.
+    pub shaders: BTreeSet<spirv::Capability>,
     /// 64-bit integers in shaders (`shaderInt64`).
     pub int64: bool,
     /// Out-of-range buffer accesses stay in the buffer (`robustBufferAccess`).
@@ -300,8 +304,12 @@ fn open(
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut properties =
-        vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut sizes).push_next(&mut driver);
+    let mut floats = vk::PhysicalDeviceFloatControlsProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut subgroup)
+        .push_next(&mut sizes)
+        .push_next(&mut driver)
+        .push_next(&mut floats);
     let (mut can12, mut can13) =
         (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
     let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12).push_next(&mut can13);
@@ -399,6 +407,12 @@ fn open(
         }
     };
     let version = properties.api_version;
+    let operations = if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
+        subgroup.supported_operations
+    } else {
+        vk::SubgroupFeatureFlags::empty()
+    };
+    let enabled = Enabled { core: &features, on12: &on12, on13: &on13, operations, plain_ballots, floats: &floats };
     let capabilities = Capabilities {
         name: seen.candidate.name.clone(),
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
@@ -410,11 +424,8 @@ fn open(
         subgroup_sizes: (on13.subgroup_size_control == vk::TRUE)
             .then(|| subgroups::sizes(&sizes, &properties.limits))
             .flatten(),
-        subgroup_operations: if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
-            subgroup.supported_operations
-        } else {
-            vk::SubgroupFeatureFlags::empty()
-        },
+        subgroup_operations: operations,
+        shaders: modules::allowed(&enabled),
         int64: features.shader_int64 == vk::TRUE,
         robust_buffers: features.robust_buffer_access == vk::TRUE,
         robust_images: on13.robust_image_access == vk::TRUE,

@@ -24,6 +24,7 @@ mod instance;
 mod last_use;
 mod log;
 mod memory;
+mod modules;
 mod overlay;
 mod pipeline;
 mod pipeline_cache;

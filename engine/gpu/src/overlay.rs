@@ -353,7 +353,10 @@ fn pipeline(
     shaders: &OverlayShaders<'_>,
     format: vk::Format,
 ) -> Result<vk::Pipeline> {
-    let (vertex, fragment) = (ShaderModule::new(device, shaders.vertex)?, ShaderModule::new(device, shaders.fragment)?);
+    let (vertex, fragment) = (
+        ShaderModule::new(device, "overlay", shaders.vertex)?,
+        ShaderModule::new(device, "overlay", shaders.fragment)?,
+    );
     // A target with an sRGB format encodes what the shader gives it, so the shader decodes first.
     let encodes = matches!(format, vk::Format::R8G8B8A8_SRGB | vk::Format::B8G8R8A8_SRGB);
     let data = u32::from(encodes).to_ne_bytes();

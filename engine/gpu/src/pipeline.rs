@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use ash::vk;
 
 use crate::device::Device;
+use crate::modules;
 use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
 
@@ -123,8 +124,9 @@ impl ComputePipeline {
             call: "vkCreateShaderModule",
             result: vk::Result::ERROR_INITIALIZATION_FAILED,
         })?;
+        fit(info.slots, &device.capabilities().limits, name)?;
         let layout = PipelineLayout::new(device, info.slots, info.push_bytes, vk::ShaderStageFlags::COMPUTE)?;
-        let module = ShaderModule::new(device, info.spirv)?;
+        let module = ShaderModule::new(device, name, info.spirv)?;
         let entries: Vec<_> = info
             .specialization
             .iter()
@@ -160,6 +162,47 @@ impl ComputePipeline {
     }
 }
 
+/// Refuses a compute shader that binds more than the device can.
+fn fit(slots: &[Slot], limits: &vk::PhysicalDeviceLimits, name: &str) -> Result<()> {
+    use vk::DescriptorType as Type;
+    let of = |types: &[vk::DescriptorType]| {
+        slots.iter().filter(|slot| types.contains(&slot.ty)).map(|slot| u64::from(slot.count)).sum::<u64>()
+    };
+    let [storage, uniform, image, sampled] =
+        [Type::STORAGE_BUFFER, Type::UNIFORM_BUFFER, Type::STORAGE_IMAGE, Type::COMBINED_IMAGE_SAMPLER];
+    let buffers = limits.max_per_stage_descriptor_storage_buffers;
+    let kinds = [
+        (&[storage][..], "storage buffers", buffers, "maxPerStageDescriptorStorageBuffers"),
+        (
+            &[uniform],
+            "uniform blocks",
+            limits.max_per_stage_descriptor_uniform_buffers,
+            "maxPerStageDescriptorUniformBuffers",
+        ),
+        (
+            &[image],
+            "storage images",
+            limits.max_per_stage_descriptor_storage_images,
+            "maxPerStageDescriptorStorageImages",
+        ),
+        (
+            &[sampled],
+            "sampled images",
+            limits.max_per_stage_descriptor_sampled_images,
+            "maxPerStageDescriptorSampledImages",
+        ),
+        (&[sampled], "samplers", limits.max_per_stage_descriptor_samplers, "maxPerStageDescriptorSamplers"),
+        (&[storage, uniform, image, sampled], "resources", limits.max_per_stage_resources, "maxPerStageResources"),
+    ];
+    for (types, what, limit, limit_name) in kinds {
+        let count = of(types);
+        if count > limit.into() {
+            return Err(Error::TooManyBindings { name: name.to_owned(), count, what, limit, limit_name });
+        }
+    }
+    Ok(())
+}
+
 impl Drop for ComputePipeline {
     fn drop(&mut self) {
         self.device.retire(Dead::Pipeline(self.raw));
@@ -173,7 +216,8 @@ pub(crate) struct ShaderModule {
 }
 
 impl ShaderModule {
-    pub(crate) fn new(device: &Arc<Device>, spirv: &[u32]) -> Result<ShaderModule> {
+    pub(crate) fn new(device: &Arc<Device>, name: &str, spirv: &[u32]) -> Result<ShaderModule> {
+        modules::check(&device.capabilities().shaders, spirv, name)?;
         let create = vk::ShaderModuleCreateInfo::default().code(spirv);
         // SAFETY: the shader compiler has parsed the module; the driver is given nothing it has not seen whole.
         let raw = unsafe { device.raw.create_shader_module(&create, None) }.named("vkCreateShaderModule")?;

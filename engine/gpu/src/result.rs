@@ -104,6 +104,28 @@ pub enum Error {
         /// What it was to be used as.
         usage: String,
     },
+    /// A shader needs a feature that the device does not have.
+    #[error("the device lacks `{lacks}`, which `{name}` needs")]
+    CapabilityMissing {
+        /// Name of the pipeline.
+        name: String,
+        /// The SPIR-V capability.
+        lacks: String,
+    },
+    /// A pipeline with more resources of a kind than the device can bind.
+    #[error("`{name}` binds {count} {what}, but the device allows {limit} (`{limit_name}`)")]
+    TooManyBindings {
+        /// Name of the pipeline.
+        name: String,
+        /// Resources that are bound.
+        count: u64,
+        /// Their kind.
+        what: &'static str,
+        /// How many the device can bind.
+        limit: u32,
+        /// What Vulkan calls the limit.
+        limit_name: &'static str,
+    },
     /// The window system offers no format raxel can show a picture in.
     #[error("the surface offers none of the 8-bit RGBA or BGRA formats; it offers {offered:?}")]
     SurfaceFormat {

@@ -3,8 +3,8 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 use raxel_gpu::{
-    Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, Validation, download_buffer, download_image, upload,
-    upload_image, vk,
+    ComputePipeline, Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, PipelineInfo, Slot, Validation,
+    download_buffer, download_image, upload, upload_image, vk,
 };
 
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(60);
@@ -156,4 +156,36 @@ fn volumes_are_uploaded_mip_by_mip_in_pieces() {
         }
     }
     assert_eq!(device.log().take(), []);
+}
+
+/// The driver never sees them: the validation layer would say so.
+#[test]
+fn shaders_that_ask_for_more_than_the_device_has_are_refused() {
+    let device = Device::new(&options(None)).expect("a driver and the validation layer");
+    let make = |capability: u32, slots: &[Slot]| {
+        // Only the declarations: nothing beyond them is looked at before the refusal.
+        let spirv = [0x0723_0203, 0x0001_0300, 0, 5, 0, 0x0002_0011, 1, 0x0002_0011, capability];
+        let info = PipelineInfo {
+            spirv: &spirv,
+            entry: "main",
+            slots,
+            push_bytes: 0,
+            specialization: &[],
+            subgroup_size: None,
+        };
+        ComputePipeline::new(&device, "tested", &info).map(drop)
+    };
+    // Geometry shaders, and a number that no capability has.
+    for (capability, name) in [(2, "Geometry"), (65_000, "65000")] {
+        let found = make(capability, &[]).unwrap_err();
+        assert!(matches!(&found, Error::CapabilityMissing { lacks, .. } if lacks == name), "{found}");
+    }
+    let limit = device.capabilities().limits.max_per_stage_descriptor_storage_buffers;
+    if let Some(count) = limit.checked_add(1) {
+        let slot = Slot { set: 0, binding: 0, ty: vk::DescriptorType::STORAGE_BUFFER, count };
+        let found = make(1, &[slot]).unwrap_err();
+        assert!(matches!(found, Error::TooManyBindings { what: "storage buffers", .. }), "{found}");
+    }
+    let messages = device.log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
 }

@@ -1,4 +1,4 @@
-//! What a workgroup shares fits the device or is refused.
+//! What a workgroup shares and what a pass binds fit the device or are refused.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 
@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use hand::Hand;
 use raxel_graph::plan::Limits;
-use raxel_shader::format::Format;
+use raxel_shader::format::{Format, ScalarKind};
+use raxel_shader::interface::{Access, Binding, BindingKind, ByteRanges, Dim};
 
 #[test]
 fn shared_variables_must_fit() {
@@ -24,4 +25,40 @@ fn shared_variables_must_fit() {
     let found = hand.plan("color").unwrap_err();
     assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0180"));
     assert_eq!(found[0].message, "pass `tile` shares 20000 bytes in a workgroup, but the device allows 16384");
+}
+
+#[test]
+fn what_a_pass_binds_must_fit() {
+    let mut hand = Hand::new("bindings");
+    hand.target("color", Format::R32f, |_, _| {});
+    let pass = hand.pass("wide", &["w color"]);
+    let mut shader = (*pass.shader).clone();
+    // An image, and an array of four.
+    shader.interface.bindings = [(0, 1), (1, 4)]
+        .map(|(binding, count)| Binding {
+            name: format!("image{binding}"),
+            set: 0,
+            binding,
+            count,
+            kind: BindingKind::StorageImage {
+                format: Some(Format::R32f),
+                dim: Dim::D2,
+                arrayed: false,
+                scalar: ScalarKind::Float,
+            },
+            access: Access::Write,
+            reads: ByteRanges::default(),
+            place: None,
+        })
+        .to_vec();
+    pass.shader = Arc::new(shader);
+    let found = hand.plan("color").unwrap_err();
+    assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0183"));
+    assert_eq!(found[0].message, "pass `wide` binds 5 storage images, but the device allows 4");
+    assert_eq!(found[0].notes, ["the limit is `maxPerStageDescriptorStorageImages` = 4"]);
+    hand.limits.bindings.storage_images = 5;
+    assert!(hand.plan("color").is_ok());
+    hand.limits.bindings.resources = 4;
+    let found = hand.plan("color").unwrap_err();
+    assert_eq!(found[0].message, "pass `wide` binds 5 resources, but the device allows 4");
 }

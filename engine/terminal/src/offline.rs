@@ -11,7 +11,7 @@ use raxel_generate::Reach;
 use raxel_graph::EstimatedMemory;
 use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
-use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{BindingLimits, Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_runtime::load::{Loader, Part};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
@@ -35,6 +35,13 @@ pub const LARGEST: Limits = Limits {
     workgroup_size: [2048, 2048, 1024],
     workgroup_invocations: 2048,
     shared_memory: 1 << 18,
+    bindings: BindingLimits {
+        storage_buffers: u32::MAX,
+        storage_images: u32::MAX,
+        sampled_images: u32::MAX,
+        uniform_buffers: u32::MAX,
+        resources: u32::MAX,
+    },
 };
 
 /// Most chunks of a world that is built only to be checked: some seconds of work.

@@ -151,6 +151,8 @@ declare! {
     UNKNOWN_MATERIAL = "RX0181";
     /// A warning of a buffer counts beyond its end.
     WARNING_OUT_OF_RANGE = "RX0182";
+    /// A pass binds more resources than the device allows.
+    TOO_MANY_BINDINGS = "RX0183";
     /// A loop that the graph does not declare.
     UNKNOWN_LOOP = "RX0190";
     /// Passes of a loop with another pass between them.

@@ -2,6 +2,7 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
+use raxel_shader::interface::BindingKind;
 
 use crate::back::cull::Cull;
 use crate::back::sizes::{self, groups, local_size, specialization};
@@ -57,6 +58,7 @@ pub(crate) fn check(
         dispatch(pass, sizes, (&constants, input.world.extent), &input.limits, &mut found);
         unknown_materials(graph, pass, input.world.materials, &mut found);
         blocks(pass, &input.limits, &mut found);
+        bindings(pass, &input.limits, &mut found);
         for access in &pass.accesses {
             if is_made(graph.resource(access.resource), input) {
                 subresources(graph, pass, access, sizes, &mut found);
@@ -396,6 +398,40 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
                 )
                 .label(pass.place.clone(), "bound by this pass")
                 .note(format!("the limit is `maxUniformBufferRange` = {limit}")),
+            );
+        }
+    }
+}
+
+fn bindings(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
+    let limits = &limits.bindings;
+    let mut counts = [0_u64; 4];
+    for binding in &pass.shader.interface.bindings {
+        let kind = match binding.kind {
+            BindingKind::StorageBuffer(_) => 0,
+            BindingKind::StorageImage { .. } => 1,
+            BindingKind::SampledImage { .. } => 2,
+            BindingKind::UniformBuffer(_) => 3,
+            BindingKind::Unsupported(_) => continue,
+        };
+        counts[kind] += u64::from(binding.count.max(1));
+    }
+    let [buffers, images, sampled, blocks] = counts;
+    let kinds = [
+        (buffers, "storage buffers", limits.storage_buffers, "maxPerStageDescriptorStorageBuffers"),
+        (images, "storage images", limits.storage_images, "maxPerStageDescriptorStorageImages"),
+        (sampled, "sampled images", limits.sampled_images, "maxPerStageDescriptorSampledImages"),
+        (blocks, "uniform blocks", limits.uniform_buffers, "maxPerStageDescriptorUniformBuffers"),
+        (counts.iter().sum(), "resources", limits.resources, "maxPerStageResources"),
+    ];
+    for (count, what, limit, name) in kinds {
+        if count > limit.into() {
+            let message = format!("pass `{}` binds {count} {what}, but the device allows {limit}", pass.name);
+            found.push(
+                Diagnostic::error(codes::graph::TOO_MANY_BINDINGS, message)
+                    .label(pass.place.clone(), format!("by the interface of `{}`", pass.shader.request.path))
+                    .note(format!("the limit is `{name}` = {limit}"))
+                    .help("split the pass, or put several of them into one"),
             );
         }
     }

@@ -119,6 +119,23 @@ pub struct Limits {
     pub workgroup_invocations: u32,
     /// `maxComputeSharedMemorySize`, bytes.
     pub shared_memory: u32,
+    /// What one pass may bind.
+    pub bindings: BindingLimits,
+}
+
+/// How many resources of each kind one pass may bind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BindingLimits {
+    /// `maxPerStageDescriptorStorageBuffers`.
+    pub storage_buffers: u32,
+    /// `maxPerStageDescriptorStorageImages`.
+    pub storage_images: u32,
+    /// The lesser of `maxPerStageDescriptorSampledImages` and `maxPerStageDescriptorSamplers`.
+    pub sampled_images: u32,
+    /// `maxPerStageDescriptorUniformBuffers`.
+    pub uniform_buffers: u32,
+    /// `maxPerStageResources`: all of them together.
+    pub resources: u32,
 }
 
 impl Limits {
@@ -134,6 +151,13 @@ impl Limits {
         workgroup_size: [128, 128, 64],
         workgroup_invocations: 128,
         shared_memory: 16384,
+        bindings: BindingLimits {
+            storage_buffers: 4,
+            storage_images: 4,
+            sampled_images: 16,
+            uniform_buffers: 12,
+            resources: 128,
+        },
     };
 }
 
