@@ -8,7 +8,7 @@ mod read;
 
 pub use compare::{CompareError, Comparison, compare};
 pub use encode::{EncodeError, hdr, jpeg};
-pub use read::{ReadError, decode, read};
+pub use read::{ReadError, can_hold, decode, read};
 
 /// Three numbers a pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]

@@ -67,8 +67,11 @@ fn decode_kind(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ReadError> 
     })
 }
 
-/// Refuses a file whose header promises more pixels than its bytes can hold: the decoders would allocate all of them first.
-fn can_hold(bytes: &[u8], promised: u64) -> Result<(), ReadError> {
+/// Refuses a file whose header promises more bytes of pixels than the file can hold: decoders would allocate all of them first.
+///
+/// # Errors
+/// Says how many bytes the header promises.
+pub fn can_hold(bytes: &[u8], promised: u64) -> Result<(), ReadError> {
     if promised / MOST_RATIO <= bytes.len() as u64 {
         return Ok(());
     }

@@ -5,6 +5,8 @@ use std::io::Cursor;
 use exr::meta::MetaData;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, SampleType, read};
 
+use raxel_picture::can_hold;
+
 use super::texels::Channel;
 use super::{Picture, check_extent};
 
@@ -40,7 +42,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     };
     let size = header.layer_size;
     let channels = order.len();
-    let [width, height] = check_extent(size.0 as u64, size.1 as u64, (channels * channel.bytes()) as u64)?;
+    let texel_bytes = (channels * channel.bytes()) as u64;
+    let [width, height] = check_extent(size.0 as u64, size.1 as u64, texel_bytes)?;
+    can_hold(bytes, u64::from(width) * u64::from(height) * texel_bytes).map_err(|error| error.to_string())?;
 
     let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(text)?;

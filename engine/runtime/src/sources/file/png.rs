@@ -4,6 +4,8 @@ use std::io::Cursor;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
+use raxel_picture::can_hold;
+
 use super::texels::Channel;
 use super::{MOST_BYTES, Picture, check_extent};
 
@@ -26,6 +28,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         ColorType::Indexed => return Err("its palette is missing".to_owned()),
     };
     let (width, height) = reader.info().size();
+    can_hold(bytes, reader.info().raw_bytes() as u64).map_err(|error| error.to_string())?;
     let extent = check_extent(width.into(), height.into(), (channels * channel.bytes()) as u64)?;
     let mut bytes = vec![0; width as usize * height as usize * channels * channel.bytes()];
     reader.next_frame(&mut bytes).map_err(text)?;

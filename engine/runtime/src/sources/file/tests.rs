@@ -184,3 +184,13 @@ fn bytes_are_padded_and_decoded_once() {
     assert!(sources.read(&files, "empty.bin", None).is_err());
     assert_eq!(sources.read(&files, "none.bin", None).unwrap_err().code, codes::files::NOT_FOUND);
 }
+
+#[test]
+fn a_header_that_promises_more_than_the_file_holds_is_refused_before_anything_is_allocated() {
+    let mut file = png(&vec![0; 4096 * 4096], [4096, 4096], ColorType::Grayscale);
+    file.truncate(100);
+    let refused = read("a.png", &file, &plain()).unwrap_err();
+    let message =
+        "`a.png` cannot be read: it is damaged: its header promises 16781312 bytes of pixels, and it has 100 bytes";
+    assert_eq!(refused.message, message);
+}
