@@ -101,7 +101,7 @@ impl Pictures {
         let pinned: &[&str] = if graph == "beam" { &["hit", "beams_8"] } else { &["hit"] };
         let options = Options {
             project: Some(project.root().into()),
-            graph: Some(project.path(&format!("graphs/bench/{graph}.toml"))),
+            graph: Some(project.path(&common::graph_in(common::TRACERS, graph))),
             world: Some(project.path(&format!("worlds/{world}.toml"))),
             layout: Some(layout),
             pinned: pinned.iter().map(|&name| name.to_owned()).collect(),

@@ -72,10 +72,10 @@ fn a_large_world_is_checked_without_being_built() {
 fn a_mistake_that_files_share_is_told_once() {
     let project = Project::shipped();
     project.edit("graphs/primary.toml", "present ", "presnt ");
-    let files = ["check", "graphs/primary.toml", "graphs/primary_chunks.toml", "worlds/valley.demo.toml"];
+    let files = ["check", "graphs/primary.toml", "graphs/rivals/primary_chunks.toml", "worlds/valley.demo.toml"];
     let run = project.raxel(&files).exits(3);
     assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
-    assert!(run.stderr.contains("graphs/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
+    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
     assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
     // A program asks for what is wrong with each of them.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
@@ -299,14 +299,14 @@ fn the_manifest_says_what_runs_by_default() {
     let said = rendered(&[]);
     assert_eq!((&said["graph"], &said["size"]), (&"graphs/inspect.toml".into(), &serde_json::json!([64, 36])));
     // The command line wins, and a demo over graph and world.
-    assert_eq!(rendered(&["graphs/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
+    assert_eq!(rendered(&["graphs/rivals/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
     project.write(
         "worlds/own.demo.toml",
         "world = 'menger.toml'\ngraph = 'naive.toml'\nduration = 1.0\nsize = [48, 27]\n",
     );
     project.write("raxel.toml", "graph = 'inspect.toml'\ndemo = 'own.demo.toml'\nsize = [64, 36]\n");
     let said = rendered(&[]);
-    assert_eq!((&said["graph"], &said["size"]), (&"graphs/naive.toml".into(), &serde_json::json!([48, 27])));
+    assert_eq!((&said["graph"], &said["size"]), (&"graphs/rivals/naive.toml".into(), &serde_json::json!([48, 27])));
     assert_eq!(rendered(&["--world", "worlds/menger.toml"])["graph"], "graphs/inspect.toml");
     project.raxel(&["check", "raxel.toml"]).exits(0);
 

@@ -87,7 +87,7 @@ fn primary_over_the_monument() {
 fn every_layout_gives_the_same_picture() {
     let (primary, monument) = ("graphs/primary.toml", "worlds/monument.toml");
     let trees = render(primary, monument, "color");
-    assert!(trees == render("graphs/primary_chunks.toml", monument, "color"));
+    assert!(trees == render("graphs/rivals/primary_chunks.toml", monument, "color"));
     for &layout in Layout::ALL {
         assert!(trees == render_in(Some(layout), primary, monument, "color"), "{}", layout.name());
     }
@@ -102,7 +102,7 @@ fn what_the_tracer_found_in_the_sponge() {
 
 #[test]
 fn naive_over_the_sponge() {
-    compare("naive-menger", "graphs/naive.toml", "worlds/menger.toml", "color");
+    compare("naive-menger", "graphs/rivals/naive.toml", "worlds/menger.toml", "color");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The marchers of graphs/bench: those that are said to be exact hit what the oracle hits; the others fail as docs/marchers.md says, and no
+//! The marchers of graphs/rivals/march: those that are said to be exact hit what the oracle hits; the others fail as docs/rivals/marchers.md says, and no
 //! more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
@@ -65,7 +65,7 @@ impl Bench {
     fn open_over(&self, graph: &str, world: &str, layout: Option<Layout>) -> Marcher {
         let options = Options {
             project: Some(self.project.root().into()),
-            graph: Some(self.project.path(&format!("graphs/bench/{graph}.toml"))),
+            graph: Some(self.project.path(&common::graph_in(common::TRACERS, graph))),
             world: Some(self.project.path(&format!("worlds/{world}.toml"))),
             layout,
             size: SIZE,
@@ -294,7 +294,7 @@ fn the_marchers_are_as_wrong_as_their_page_says() {
 
 #[test]
 fn the_page_has_numbers_that_are_in_range() {
-    let page = std::fs::read_to_string(common::repository().join("docs/marchers.md")).expect("the page");
+    let page = std::fs::read_to_string(common::repository().join("docs/rivals/marchers.md")).expect("the page");
     for (name, ranges) in WRONG {
         let start = format!("| `{name}` | ");
         let rows = page.lines().filter_map(|line| line.strip_prefix(&start)?.strip_suffix(" |"));
@@ -317,7 +317,7 @@ fn samples_slip_through_the_corners_of_a_thin_plane() {
     assert!(expected.iter().all(|hit| *hit != MISS), "{}", expected.iter().filter(|hit| **hit == MISS).count());
     let wrong = |step: &str| {
         let pass = format!("[[passes]]\nname = \"first_hit\"\ndefines = {{ RX_MARCH_STEP = \"{step}\" }}\n");
-        bench.project.write("graphs/bench/steps.toml", format!("extends = \"fixed.toml\"\n{pass}"));
+        bench.project.write("graphs/bench/steps.toml", format!("extends = \"../rivals/march/fixed.toml\"\n{pass}"));
         let found = bench.open("steps", "near").look(&camera);
         expected.iter().zip(&found.hits).filter(|(a, b)| a[..3] != b[..3]).count()
     };

@@ -424,7 +424,7 @@ fn launcher(words: &[String], packages: &BTreeMap<String, Package>) -> Result<()
             _ if word.starts_with("RX") => is_file(format!("docs/errors/{word}.md")),
             _ if word.contains('/') => is_file(word.clone()),
             // A graph of a bench, or a verb of a verb.
-            _ if is_file(format!("graphs/bench/{word}.toml")) => true,
+            _ if ["bench", "rivals/march"].iter().any(|folder| is_file(format!("graphs/{folder}/{word}.toml"))) => true,
             _ if index == 1 && help.contains(&format!("\n  {word} ")) => {
                 help = raxel(&[verb, word.as_str(), "--help"]).exits(0).stdout;
                 true

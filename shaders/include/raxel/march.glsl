@@ -9,7 +9,7 @@
 //     RX_MARCH_RAYMASK = "1"            rx_trace with a table of masks that rules out whole 4^3 blocks (in trace.glsl)
 //
 // They are what other renderers do, kept to be measured: most are inexact, each in the way its file
-// says. See docs/marchers.md.
+// says. See docs/rivals/marchers.md.
 #ifndef RAXEL_MARCH_GLSL
 #define RAXEL_MARCH_GLSL
 

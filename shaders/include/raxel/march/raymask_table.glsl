@@ -1,5 +1,5 @@
 // Which cells of a block of 4^3 a line may pass, for each pair of places on its faces: 64-bit masks, made by
-// shaders/bench/raymask_bake.comp and used by raymask.glsl. After the fourth of the renderers in docs/marchers.md, with two
+// shaders/rivals/march/raymask_bake.comp and used by raymask.glsl. After the fourth of the renderers in docs/rivals/marchers.md, with two
 // differences: blocks are mirrored so that lines never move down, which leaves 3 faces to come in by and 3 to go out by instead
 // of 30 pairs; and the masks can be made conservative.
 #ifndef RAXEL_RAYMASK_TABLE_GLSL
