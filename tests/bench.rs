@@ -238,10 +238,10 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
 
     // An error in an included file is printed with its line; over another layout the graph can still be measured.
     project.write("graphs/rivals/march/dda.toml", dda);
-    let tree = project.path("shaders/include/raxel/tree64.glsl");
+    let tree = project.path("shaders/include/raxel/internal/layouts/tree64.glsl");
     let text = std::fs::read_to_string(&tree).unwrap();
     std::fs::write(&tree, format!("{text}\nint rx_wrong = ;\n")).unwrap();
-    let place = format!("shaders/include/raxel/tree64.glsl:{}", text.lines().count() + 2);
+    let place = format!("shaders/include/raxel/internal/layouts/tree64.glsl:{}", text.lines().count() + 2);
     for (layouts, measured) in [("own", false), ("tree64,svo", true)] {
         let named = ["first_hit", "--cameras=camera", "--format=short", "--layouts", layouts];
         let run = bench(&project, &named, 3);

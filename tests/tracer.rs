@@ -220,7 +220,7 @@ bool rx_march(RxRay ray, out RxHit hit) {
 #[test]
 fn rays_may_begin_anywhere_before_their_hit() {
     let mut lab = Lab::open();
-    let library = Arc::new(MemoryFiles::new([("shaders/include/raxel/march.glsl", FROM_ANYWHERE)]));
+    let library = Arc::new(MemoryFiles::new([("shaders/include/raxel/rivals/march.glsl", FROM_ANYWHERE)]));
     let world = Scene::find("menger").expect("a scene").world(IVec3::new(-13, 5, -(1 << 24)), 3);
     let rays: Vec<Ray> = sets::ALL.iter().flat_map(|set| set.rays(&world, 200, 8)).collect();
     for &layout in Layout::ALL {

@@ -31,7 +31,7 @@ impl Lab {
 
     /// A tracer whose `rx_march` is this text.
     fn tracer(&self, layout: Layout, march: &str, defines: &[&str]) -> Tracer {
-        let files = MemoryFiles::new([("shaders/include/raxel/march.glsl", march)]);
+        let files = MemoryFiles::new([("shaders/include/raxel/rivals/march.glsl", march)]);
         let made = Tracer::with_defines(&self.device, Arc::new(files), &Method::of(layout), defines);
         made.unwrap_or_else(|error| panic!("{} {defines:?}: {error}", layout.name()))
     }

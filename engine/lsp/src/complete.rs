@@ -262,6 +262,7 @@ fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
 fn includes(document: &Document) -> Vec<CompletionItem> {
     let mut found: Vec<CompletionItem> = library::FILES
         .iter()
+        .filter(|(file, _)| !library::is_internal(file))
         .map(|(file, _)| item(file, CompletionItemKind::FILE, "a file of the shader library"))
         .collect();
     for file in files(document, "shaders") {

@@ -24,7 +24,7 @@
 #ifndef RAXEL_PARALLEL_GLSL
 #define RAXEL_PARALLEL_GLSL
 
-#include "tile.glsl"
+#include "internal/tile.glsl"
 
 bool rx_tile_near(ivec2 pixel, out ivec3 cell);
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);

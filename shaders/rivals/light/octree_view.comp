@@ -2,7 +2,7 @@
 // this is a view of a structure, rx_trace is the tracer.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march/pyramid.glsl>
+#include <raxel/rivals/march/pyramid.glsl>
 #include <raxel/camera.glsl>
 #include <raxel/sky.glsl>
 

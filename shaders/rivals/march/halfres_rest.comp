@@ -1,7 +1,7 @@
 // The second of two passes: the three pixels of four that halfres_tiles.comp has left, each from where it has found nothing before.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march/bundle.glsl>
+#include <raxel/rivals/march/bundle.glsl>
 #include <raxel/camera.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -2,7 +2,7 @@
 // there. halfres_rest.comp traces the others.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march/bundle.glsl>
+#include <raxel/rivals/march/bundle.glsl>
 #include <raxel/camera.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;

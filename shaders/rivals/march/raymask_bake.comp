@@ -1,9 +1,9 @@
-// Makes the table of <raxel/march/raymask_table.glsl>: a thread a pair of squares. It runs in the first frame only.
+// Makes the table of <raxel/rivals/march/raymask_table.glsl>: a thread a pair of squares. It runs in the first frame only.
 //
 // With RX_RAYMASK_CONSERVATIVE = 1 a mask holds every cell that any line from one square to the other touches; with 0, the cells on
 // the line between their middles.
 #version 460
-#include <raxel/march/raymask_table.glsl>
+#include <raxel/rivals/march/raymask_table.glsl>
 
 layout(local_size_x = 64) in;
 layout(std430) writeonly buffer RxRayMasks {

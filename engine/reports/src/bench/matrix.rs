@@ -315,6 +315,9 @@ fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &Of
     let names: Vec<String> = known.iter().map(|path| stem(path)).collect();
     // As for a file that another verb is given.
     let failure = Failure::new(Exit::Project, format!("there is no {what} `{named}`"));
+    if let Some(path) = known.iter().find(|path| stem(path) == stem(named)) {
+        return Err(failure.help(format!("did you mean `{path}`?")));
+    }
     Err(match names::closest(&stem(named), names.iter().map(String::as_str)) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),
         None => failure.help(format!("{folder}/ has {}", names::list(names.iter().map(String::as_str)))),

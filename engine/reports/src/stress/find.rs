@@ -15,7 +15,7 @@ use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 
-/// Marchers of `<raxel/march.glsl>`.
+/// Marchers of `<raxel/rivals/march.glsl>`.
 pub(super) const MARCHERS: &[&str] = &["fixed", "rollback", "dda", "stackless", "stack", "raymask"];
 
 /// The largest number of rays that is taken for meant.

@@ -1,7 +1,7 @@
 // The second of two passes: the three pixels of four that tiles.comp has left, each from where their rays have met nothing together.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march/bundle.glsl>
+#include <raxel/rivals/march/bundle.glsl>
 #include "light/scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,7 +1,7 @@
 // The first of two passes: a thread for each 2 x 2 pixels finds how far their four rays get together, and what the top left one hits.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march/bundle.glsl>
+#include <raxel/rivals/march/bundle.glsl>
 #include "light/scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

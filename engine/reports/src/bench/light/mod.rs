@@ -198,6 +198,9 @@ fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
         let file = || project.path_of(Path::new(name)).ok().filter(|path| project.on_disk(path).is_file());
         found.cloned().or_else(file).ok_or_else(|| {
             let failure = Failure::new(Exit::Project, format!("there is no graph `{name}`"));
+            if let Some(path) = known.iter().find(|path| stem(path) == stem(name)) {
+                return failure.help(format!("did you mean `{path}`?"));
+            }
             match closest(name, known.iter().map(|path| stem(path))) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
                 None => failure.help(format!("{} have {}", FOLDERS.join(" and "), list(known.iter().map(|path| stem(path))))),

@@ -6,7 +6,7 @@
 //     RX_MARCH_DDA = "1"                voxel by voxel
 //     RX_MARCH_STACKLESS = "1"          level by level of a pyramid, each level begun anew from the place on the ray
 //     RX_MARCH_STACK = "1"              the same, each level kept on a stack
-//     RX_MARCH_RAYMASK = "1"            rx_trace with a table of masks that rules out whole 4^3 blocks (in trace.glsl)
+//     RX_MARCH_RAYMASK = "1"            rx_trace with a table of masks that rules out whole 4^3 blocks (in internal/trace.glsl)
 //
 // They are what other renderers do, kept to be measured: most are inexact, each in the way its file
 // says. See docs/rivals/marchers.md.

@@ -20,7 +20,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     uint root;            // word of the root
     uint node_count;      // different nodes and leaves inside chunks
     uint leaf_count;      // different leaves
@@ -28,9 +28,9 @@ layout(std430) readonly buffer RxWorld {
     uint words[];
 } world;
 
-#include "material.glsl"
-#include "mask.glsl"
-#include "octant.glsl"
+#include <raxel/internal/material.glsl>
+#include <raxel/internal/mask.glsl>
+#include <raxel/internal/octant.glsl>
 
 const uint RX_CHUNK_LEVEL = 6u;
 const uint RX_TOP_BIT = 0x80000000u;
@@ -113,4 +113,4 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return rx_voxel_material(c);
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>

@@ -17,7 +17,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include "../header.glsl"
     uint root;            // the root node, in nodes
     uint node_count;
     uint leaf_count;
@@ -26,13 +26,13 @@ layout(std430) readonly buffer RxWorld {
 } world;
 
 #define RX_QUADS
-#include "material.glsl"
+#include "../material.glsl"
 #undef RX_QUADS
 
 const uint RX_FILLED = 0x80000000u;
 const uint RX_UNIFORM = 0x40000000u;
 const uint RX_LINKED = 0x20000000u;
-#include "packed.glsl"
+#include "../packed.glsl"
 
 // Child of a node of height h (its cube has 4^h voxels a side) that holds cell q.
 uint rx_child(uvec3 q, uint height) {

@@ -2,8 +2,8 @@
 //
 // A chunk is sixteen words of masks, one of 64 bits for each of its 16^3 nodes (node x + 2y + 4z), which tell the 4^3 blocks with
 // solids; then its voxels, two a word, x + 32y + 1024z. Header and table are those of hashed_chunks.glsl.
-#include "hashed_chunks.glsl"
-#include "mask.glsl"
+#include <raxel/internal/hashed_chunks.glsl>
+#include <raxel/internal/mask.glsl>
 
 const uint RX_CHUNK_MASK_WORDS = 16u;
 
@@ -38,10 +38,10 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return (world.words[chunk + RX_CHUNK_MASK_WORDS + (index >> 1)] >> ((index & 1u) * 16u)) & 0xffffu;
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>
 
 #ifdef RX_WRITE
-#include "store.glsl"
+#include "../store.glsl"
 
 // A voxel of a chunk that the copy has. The bit of its 4^3 block stays set when the last voxel in there is taken away: then rays look
 // at the block's voxels one by one, until the copy is filled anew.

@@ -10,14 +10,14 @@
 // edition, 4.3.4). What makes it exact: a ray never turns, so of two voxels on it the one with the smaller mirrored coordinates is
 // the earlier one, and "is this box behind the hit?" is a comparison of integers. Floating point only skips boxes that the ray
 // misses by more than its error; blocks are walked by walk.glsl.
-#include "walk.glsl"
+#include <raxel/internal/walk.glsl>
 
 #ifdef RX_WRITE
 #error "the layout `bvh` has no rx_set: its blocks are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     uint nodes_at;        // word of the root node
     uint node_count;
     uint blocks_at;       // word of the first block
@@ -25,7 +25,7 @@ layout(std430) readonly buffer RxWorld {
     uint words[];
 } world;
 
-#include "material.glsl"
+#include <raxel/internal/material.glsl>
 
 const uint RX_BVH_LEAF = 3u;         // in place of an axis
 const uint RX_BVH_NONE = 0xffffffffu;  // in place of a node

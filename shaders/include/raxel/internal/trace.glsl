@@ -8,7 +8,7 @@
 #include "walk.glsl"
 #if defined(RX_MARCH_RAYMASK) && !defined(RX_NAMED_WORLD)
 #define RX_ASK_RAYMASK
-#include "march/raymask.glsl"
+#include "../rivals/march/raymask.glsl"
 #endif
 
 bool rx_in_world(ivec3 cell) {

@@ -1,7 +1,7 @@
 // Layout `chunks`: a list of 32^3 chunks, each a flat array of voxels, searched from its start for every voxel that is asked for.
 // The simplest way to hold a sparse world, and a slow one: kept as the baseline that the trees are measured against.
 layout(std430) RX_WORLD_ACCESS buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     uint chunks_at;       // word of the list: a key of each chunk, then 4 words each, x, y, z in chunks, and the word of its voxels
     uint chunk_count;
     uint voxels_at;       // word of the first voxel: two a word, x + 32y + 1024z in a chunk
@@ -9,7 +9,7 @@ layout(std430) RX_WORLD_ACCESS buffer RxWorld {
     uint words[];
 } world;
 
-#include "material.glsl"
+#include <raxel/internal/material.glsl>
 
 const uint RX_NO_CHUNK = 0xffffffffu;
 
@@ -71,10 +71,10 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return voxels == RX_NO_CHUNK ? 0u : rx_chunk_voxel(voxels, cell);
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>
 
 #ifdef RX_WRITE
-#include "store.glsl"
+#include "../store.glsl"
 
 // A voxel of a chunk that the copy has: nothing but the voxels says what is solid.
 bool rx_set(ivec3 cell, uint material) {

@@ -15,7 +15,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     uint root;            // word of the root node
     uint upper_count;     // nodes from the root down to the chunks
     uint chunks_at;       // word of the first chunk
@@ -23,8 +23,8 @@ layout(std430) readonly buffer RxWorld {
     uint words[];
 } world;
 
-#include "material.glsl"
-#include "octant.glsl"
+#include <raxel/internal/material.glsl>
+#include <raxel/internal/octant.glsl>
 
 const uint RX_CHUNK_LEVEL = 6u;
 const uint RX_SOLID = 0x100u;
@@ -81,4 +81,4 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>

@@ -9,8 +9,8 @@
 // and 0 if it is empty. Header and table are those of hashed_chunks.glsl.
 //
 // This is the bitmask octree of a Vulkan voxel engine's public development log (entry of 2024-05-01); bit 8 is added here.
-#include "hashed_chunks.glsl"
-#include "octant.glsl"
+#include "../hashed_chunks.glsl"
+#include "../octant.glsl"
 
 const uint RX_FILLED = 0x100u;
 
@@ -36,7 +36,7 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
-// Whether the cube of 2^level voxels around a cell may have a solid voxel, for march/pyramid.glsl: the way down ends where the cube is.
+// Whether the cube of 2^level voxels around a cell may have a solid voxel, for rivals/march/pyramid.glsl: the way down ends where the cube is.
 bool rx_occupied(ivec3 cell, uint level) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     uint chunk = rx_find_chunk(c);
@@ -53,7 +53,7 @@ bool rx_occupied(ivec3 cell, uint level) {
     return true;
 }
 
-#include "trace.glsl"
+#include "../trace.glsl"
 
 #ifdef RX_WRITE
 // A voxel of a chunk that the copy has: one node a depth. Bits of children stay set when the last voxel below is taken away, and a node

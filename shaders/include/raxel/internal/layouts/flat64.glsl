@@ -19,7 +19,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include "../header.glsl"
     uint records_at;      // the first record, counted in records
     uint strides;         // records from one to the next along z (low half) and y
     uint leaves_at;       // the first leaf, counted in leaves
@@ -28,12 +28,12 @@ layout(std430) readonly buffer RxWorld {
 } world;
 
 #define RX_QUADS
-#include "material.glsl"
+#include "../material.glsl"
 #undef RX_QUADS
-#include "mask.glsl"
+#include "../mask.glsl"
 
 const uint RX_UNIFORM = 0x40000000u;
-#include "packed.glsl"
+#include "../packed.glsl"
 
 // Mask of a leaf.
 uvec2 rx_leaf(uint leaf) {
@@ -67,4 +67,4 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
-#include "trace.glsl"
+#include "../trace.glsl"

@@ -6,7 +6,7 @@
 // where the target `voxels` and the buffer `world` have the source "world.texture3d". Dense: for small worlds. rx_set writes the image
 // as `world_texels = { target = "voxels", mip = 0 }`.
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     ivec3 size;           // texels of mip 0, multiples of 64
     uint mip_count;       // down to one texel
     uint words[];
@@ -14,7 +14,7 @@ layout(std430) readonly buffer RxWorld {
 
 uniform usampler3D world_voxels;
 
-#include "material.glsl"
+#include <raxel/internal/material.glsl>
 
 // Whether the cube of 2^mip voxels that holds cell c has a texel, and it says that it is empty.
 bool rx_mip_free(uvec3 c, uint mip) {
@@ -47,7 +47,7 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
-// Whether the cube of 2^level voxels around a cell may have a solid voxel, for march/pyramid.glsl: one texel of its mip says so.
+// Whether the cube of 2^level voxels around a cell may have a solid voxel, for rivals/march/pyramid.glsl: one texel of its mip says so.
 bool rx_occupied(ivec3 cell, uint level) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     if (any(greaterThanEqual(c, uvec3(world.size)))) {
@@ -58,7 +58,7 @@ bool rx_occupied(ivec3 cell, uint level) {
     return level >= world.mip_count || !rx_mip_free(c, level);
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>
 
 #ifdef RX_WRITE
 layout(r16ui) uniform uimage3D world_texels;

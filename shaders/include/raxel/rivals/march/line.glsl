@@ -4,7 +4,7 @@
 #ifndef RAXEL_MARCH_LINE_GLSL
 #define RAXEL_MARCH_LINE_GLSL
 
-#include "look.glsl"
+#include <raxel/internal/look.glsl>
 
 // A marcher looks at no more cells than this and then misses: what it was given may be a world of 2^30 voxels, and software
 // drivers of the llvmpipe family end every loop after 65,535 rounds.

@@ -16,7 +16,7 @@
 #endif
 
 layout(std430) readonly buffer RxWorld {
-#include "header.glsl"
+#include <raxel/internal/header.glsl>
     uint table_at;        // word of the grid, or of the hash table
     uint log2_slots;      // the hash table has 2^log2_slots slots; 0 if there is a grid
     uint sectors_at;      // word of the first sector
@@ -24,9 +24,9 @@ layout(std430) readonly buffer RxWorld {
     uint words[];
 } world;
 
-#include "material.glsl"
-#include "mask.glsl"
-#include "table.glsl"
+#include <raxel/internal/material.glsl>
+#include <raxel/internal/mask.glsl>
+#include <raxel/internal/table.glsl>
 
 const uint RX_SECTOR_LEVEL = 6u;
 const uint RX_BRICK_WORDS = 17u;
@@ -114,4 +114,4 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return rx_brick_material(brick, tile, mask, bit);
 }
 
-#include "trace.glsl"
+#include <raxel/internal/trace.glsl>

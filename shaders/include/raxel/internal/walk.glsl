@@ -11,7 +11,7 @@
 #ifndef RAXEL_WALK_GLSL
 #define RAXEL_WALK_GLSL
 
-#include "ray.glsl"
+#include "../ray.glsl"
 
 const float RX_WALK_ERROR = 9.5367431640625e-7;  // 2^-20, relative to the cells passed, plus one
 const float RX_NEVER = 1.0e38;                   // crossing time on an axis the ray does not move along
