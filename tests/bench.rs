@@ -6,6 +6,7 @@ mod common;
 
 use common::Project;
 use raxel::layouts::Layout;
+use raxel::rivals;
 use raxel::{Options, Session};
 use serde_json::Value;
 
@@ -325,7 +326,7 @@ fn a_session_takes_another_layout_for_its_world() {
         graph: Some("graphs/bench/first_hit.toml".into()),
         world: Some("worlds/small.toml".into()),
         size: [16, 9],
-        layout: Some(Layout::Svo),
+        layout: Some(rivals::SVO),
         pinned: vec!["hit".to_owned()],
         ..Options::default()
     };
@@ -334,10 +335,10 @@ fn a_session_takes_another_layout_for_its_world() {
         session.frame().unwrap();
         let hits = session.read_target("hit").unwrap().bytes;
         let costs: Vec<bool> =
-            [Layout::Svo, Layout::Tree64].map(|layout| session.world().cost(layout).is_some()).into();
+            [rivals::SVO, Layout::TREE64].map(|layout| session.world().cost(layout).is_some()).into();
         (hits, costs)
     };
-    let (of_svo, costs) = read(Some(Layout::Svo));
+    let (of_svo, costs) = read(Some(rivals::SVO));
     assert_eq!(costs, [true, false]);
     let (own, costs) = read(None);
     assert_eq!(costs, [false, true]);

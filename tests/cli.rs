@@ -30,6 +30,36 @@ fn explain_prints_pages_and_suggests() {
     assert!(wrong.stdout.is_empty() && wrong.stderr.contains("did you mean `RX"));
 }
 
+/// What stood elsewhere before is refused, with the place where it is now.
+#[test]
+fn what_has_moved_is_named_with_its_new_place() {
+    let project = Project::shipped();
+    let moved = [
+        ("graphs/naive.toml", "graphs/rivals/naive.toml"),
+        ("graphs/light/ddgi.toml", "graphs/rivals/light/ddgi.toml"),
+        ("graphs/light/views/lum_live.toml", "graphs/rivals/light/views/lum_live.toml"),
+        ("graphs/bench/dda.toml", "graphs/rivals/march/dda.toml"),
+    ];
+    for (old, new) in moved {
+        let run = project.raxel(&["check", old]).exits(3);
+        assert!(run.stdout.contains(&format!("did you mean `{new}`?")), "{}", run.stdout);
+    }
+    for (verb, old, new) in [("bench", moved[3].0, moved[3].1), ("light", moved[1].0, moved[1].1)] {
+        let verbs: &[&str] = if verb == "light" { &["bench", "light"] } else { &["bench"] };
+        let run = project.raxel(&[verbs, &[old]].concat()).exits(3);
+        assert!(run.stderr.contains(&format!("did you mean `{new}`?")), "{}", run.stderr);
+    }
+    let run = project.raxel(&["shaders", "--library", "raxel/tree64.glsl"]).exits(2);
+    assert!(run.stderr.contains("did you mean `raxel/internal/layouts/tree64.glsl`?"), "{}", run.stderr);
+
+    project.edit("graphs/inspect.toml", "\"inspect.comp\"", "\"naive.comp\"");
+    let run = project.raxel(&["check", "graphs/inspect.toml"]).exits(3);
+    assert!(run.stdout.contains("did you mean `shaders/rivals/naive.comp`?"), "{}", run.stdout);
+    project.edit("shaders/bench/first_hit.comp", "<raxel/rivals/march.glsl>", "<raxel/march.glsl>");
+    let run = project.raxel(&["check", "graphs/bench/first_hit.toml"]).exits(3);
+    assert!(run.stdout.contains("did you mean `<raxel/rivals/march.glsl>`?"), "{}", run.stdout);
+}
+
 #[test]
 fn completions_name_the_verbs() {
     for shell in ["bash", "zsh", "fish", "powershell"] {

@@ -12,6 +12,7 @@ use glam::{DVec3, IVec3};
 use raxel::layouts::Layout;
 use raxel::oracle::camera::Pinhole;
 use raxel::oracle::{Oracle, scenes};
+use raxel::rivals;
 use raxel::world::{World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;
@@ -183,7 +184,7 @@ fn marchers_go_over_every_layout() {
     let camera = &cameras()[2];
     for (graph, wrong) in [("halfres", 0), ("stackless", 5)] {
         let expected = exact(&bench.open(graph, "near"), camera);
-        for &layout in Layout::ALL {
+        for &layout in rivals::LAYOUTS {
             let found = bench.open_over(graph, "near", Some(layout)).look(camera);
             let differ = expected.iter().zip(&found.hits).filter(|(a, b)| a != b).count();
             assert!(differ <= wrong, "{graph} over {} differs in {differ} pixels", layout.name());
@@ -196,9 +197,9 @@ fn marchers_go_over_every_layout() {
 fn bundles_and_masks_save_steps() {
     let bench = Bench::new();
     let camera = &cameras()[0];
-    let steps = bench.open_over("first_hit", "near", Some(Layout::Brickmap)).look(camera).steps;
+    let steps = bench.open_over("first_hit", "near", Some(rivals::BRICKMAP)).look(camera).steps;
     for graph in ["halfres", "raymask"] {
-        let fewer = bench.open_over(graph, "near", Some(Layout::Brickmap)).look(camera).steps;
+        let fewer = bench.open_over(graph, "near", Some(rivals::BRICKMAP)).look(camera).steps;
         assert!(fewer < steps, "{graph} looks {fewer} times, without it {steps}");
     }
 }

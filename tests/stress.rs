@@ -87,7 +87,8 @@ fn broken() -> Project {
     let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/walk.glsl")).unwrap();
     let (before, rest) = walk.split_once("const float RX_WALK_ERROR = ").expect("the bound of the tracer's error");
     let (_, after) = rest.split_once(';').unwrap();
-    project.write("shaders/include/raxel/internal/walk.glsl", format!("{before}const float RX_WALK_ERROR = 0.0;{after}"));
+    project
+        .write("shaders/include/raxel/internal/walk.glsl", format!("{before}const float RX_WALK_ERROR = 0.0;{after}"));
     project
 }
 
@@ -268,7 +269,8 @@ fn faults_in_instances_are_caught() {
 /// Tracers that know where an encoded world has its nodes and its materials: a streamer puts them elsewhere.
 #[test]
 fn faults_in_publications_are_caught() {
-    let tree64 = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/layouts/tree64.glsl")).unwrap();
+    let tree64 =
+        std::fs::read_to_string(repository().join("shaders/include/raxel/internal/layouts/tree64.glsl")).unwrap();
     let scope = ["stress", "--scenes", "gravel,hills", "--rays", "4e4", "--format", "json"];
     let scope = [&scope[..], &["--layouts", "tree64,tree64:streamed"]].concat();
     for (right, wrong) in [

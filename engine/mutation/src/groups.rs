@@ -44,7 +44,7 @@ pub const GROUPS: &[Group] = &[
         name: "encode",
         folder: "layouts",
         sources: &[""],
-        tests: &[&["-p", "raxel-layouts"]],
+        tests: &[&["-p", "raxel-layouts"], &["-p", "raxel-rivals"]],
         stress: Some(&[
             "stress",
             "--rays",

@@ -37,8 +37,7 @@ pub struct Item {
 }
 
 /// What `<raxel/world.glsl>` gives to shaders: each layout, which is an internal file, has functions of these names.
-const OF_WORLD: [&str; 5] =
-    ["rx_trace", "rx_trace_from", "rx_material", "rx_material_properties", "rx_set"];
+const OF_WORLD: [&str; 5] = ["rx_trace", "rx_trace_from", "rx_material", "rx_material_properties", "rx_set"];
 const WORLD: &str = "raxel/world.glsl";
 
 /// Every function and struct that the library gives to shaders, in the order of the files: those whose name begins with `rx_` or `Rx`, without
@@ -141,7 +140,9 @@ mod tests {
             assert_eq!(super::closest(old), Some(new), "{old}");
         }
         assert_eq!((super::closest("walk.glsl"), super::closest("raxel/none_of_these.glsl")), (None, None));
-        assert!(super::is_internal("raxel/rivals/internal/store.glsl") && !super::is_internal("raxel/rivals/march.glsl"));
+        assert!(
+            super::is_internal("raxel/rivals/internal/store.glsl") && !super::is_internal("raxel/rivals/march.glsl")
+        );
     }
 
     #[test]

@@ -93,8 +93,11 @@ fn a_binding_without_a_layout_is_named() {
 /// The project's file wins, as for every file of the library; a mistake in it is shown with every world that has it.
 #[test]
 fn a_mistake_in_a_layout_says_by_which_worlds_it_comes_in() {
-    let layout = raxel_shader::library::text("raxel/rivals/internal/layouts/chunks.glsl").unwrap().replace("bvec4 a =", "bvec5 a =");
-    let files = [("shaders/a.comp", SHADER), ("shaders/include/raxel/rivals/internal/layouts/chunks.glsl", layout.as_str())];
+    let layout = raxel_shader::library::text("raxel/rivals/internal/layouts/chunks.glsl")
+        .unwrap()
+        .replace("bvec4 a =", "bvec5 a =");
+    let files =
+        [("shaders/a.comp", SHADER), ("shaders/include/raxel/rivals/internal/layouts/chunks.glsl", layout.as_str())];
     let line = 1 + layout.lines().position(|line| line.contains("bvec5")).unwrap();
     let said = compile(&files, &defines("TREE64", "CHUNKS", "CHUNKS")).unwrap_err();
     for part in [

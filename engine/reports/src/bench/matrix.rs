@@ -332,11 +332,11 @@ fn find_layouts(wanted: &[String]) -> Result<Vec<Layout>> {
         };
     }
     if wanted.is_empty() {
-        return Ok(Layout::ALL.to_vec());
+        return Ok(raxel_rivals::LAYOUTS.to_vec());
     }
-    let names = || Layout::ALL.iter().map(|layout| layout.name());
+    let names = || raxel_rivals::LAYOUTS.iter().map(|layout| layout.name());
     let find = |name: &String| {
-        Layout::from_name(name).ok_or_else(|| {
+        raxel_rivals::layout(name).ok_or_else(|| {
             let failure = Failure::usage(format!("there is no layout `{name}`"));
             match names::closest(name, names()) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),

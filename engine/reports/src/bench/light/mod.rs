@@ -203,7 +203,11 @@ fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
             }
             match closest(name, known.iter().map(|path| stem(path))) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
-                None => failure.help(format!("{} have {}", FOLDERS.join(" and "), list(known.iter().map(|path| stem(path))))),
+                None => failure.help(format!(
+                    "{} have {}",
+                    FOLDERS.join(" and "),
+                    list(known.iter().map(|path| stem(path)))
+                )),
             }
         })
     };

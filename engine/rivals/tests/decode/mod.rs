@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use raxel_layouts::{BrickmapHeader, Flat64Header, HashedChunksHeader, SvdagHeader, SvoHeader};
+use raxel_layouts::{Flat64Header, HashedChunksHeader};
+use raxel_rivals::{BrickmapHeader, SvdagHeader, SvoHeader};
 use raxel_world::child_cell;
 
 pub type Voxels = BTreeMap<[i32; 3], u16>;

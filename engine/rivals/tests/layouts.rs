@@ -7,7 +7,8 @@ mod decode;
 use decode::Voxels;
 use glam::IVec3;
 use proptest::prelude::*;
-use raxel_layouts::{BvhHeader, ChunksHeader, Encoded, Layout, LayoutError, MATERIAL_WORDS, Tree64Header};
+use raxel_layouts::{Encoded, Layout, LayoutError, MATERIAL_WORDS, Tree64Header};
+use raxel_rivals::{BvhHeader, ChunksHeader, LAYOUTS};
 use raxel_world::{Material, World, child_cell};
 
 fn palette(count: usize) -> Vec<Material> {
@@ -123,23 +124,24 @@ fn bvh_voxels(buffer: &[u32]) -> Voxels {
 }
 
 fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
-    match layout {
-        Layout::Tree64 => tree64_voxels(&encoded.words),
-        Layout::Chunks => chunks_voxels(&encoded.words),
-        Layout::Bvh => bvh_voxels(&encoded.words),
-        Layout::ChunkTable => decode::chunk_table(&encoded.words),
-        Layout::Brickmap => decode::brickmap(&encoded.words),
-        Layout::Octree => decode::octree(&encoded.words),
-        Layout::Svo => decode::svo(&encoded.words),
-        Layout::Svdag => decode::svdag(&encoded.words),
-        Layout::Flat64 => decode::flat64(&encoded.words),
-        Layout::Texture3d => unreachable!("tests/texture3d.rs reads its image"),
+    match layout.name() {
+        "tree64" => tree64_voxels(&encoded.words),
+        "chunks" => chunks_voxels(&encoded.words),
+        "bvh" => bvh_voxels(&encoded.words),
+        "chunk_table" => decode::chunk_table(&encoded.words),
+        "brickmap" => decode::brickmap(&encoded.words),
+        "octree" => decode::octree(&encoded.words),
+        "svo" => decode::svo(&encoded.words),
+        "svdag" => decode::svdag(&encoded.words),
+        "flat64" => decode::flat64(&encoded.words),
+        "texture3d" => unreachable!("tests/texture3d.rs reads its image"),
+        name => panic!("a decoder of `{name}`"),
     }
 }
 
 /// The layouts that hold worlds of any width.
 fn sparse() -> impl Iterator<Item = Layout> {
-    Layout::ALL.iter().copied().filter(|layout| !layout.has_image())
+    LAYOUTS.iter().copied().filter(|layout| !layout.has_image())
 }
 
 /// Whether the world lies in the layout's window, if it has one.
@@ -185,7 +187,7 @@ fn the_ends_of_the_coordinates_are_kept() {
 #[test]
 fn an_empty_world_is_encoded() {
     check(&Voxels::new(), 0);
-    let words = encode(Layout::Tree64, &World::empty()).words;
+    let words = encode(Layout::TREE64, &World::empty()).words;
     // The empty root.
     assert_eq!(words.len() as u32, Tree64Header::WORDS + MATERIAL_WORDS + 4);
 }
@@ -193,7 +195,7 @@ fn an_empty_world_is_encoded() {
 #[test]
 fn materials_stand_where_the_header_says() {
     let world = world(&filled([0; 3], [2; 3], |_| 3), 3);
-    for &layout in Layout::ALL {
+    for &layout in LAYOUTS {
         let words = encode(layout, &world).words;
         let last = (Tree64Header::WORDS + 3 * MATERIAL_WORDS) as usize;
         assert_eq!(words[last], world.materials()[3].albedo[0].to_bits(), "{}", layout.name());
@@ -204,7 +206,7 @@ fn materials_stand_where_the_header_says() {
 #[test]
 fn what_does_not_fit_is_said_before_it_is_made() {
     let small = world(&filled([0; 3], [3; 3], |_| 1), 1);
-    for &layout in Layout::ALL {
+    for &layout in LAYOUTS {
         let bytes = 4 * encode(layout, &small).words.len() as u64;
         assert_eq!(layout.encode(&small, bytes).map(|encoded| encoded.words.len() as u64 * 4), Ok(bytes));
         let error = layout.encode(&small, bytes - 1).expect_err("it is one byte too large");
@@ -213,7 +215,7 @@ fn what_does_not_fit_is_said_before_it_is_made() {
         assert!(text.contains(&bytes.to_string()) && text.contains(&(bytes - 1).to_string()), "{text}");
     }
     let wide = world(&Voxels::from([([-(1 << 29) - 1, 0, 0], 1), ([1 << 29, 0, 0], 1)]), 1);
-    for &layout in Layout::ALL {
+    for &layout in LAYOUTS {
         assert!(matches!(layout.encode(&wide, u64::MAX), Err(LayoutError::TooWide { limit: 0x4000_0000, .. })));
     }
 }
@@ -227,7 +229,7 @@ fn equal_chunks_are_stored_once() {
     }
     check(&many, 2);
     // A tree of boxes says of every block where it is, and a grid has a record for every place.
-    for &layout in Layout::ALL.iter().filter(|layout| ![Layout::Bvh, Layout::Flat64].contains(layout)) {
+    for &layout in LAYOUTS.iter().filter(|layout| ![raxel_rivals::BVH, Layout::FLAT64].contains(layout)) {
         let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
         assert!(sizes[1] < sizes[0] + 1024, "{}: {sizes:?}", layout.name());
     }
@@ -241,7 +243,7 @@ fn free_radii_are_exact() {
         voxels.insert([(i * 37) % 500 - 100, (i * 53) % 300, (i * 91) % 400 + 9], 1);
     }
     let world = world(&voxels, 1);
-    let words = encode(Layout::Flat64, &world).words;
+    let words = encode(Layout::FLAT64, &world).words;
     let corner = world.bounds().unwrap().min.map(|min| min & !63);
     let occupied: std::collections::HashSet<[i64; 3]> =
         voxels.keys().map(|cell| std::array::from_fn(|i| (i64::from(cell[i]) - corner[i]) >> 4)).collect();
@@ -270,7 +272,7 @@ fn geometry_is_shared_by_what_is_made_of_other_materials() {
         many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], material + i as u16)));
     }
     check(&many, 10);
-    let bytes = [&one, &many].map(|voxels| encode(Layout::Svdag, &world(voxels, 10)).geometry_bytes);
+    let bytes = [&one, &many].map(|voxels| encode(raxel_rivals::SVDAG, &world(voxels, 10)).geometry_bytes);
     assert!(bytes[1] < bytes[0] + 8 * 16, "{bytes:?}");
 }
 
@@ -286,18 +288,18 @@ fn a_shell_of_terrain_is_small() {
         }
     }
     let world = world(&shell, 2);
-    let encoded = encode(Layout::Tree64, &world);
+    let encoded = encode(Layout::TREE64, &world);
     let a_voxel = encoded.geometry_bytes as f64 / world.solids() as f64;
     assert!(a_voxel < 0.31, "{a_voxel} bytes a voxel");
 }
 
 #[test]
 fn blocks_are_the_rust_headers() {
-    for &layout in Layout::ALL {
-        assert_eq!(Layout::from_name(layout.name()), Some(layout));
+    for &layout in LAYOUTS {
+        assert_eq!(raxel_rivals::layout(layout.name()), Some(layout));
         let block = layout.block();
         let array = block.last().expect("members");
-        let elements = if [Layout::Tree64, Layout::Flat64].contains(&layout) {
+        let elements = if [Layout::TREE64, Layout::FLAT64].contains(&layout) {
             ("quads", "uvec4", 16)
         } else {
             ("words", "uint", 4)
@@ -310,7 +312,7 @@ fn blocks_are_the_rust_headers() {
             assert!(pair[0].offset + size <= pair[1].offset, "{pair:?}");
         }
     }
-    assert_eq!(Layout::from_name("octtree"), None);
+    assert_eq!(raxel_rivals::layout("octtree"), None);
 }
 
 proptest! {
@@ -333,11 +335,11 @@ proptest! {
 fn writable_copies_have_every_chunk_for_themselves() {
     let voxels = |x: i32| (0..3).map(move |i| (IVec3::new(x + 5, 7 + i, 9), 1));
     let world = World::from_voxels(palette(1), (0..4).flat_map(|chunk| voxels(64 * chunk)));
-    for layout in [Layout::Chunks, Layout::ChunkTable, Layout::Octree] {
+    for layout in [raxel_rivals::CHUNKS, raxel_rivals::CHUNK_TABLE, Layout::OCTREE] {
         assert!(layout.has_set());
         let shared = layout.encode(&world, u64::MAX).unwrap().words;
         let copy = layout.encode_writable(&world, u64::MAX).unwrap().words;
-        let chunk = if layout == Layout::Octree { 37_449 } else { 16_384 };
+        let chunk = if layout == Layout::OCTREE { 37_449 } else { 16_384 };
         assert!(
             copy.len() >= shared.len() + 3 * chunk,
             "{}: {} words, {} shared",
@@ -353,13 +355,13 @@ fn writable_copies_have_every_chunk_for_themselves() {
         let limit = 4 * shared.len() as u64;
         assert!(layout.encode(&world, limit).is_ok() && layout.encode_writable(&world, limit).is_err());
     }
-    let copy = Layout::Texture3d.encode_writable(&world, u64::MAX).unwrap().words;
+    let copy = raxel_rivals::TEXTURE3D.encode_writable(&world, u64::MAX).unwrap().words;
     assert_eq!([4, 5, 6, 8, 9, 10].map(|word| copy[word]), [0, 0, 0, 255, 63, 63]);
-    for layout in [Layout::Tree64, Layout::Bvh, Layout::Brickmap, Layout::Svo, Layout::Svdag] {
+    for layout in [Layout::TREE64, raxel_rivals::BVH, raxel_rivals::BRICKMAP, raxel_rivals::SVO, raxel_rivals::SVDAG] {
         assert!(!layout.has_set());
         assert_eq!(layout.encode_writable(&world, u64::MAX), layout.encode(&world, u64::MAX));
     }
-    for layout in Layout::ALL {
+    for layout in LAYOUTS {
         assert!(layout.encode_writable(&World::empty(), u64::MAX).is_ok(), "{}", layout.name());
     }
 }

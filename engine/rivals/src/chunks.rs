@@ -1,12 +1,25 @@
-//! Layout `chunks`: see `shaders/include/raxel/chunks.glsl` for the format.
+//! Layout `chunks`: see `shaders/include/raxel/rivals/internal/layouts/chunks.glsl` for the format.
 
 use raxel_world::World;
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Octant, Parts};
-use super::{Access, Encoded, Layout, LayoutError, check_size};
+use raxel_layouts::parts::{Octant, Parts};
+use raxel_layouts::{
+    Access, Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+};
+
+/// A list of 32³ flat chunks that is searched linearly.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "chunks",
+    block: ChunksHeader::block,
+    encode: |world, limits, access| encode(world, limits.buffer_bytes, access),
+    image: None,
+    has_set: true,
+    edits: Edits::Encode,
+    window: None,
+};
 
 /// Voxels along an edge of one of this layout's chunks.
 const EDGE: i32 = 32;
@@ -15,7 +28,7 @@ const VOXEL_WORDS: usize = 32 * 32 * 32 / 2;
 /// Words of a chunk in the list: its key in front, and its entry.
 const LIST_WORDS: usize = 5;
 
-header! {
+layout_header! {
     /// Header of the layout `chunks`. Addresses (`…_at`) count words from the first word behind the header.
     ChunksHeader {
         /// Address of the list: a key of each chunk, then for each x, y, z in chunks, and the address of its voxels.
@@ -29,8 +42,8 @@ header! {
     }
 }
 
-pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Chunks;
+fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
+    let layout = LAYOUT;
     let mut extent = Extent::of(world, layout)?;
     let Parts { distinct, uses } = Parts::octants(world, &extent).for_access(access);
     if access == Access::Write {

@@ -1,14 +1,27 @@
-//! Layout `svo`: see `shaders/include/raxel/svo.glsl` for the format.
+//! Layout `svo`: see `shaders/include/raxel/rivals/internal/layouts/svo.glsl` for the format.
 
 use raxel_world::MaterialIndex;
 use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_index, child_index};
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, child_of, octree_path};
-use super::{Encoded, Layout, LayoutError, check_size};
+use raxel_layouts::parts::{Parts, child_of, octree_path};
+use raxel_layouts::{
+    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+};
+
+/// A sparse octree.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "svo",
+    block: SvoHeader::block,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Encode,
+    window: None,
+};
 
 /// Words of a node from the root down to the chunks: a node's own word, and an address.
 const UPPER_WORDS: usize = 2;
@@ -19,7 +32,7 @@ const POINTER_SHIFT: u32 = 9;
 /// Chunks have 2^6 voxels a side.
 const LOG2_CHUNK: u32 = 6;
 
-header! {
+layout_header! {
     /// Header of the layout `svo`. Addresses (`…_at`, `root`) count words from the first word behind the header.
     SvoHeader {
         /// Address of the root node.
@@ -54,8 +67,8 @@ impl ChunkSize {
     }
 }
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Svo;
+fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    let layout = LAYOUT;
     let extent = Extent::of(world, layout)?;
     let parts = Parts::chunks(world, &extent);
     let mut uses: Vec<(u128, usize)> = parts.uses.iter().map(|&(cell, index)| (octree_path(cell), index)).collect();

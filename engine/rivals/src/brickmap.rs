@@ -1,4 +1,4 @@
-//! Layout `brickmap`: see `shaders/include/raxel/brickmap.glsl` for the format.
+//! Layout `brickmap`: see `shaders/include/raxel/rivals/internal/layouts/brickmap.glsl` for the format.
 
 use std::collections::HashMap;
 
@@ -6,11 +6,23 @@ use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_index, child_cell};
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::{Parts, child_of, octant_cell};
-use super::table::Table;
-use super::{Encoded, Layout, LayoutError, check_size};
+use raxel_layouts::parts::{Parts, child_of, octant_cell};
+use raxel_layouts::{
+    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, Table, buffer, check_size, layout_header,
+};
+
+/// Sectors of 8³ bricks with occupancy masks.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "brickmap",
+    block: BrickmapHeader::block,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Encode,
+    window: None,
+};
 
 /// Sectors have 2^6 voxels a side, as chunks do.
 const LOG2_EDGE: u32 = 6;
@@ -26,7 +38,7 @@ const EMPTY_CELL: u32 = 0x8000_0000;
 const GRID_CELLS: u64 = 4096;
 const GRID_CELLS_A_SECTOR: u64 = 32;
 
-header! {
+layout_header! {
     /// Header of the layout `brickmap`. Addresses (`…_at`) count words from the first word behind the header.
     BrickmapHeader {
         /// Address of the grid, or of the hash table.
@@ -56,8 +68,8 @@ struct SectorSize {
     attributes: usize,
 }
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Brickmap;
+fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    let layout = LAYOUT;
     let extent = Extent::of(world, layout)?;
     let parts = Parts::chunks(world, &extent);
     let directory = Directory::of(&parts, &extent);

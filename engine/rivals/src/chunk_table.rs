@@ -1,24 +1,30 @@
-//! Layout `chunk_table`: see `shaders/include/raxel/chunk_table.glsl` for the format.
+//! Layout `chunk_table`: see `shaders/include/raxel/rivals/internal/layouts/chunk_table.glsl` for the format.
 
-use raxel_world::World;
 use raxel_world::{Bits, child_cell};
 
-use super::hashed_chunks::Form;
-use super::live::Patch;
-use super::parts::{Octant, unmorton};
-use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
+use raxel_layouts::hashed_chunks::Form;
+use raxel_layouts::parts::{Octant, unmorton};
+use raxel_layouts::{Edits, Encoding, HashedChunksHeader, Layout, Patch, hashed_chunks};
+
+/// Flat 32³ chunks with occupancy masks in a hash table.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "chunk_table",
+    block: HashedChunksHeader::block,
+    encode: |world, limits, access| hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access),
+    image: None,
+    has_set: true,
+    edits: Edits::HashedChunks(&FORM),
+    window: None,
+};
 
 /// Words of the masks in front of a chunk: 64 bits for each of its eight 16³ nodes.
 const MASK_WORDS: usize = 16;
 /// Words of a chunk: its masks, then 32³ voxels, two a word.
 const CHUNK_WORDS: usize = MASK_WORDS + 32 * 32 * 32 / 2;
 
-pub(super) const FORM: Form =
-    Form { layout: Layout::ChunkTable, chunk_words: CHUNK_WORDS, fill, rewrite, most_parts: 32 };
-
-pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
-    hashed_chunks::encode(world, &FORM, limit, access)
-}
+static FORM: Form = Form { layout: Layout::new(&ENCODING), chunk_words: CHUNK_WORDS, fill, rewrite, most_parts: 32 };
 
 /// Writes the masks and voxels of a chunk.
 fn fill(octant: &Octant, words: &mut [u32]) {

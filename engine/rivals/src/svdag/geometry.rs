@@ -7,7 +7,7 @@ use std::hash::Hash;
 use raxel_world::{BLOCKS, Chunk, block_index};
 use rayon::prelude::*;
 
-use super::super::parts::child_of;
+use raxel_layouts::parts::child_of;
 
 /// Words of a leaf: the mask of its 4³ voxels.
 const LEAF_WORDS: usize = 2;

@@ -1,13 +1,26 @@
-//! Layout `bvh`: see `shaders/include/raxel/bvh.glsl` for the format.
+//! Layout `bvh`: see `shaders/include/raxel/rivals/internal/layouts/bvh.glsl` for the format.
 
 use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_cell};
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::Parts;
-use super::{Encoded, Layout, LayoutError, check_size};
+use raxel_layouts::parts::Parts;
+use raxel_layouts::{
+    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+};
+
+/// A tree of boxes around 4³ blocks with occupancy masks.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "bvh",
+    block: BvhHeader::block,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Encode,
+    window: None,
+};
 
 /// Words of a node.
 const NODE_WORDS: usize = 8;
@@ -22,7 +35,7 @@ const UNIFORM_LINK: u32 = 0x8000_0000;
 /// Fewer blocks are not worth a task of their own.
 const TASK_BLOCKS: usize = 4096;
 
-header! {
+layout_header! {
     /// Header of the layout `bvh`. Addresses (`…_at`) count words from the first word behind the header.
     BvhHeader {
         /// Address of the root node.
@@ -57,8 +70,8 @@ struct Part<'a> {
     attributes: usize,
 }
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Bvh;
+fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    let layout = LAYOUT;
     let extent = Extent::of(world, layout)?;
     let (parts, uses) = distinct_chunks(world, &extent);
 

@@ -1,15 +1,29 @@
-//! Layout `texture3d`: see `shaders/include/raxel/texture3d.glsl` for the format.
+//! Layout `texture3d`: see `shaders/include/raxel/rivals/internal/layouts/texture3d.glsl` for the format.
 
 use raxel_world::CHUNK_EDGE;
 use raxel_world::MaterialIndex;
 use raxel_world::World;
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::{Access, Encoded, Layout, LayoutError, Limits, check_size};
+use raxel_layouts::{
+    Access, Edits, Encoded, EncodedImage, Encoding, Extent, Layout, LayoutError, Limits, MATERIAL_WORDS, buffer,
+    check_size, layout_header,
+};
 
-header! {
+/// A dense 3-D image with mips.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "texture3d",
+    block: Texture3dHeader::block,
+    encode,
+    image: Some(encode_image),
+    has_set: true,
+    edits: Edits::Encode,
+    window: None,
+};
+
+layout_header! {
     /// Header of the layout `texture3d`; the voxels are in its image. Addresses (`…_at`) count words from the first word behind the
     /// header.
     Texture3dHeader {
@@ -20,33 +34,15 @@ header! {
     }
 }
 
-/// The 3-D image of a layout that has one.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EncodedImage {
-    /// Texels of mip 0.
-    pub size: [u32; 3],
-    /// Every mip down to one texel, x first, then y, then z, without padding. A texel of mip k is 0 when its cube of 2^k voxels is
-    /// empty, else the material of one of its voxels. Along each axis mip k has ⌊size / 2^k⌋ texels, at least 1, as images have them:
-    /// what is left over at the far end has no texel.
-    pub mips: Vec<Vec<MaterialIndex>>,
-}
-
-impl EncodedImage {
-    /// Bytes of all mips.
-    pub fn bytes(&self) -> u64 {
-        self.mips.iter().map(|mip| size_of_val(mip.as_slice()) as u64).sum()
-    }
-}
-
 /// The buffer: header and materials. The bytes of the image count as geometry.
-pub(super) fn encode(world: &World, limits: Limits, access: Access) -> Result<Encoded, LayoutError> {
+fn encode(world: &World, limits: Limits, access: Access) -> Result<Encoded, LayoutError> {
     let Shape { mut extent, size, mip_count, image_bytes } = shape(world, limits)?;
     if access == Access::Write {
         extent.bounds_min = extent.origin;
         extent.bounds_last = std::array::from_fn(|i| extent.origin[i] + (size[i] - 1).cast_signed());
     }
     let words = Texture3dHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
-    check_size(Layout::Texture3d, 4 * words as u64, limits.buffer_bytes)?;
+    check_size(LAYOUT, 4 * words as u64, limits.buffer_bytes)?;
     let header = Texture3dHeader {
         size: size.map(u32::cast_signed),
         mip_count,
@@ -59,7 +55,7 @@ pub(super) fn encode(world: &World, limits: Limits, access: Access) -> Result<En
 }
 
 /// The image.
-pub(super) fn encode_image(world: &World, limits: Limits) -> Result<EncodedImage, LayoutError> {
+fn encode_image(world: &World, limits: Limits) -> Result<EncodedImage, LayoutError> {
     let Shape { extent, size, mip_count, .. } = shape(world, limits)?;
     Ok(EncodedImage { size, mips: mips(voxels(world, extent.origin, size), size, mip_count) })
 }
@@ -75,7 +71,7 @@ struct Shape {
 
 /// The image's size, if a device with these limits can hold it.
 fn shape(world: &World, limits: Limits) -> Result<Shape, LayoutError> {
-    let layout = Layout::Texture3d;
+    let layout = LAYOUT;
     let extent = extent(world)?;
     let size = image_size(&extent);
     let span = size.into_iter().max().unwrap_or(0);
@@ -95,7 +91,7 @@ fn shape(world: &World, limits: Limits) -> Result<Shape, LayoutError> {
 
 /// As [`Extent::of`], with the smallest power of two, so that an image that begins at the cube's corner has little to waste.
 fn extent(world: &World) -> Result<Extent, LayoutError> {
-    let mut extent = Extent::of(world, Layout::Texture3d)?;
+    let mut extent = Extent::of(world, LAYOUT)?;
     if let Some(bounds) = world.bounds() {
         let low = bounds.min.map(|min| min & !63);
         let span = (0..3).map(|i| (bounds.max[i] - low[i]).cast_unsigned()).max().unwrap_or(1);

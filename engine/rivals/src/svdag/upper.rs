@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::super::parts::octree_path;
+use raxel_layouts::parts::octree_path;
 
 /// Words of an instance: its topmost node, its materials.
 const INSTANCE_WORDS: usize = 2;

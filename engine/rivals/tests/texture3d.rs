@@ -6,10 +6,11 @@ use std::collections::HashMap;
 
 use glam::IVec3;
 use proptest::prelude::*;
-use raxel_layouts::{EncodedImage, Layout, LayoutError, Limits, Texture3dHeader};
+use raxel_layouts::{EncodedImage, Layout, LayoutError, Limits};
+use raxel_rivals::Texture3dHeader;
 use raxel_world::{Material, World};
 
-const LAYOUT: Layout = Layout::Texture3d;
+const LAYOUT: Layout = raxel_rivals::TEXTURE3D;
 
 fn world(voxels: &[(IVec3, u16)]) -> World {
     let materials = (0..10).map(|i| if i == 0 { Material::air() } else { Material::matt(format!("m{i}"), [0.5; 3]) });

@@ -8,8 +8,8 @@ use raxel_world::Chunk;
 use raxel_world::MaterialIndex;
 use rayon::prelude::*;
 
-use super::super::packed::Packing;
 use super::geometry::blocks_in_order;
+use raxel_layouts::Packing;
 
 /// Voxels of a block.
 const BLOCK: usize = 64;

@@ -1,22 +1,35 @@
-//! Layout `svdag`: see `shaders/include/raxel/svdag.glsl` for the format.
+//! Layout `svdag`: see `shaders/include/raxel/rivals/internal/layouts/svdag.glsl` for the format.
 
 mod geometry;
 mod materials;
 mod upper;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
-use super::header::{Extent, MATERIAL_WORDS, buffer};
-use super::parts::Parts;
-use super::{Encoded, Layout, LayoutError, check_size};
 use geometry::Geometry;
 use materials::Materials;
+use raxel_layouts::parts::Parts;
+use raxel_layouts::{
+    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+};
 use raxel_world::World;
 use upper::Upper;
+
+/// A sparse octree in which equal subtrees are stored once.
+pub const LAYOUT: Layout = Layout::new(&ENCODING);
+
+static ENCODING: Encoding = Encoding {
+    name: "svdag",
+    block: SvdagHeader::block,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Encode,
+    window: None,
+};
 
 /// Chunks have 2^6 voxels a side.
 const LOG2_CHUNK: u32 = 6;
 
-header! {
+layout_header! {
     /// Header of the layout `svdag`. Addresses (`…_at`, `root`) count words from the first word behind the header.
     SvdagHeader {
         /// Address of the root: a node, or an instance if the cube is one chunk.
@@ -30,8 +43,8 @@ header! {
     }
 }
 
-pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Svdag;
+fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
+    let layout = LAYOUT;
     let extent = Extent::of(world, layout)?;
     let parts = Parts::chunks(world, &extent);
     let geometry = Geometry::of(&parts.distinct);
