@@ -167,7 +167,7 @@ fn the_schemas_travel() {
 #[test]
 fn the_page_of_the_shader_library_is_the_library() {
     let mut text = "# The shader library\n\nWhat `#include <raxel/…>` brings along, generated from the files themselves. \
-                    `raxel shaders --library FILE` prints one, `raxel shaders --library` lists all. What a folder `internal` has is not here: no shader\n\
+                    `raxel shaders --library FILE` prints one, `raxel shaders --library` lists them. What a folder `internal` has is not here: no shader\n\
                     includes it, and it changes without notice. `raxel/rivals` has the marchers of [other renderers](rivals/README.md).\nA file of the same path in a project's `shaders/include/` wins over it.\n"
         .to_owned();
     let items = raxel_shader::library::items();
