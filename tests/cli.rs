@@ -55,7 +55,7 @@ fn what_has_moved_is_named_with_its_new_place() {
     project.edit("graphs/inspect.toml", "\"inspect.comp\"", "\"naive.comp\"");
     let run = project.raxel(&["check", "graphs/inspect.toml"]).exits(3);
     assert!(run.stdout.contains("did you mean `shaders/rivals/naive.comp`?"), "{}", run.stdout);
-    project.edit("shaders/bench/first_hit.comp", "<raxel/rivals/march.glsl>", "<raxel/march.glsl>");
+    project.edit("shaders/bench/first_hit.comp", "#include <raxel/rivals/march.glsl>", "#include <raxel/march.glsl>");
     let run = project.raxel(&["check", "graphs/bench/first_hit.toml"]).exits(3);
     assert!(run.stdout.contains("did you mean `<raxel/rivals/march.glsl>`?"), "{}", run.stdout);
 }
