@@ -33,6 +33,7 @@ pub use raxel_oracle as oracle;
 pub use raxel_output as output;
 /// Rays through voxels, as [`Session::cast`] takes them.
 pub use raxel_ray as ray;
+pub use raxel_rivals as rivals;
 /// Everything of a session that is not re-exported here.
 pub use raxel_runtime as runtime;
 /// The shader compiler and its interfaces.

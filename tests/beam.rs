@@ -15,6 +15,7 @@ use raxel::layouts::Layout;
 use raxel::oracle::camera::Pinhole;
 use raxel::oracle::sets::Random;
 use raxel::oracle::{Oracle, scenes};
+use raxel::rivals;
 use raxel::world::{MaterialIndex, World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;
@@ -24,12 +25,12 @@ const SIZES: [[u32; 2]; 6] = [[129, 3], [95, 57], [7, 5], [161, 90], [16, 16], [
 
 /// Where a scene is and how it is laid out. In each world is the origin of the coordinates, or none of its numbers is small.
 const PLACES: [(&str, [i32; 3], Layout); 6] = [
-    ("thin", [0, 0, 0], Layout::Tree64),
-    ("thin", [-(1 << 30), 1 << 29, (1 << 30) - 200], Layout::Tree64),
-    ("thin", [-111, -37, -70], Layout::Brickmap),
-    ("thin", [1 << 30, -(1 << 30), 5], Layout::Svdag),
-    ("corners", [-3, 1000, -(1 << 30)], Layout::Tree64),
-    ("corners", [-200, -100, -156], Layout::Brickmap),
+    ("thin", [0, 0, 0], Layout::TREE64),
+    ("thin", [-(1 << 30), 1 << 29, (1 << 30) - 200], Layout::TREE64),
+    ("thin", [-111, -37, -70], rivals::BRICKMAP),
+    ("thin", [1 << 30, -(1 << 30), 5], rivals::SVDAG),
+    ("corners", [-3, 1000, -(1 << 30)], Layout::TREE64),
+    ("corners", [-200, -100, -156], rivals::BRICKMAP),
 ];
 
 /// Dust, a sloping plane one voxel thick, straight ones with gaps of one voxel between them, and rods.
@@ -101,7 +102,7 @@ impl Pictures {
         let pinned: &[&str] = if graph == "beam" { &["hit", "beams_8"] } else { &["hit"] };
         let options = Options {
             project: Some(project.root().into()),
-            graph: Some(project.path(&format!("graphs/bench/{graph}.toml"))),
+            graph: Some(project.path(&common::graph_in(common::TRACERS, graph))),
             world: Some(project.path(&format!("worlds/{world}.toml"))),
             layout: Some(layout),
             pinned: pinned.iter().map(|&name| name.to_owned()).collect(),
@@ -306,7 +307,7 @@ fn beams_lose_and_change_no_hit() {
             packets_by_shared_memory(&project);
         }
         let mut packets =
-            (*layout == Layout::Tree64).then(|| Pictures::open(&project, "packet", &number.to_string(), *layout));
+            (*layout == Layout::TREE64).then(|| Pictures::open(&project, "packet", &number.to_string(), *layout));
         let world = plain.session.world().clone();
         let world = world.voxels();
         let oracle = Oracle::new(world);
@@ -359,7 +360,7 @@ fn beams_lose_and_change_no_hit() {
 #[test]
 fn there_is_nothing_in_an_empty_world() {
     let project = project();
-    for layout in [Layout::Tree64, Layout::Brickmap, Layout::Svdag] {
+    for layout in [Layout::TREE64, rivals::BRICKMAP, rivals::SVDAG] {
         let mut beams = Pictures::open(&project, "beam", "empty", layout);
         for cell in [IVec3::ZERO, IVec3::splat(-300), IVec3::splat(40)] {
             let view = View { cell, frac: Vec3::splat(0.5), turn: Mat3::IDENTITY, fov: 60.0 };

@@ -6,6 +6,7 @@ mod common;
 
 use common::Project;
 use raxel::layouts::Layout;
+use raxel::rivals;
 use raxel::{Options, Session};
 use serde_json::Value;
 
@@ -71,7 +72,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
     let project = project();
     let out = project.path("out");
     // Without its `every` the table would be baked in every frame, if what does not change were not left out.
-    project.edit("graphs/bench/raymask.toml", "\nevery ", "\n# every ");
+    project.edit("graphs/rivals/march/raymask.toml", "\nevery ", "\n# every ");
     let layouts = "tree64,svo,brickmap";
     let graphs = ["first_hit", "fixed", "bounce", "raymask"];
     let run = bench(
@@ -98,7 +99,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
         assert!(number("geometry_bytes_per_voxel") > 0.0 && number("encode_mvoxels_per_s") > 0.0, "{row}");
         assert_eq!(row["frames"], 3);
         match graph {
-            "graphs/bench/fixed.toml" => {
+            "graphs/rivals/march/fixed.toml" => {
                 assert!(wrong > 10 && number("missed_chord_voxels") > 0.0 && number("wrong_ppm") > 4000.0, "{row}");
             }
             "graphs/bench/bounce.toml" => {
@@ -114,7 +115,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
         let names = |list: &str| -> Vec<String> {
             row[list].as_array().unwrap().iter().map(|pass| pass["pass"].as_str().unwrap().to_owned()).collect()
         };
-        let bakes = graph == "graphs/bench/raymask.toml";
+        let bakes = graph == "graphs/rivals/march/raymask.toml";
         assert_eq!((names("once").len(), names("passes").contains(&"bake".to_owned())), (usize::from(bakes), false));
     }
     // The table of masks is for one of the layouts only; the others say why.
@@ -179,7 +180,7 @@ fn a_tracer_that_is_off_by_one_is_found_out() {
 
 #[test]
 fn any_graph_can_be_timed_and_says_why_it_is_not_judged() {
-    let run = bench(&project(), &["graphs/naive.toml", "--layouts=own", "--cameras=camera"], 0);
+    let run = bench(&project(), &["graphs/rivals/naive.toml", "--layouts=own", "--cameras=camera"], 0);
     assert!(run.stdout.contains("small, camera, 64 × 36\n"), "{}", run.stdout);
     assert!(run.stdout.contains("naive over chunks: it has no target `hit` of format rgba32i"), "{}", run.stdout);
     let short = bench(&project(), &["first_hit", "--layouts=svo", "--cameras=camera", "--format=short"], 0);
@@ -225,23 +226,23 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
 fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured() {
     let project = project();
     let named = ["first_hit", "dda", "--cameras=camera", "--layouts"];
-    let dda = std::fs::read_to_string(project.path("graphs/bench/dda.toml")).unwrap();
-    project.write("graphs/bench/dda.toml", format!("{dda}[[[\n"));
+    let dda = std::fs::read_to_string(project.path("graphs/rivals/march/dda.toml")).unwrap();
+    project.write("graphs/rivals/march/dda.toml", format!("{dda}[[[\n"));
     for layouts in ["own", "tree64,svo"] {
         let run = bench(&project, &[&named[..], &[layouts, "-o", "out"]].concat(), 3);
-        let place = format!("graphs/bench/dda.toml:{}:", dda.lines().count() + 1);
+        let place = format!("graphs/rivals/march/dda.toml:{}:", dda.lines().count() + 1);
         assert_eq!(run.stderr.matches(&place).count(), 1, "{}", run.stderr);
-        assert!(run.stderr.contains("not compile: `graphs/bench/dda.toml`;"), "{}", run.stderr);
+        assert!(run.stderr.contains("not compile: `graphs/rivals/march/dda.toml`;"), "{}", run.stderr);
         assert!(run.stdout.contains("first_hit") && run.stdout.contains("RX00"), "{}", run.stdout);
         assert!(project.path("out/results.csv").is_file());
     }
 
     // An error in an included file is printed with its line; over another layout the graph can still be measured.
-    project.write("graphs/bench/dda.toml", dda);
-    let tree = project.path("shaders/include/raxel/tree64.glsl");
+    project.write("graphs/rivals/march/dda.toml", dda);
+    let tree = project.path("shaders/include/raxel/internal/layouts/tree64.glsl");
     let text = std::fs::read_to_string(&tree).unwrap();
     std::fs::write(&tree, format!("{text}\nint rx_wrong = ;\n")).unwrap();
-    let place = format!("shaders/include/raxel/tree64.glsl:{}", text.lines().count() + 2);
+    let place = format!("shaders/include/raxel/internal/layouts/tree64.glsl:{}", text.lines().count() + 2);
     for (layouts, measured) in [("own", false), ("tree64,svo", true)] {
         let named = ["first_hit", "--cameras=camera", "--format=short", "--layouts", layouts];
         let run = bench(&project, &named, 3);
@@ -299,7 +300,9 @@ fn old_charts_do_not_stay() {
 #[test]
 fn a_camera_that_is_too_far_away_does_not_end_an_export() {
     let project = project();
-    std::fs::remove_dir_all(project.path("graphs/bench")).unwrap();
+    for folder in ["graphs/bench", "graphs/rivals"] {
+        std::fs::remove_dir_all(project.path(folder)).unwrap();
+    }
     let far = "\n[cameras.far]\nposition = [30, 30, 2147483600.5]\nlook_at = [0, 0, 0]\n\n[materials]";
     project.edit("worlds/small.toml", "\n[materials]", far);
     let run = bench(&project, &["--export", "out"], 0);
@@ -323,7 +326,7 @@ fn a_session_takes_another_layout_for_its_world() {
         graph: Some("graphs/bench/first_hit.toml".into()),
         world: Some("worlds/small.toml".into()),
         size: [16, 9],
-        layout: Some(Layout::Svo),
+        layout: Some(rivals::SVO),
         pinned: vec!["hit".to_owned()],
         ..Options::default()
     };
@@ -332,10 +335,10 @@ fn a_session_takes_another_layout_for_its_world() {
         session.frame().unwrap();
         let hits = session.read_target("hit").unwrap().bytes;
         let costs: Vec<bool> =
-            [Layout::Svo, Layout::Tree64].map(|layout| session.world().cost(layout).is_some()).into();
+            [rivals::SVO, Layout::TREE64].map(|layout| session.world().cost(layout).is_some()).into();
         (hits, costs)
     };
-    let (of_svo, costs) = read(Some(Layout::Svo));
+    let (of_svo, costs) = read(Some(rivals::SVO));
     assert_eq!(costs, [true, false]);
     let (own, costs) = read(None);
     assert_eq!(costs, [false, true]);

@@ -30,6 +30,36 @@ fn explain_prints_pages_and_suggests() {
     assert!(wrong.stdout.is_empty() && wrong.stderr.contains("did you mean `RX"));
 }
 
+/// What stood elsewhere before is refused, with the place where it is now.
+#[test]
+fn what_has_moved_is_named_with_its_new_place() {
+    let project = Project::shipped();
+    let moved = [
+        ("graphs/naive.toml", "graphs/rivals/naive.toml"),
+        ("graphs/light/ddgi.toml", "graphs/rivals/light/ddgi.toml"),
+        ("graphs/light/views/lum_live.toml", "graphs/rivals/light/views/lum_live.toml"),
+        ("graphs/bench/dda.toml", "graphs/rivals/march/dda.toml"),
+    ];
+    for (old, new) in moved {
+        let run = project.raxel(&["check", old]).exits(3);
+        assert!(run.stdout.contains(&format!("did you mean `{new}`?")), "{}", run.stdout);
+    }
+    for (verb, old, new) in [("bench", moved[3].0, moved[3].1), ("light", moved[1].0, moved[1].1)] {
+        let verbs: &[&str] = if verb == "light" { &["bench", "light"] } else { &["bench"] };
+        let run = project.raxel(&[verbs, &[old]].concat()).exits(3);
+        assert!(run.stderr.contains(&format!("did you mean `{new}`?")), "{}", run.stderr);
+    }
+    let run = project.raxel(&["shaders", "--library", "raxel/tree64.glsl"]).exits(2);
+    assert!(run.stderr.contains("did you mean `raxel/internal/layouts/tree64.glsl`?"), "{}", run.stderr);
+
+    project.edit("graphs/inspect.toml", "\"inspect.comp\"", "\"naive.comp\"");
+    let run = project.raxel(&["check", "graphs/inspect.toml"]).exits(3);
+    assert!(run.stdout.contains("did you mean `shaders/rivals/naive.comp`?"), "{}", run.stdout);
+    project.edit("shaders/bench/first_hit.comp", "#include <raxel/rivals/march.glsl>", "#include <raxel/march.glsl>");
+    let run = project.raxel(&["check", "graphs/bench/first_hit.toml"]).exits(3);
+    assert!(run.stdout.contains("did you mean `<raxel/rivals/march.glsl>`?"), "{}", run.stdout);
+}
+
 #[test]
 fn completions_name_the_verbs() {
     for shell in ["bash", "zsh", "fish", "powershell"] {
@@ -72,10 +102,10 @@ fn a_large_world_is_checked_without_being_built() {
 fn a_mistake_that_files_share_is_told_once() {
     let project = Project::shipped();
     project.edit("graphs/primary.toml", "present ", "presnt ");
-    let files = ["check", "graphs/primary.toml", "graphs/primary_chunks.toml", "worlds/valley.demo.toml"];
+    let files = ["check", "graphs/primary.toml", "graphs/rivals/primary_chunks.toml", "worlds/valley.demo.toml"];
     let run = project.raxel(&files).exits(3);
     assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
-    assert!(run.stderr.contains("graphs/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
+    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
     assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
     // A program asks for what is wrong with each of them.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
@@ -299,14 +329,14 @@ fn the_manifest_says_what_runs_by_default() {
     let said = rendered(&[]);
     assert_eq!((&said["graph"], &said["size"]), (&"graphs/inspect.toml".into(), &serde_json::json!([64, 36])));
     // The command line wins, and a demo over graph and world.
-    assert_eq!(rendered(&["graphs/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
+    assert_eq!(rendered(&["graphs/rivals/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
     project.write(
         "worlds/own.demo.toml",
         "world = 'menger.toml'\ngraph = 'naive.toml'\nduration = 1.0\nsize = [48, 27]\n",
     );
     project.write("raxel.toml", "graph = 'inspect.toml'\ndemo = 'own.demo.toml'\nsize = [64, 36]\n");
     let said = rendered(&[]);
-    assert_eq!((&said["graph"], &said["size"]), (&"graphs/naive.toml".into(), &serde_json::json!([48, 27])));
+    assert_eq!((&said["graph"], &said["size"]), (&"graphs/rivals/naive.toml".into(), &serde_json::json!([48, 27])));
     assert_eq!(rendered(&["--world", "worlds/menger.toml"])["graph"], "graphs/inspect.toml");
     project.raxel(&["check", "raxel.toml"]).exits(0);
 

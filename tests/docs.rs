@@ -15,7 +15,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use common::{Project, repository};
-use raxel::layouts::{Layout, LayoutError};
+use raxel::layouts::LayoutError;
+use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use serde_json::{Map, Value};
 
@@ -162,14 +163,17 @@ fn the_schemas_travel() {
     }
 }
 
-/// Everything of the library that begins with `rx_`, as the library says it.
+/// Everything of the library that begins with `rx_`, as the library says it, but for the files that are internal to it.
 #[test]
 fn the_page_of_the_shader_library_is_the_library() {
     let mut text = "# The shader library\n\nWhat `#include <raxel/…>` brings along, generated from the files themselves. \
-                    `raxel shaders --library FILE` prints one.\nA file of the same path in a project's `shaders/include/` wins over it.\n"
+                    `raxel shaders --library FILE` prints one, `raxel shaders --library` lists them. What a folder `internal` has is not here: no shader\n\
+                    includes it, and it changes without notice. `raxel/rivals` has the marchers of [other renderers](rivals/README.md).\nA file of the same path in a project's `shaders/include/` wins over it.\n"
         .to_owned();
     let items = raxel_shader::library::items();
-    for (file, source) in raxel_shader::library::FILES {
+    for (file, source) in
+        raxel_shader::library::FILES.iter().filter(|(file, _)| !raxel_shader::library::is_internal(file))
+    {
         let head: Vec<&str> = source
             .lines()
             .take_while(|line| line.starts_with("//"))
@@ -192,7 +196,7 @@ fn the_page_of_layouts_says_what_they_cost() {
     let text = std::fs::read_to_string(repository().join(path)).unwrap();
     let mark = "## Bytes a voxel\n";
     let head = text.split(mark).next().unwrap();
-    for layout in Layout::ALL {
+    for layout in rivals::LAYOUTS {
         assert!(head.contains(&format!("\n## `{}`\n", layout.name())), "{path} has no section about {}", layout.name());
     }
     settle(path, &format!("{head}{mark}{}", layouts()));
@@ -204,11 +208,11 @@ fn layouts() -> String {
     // The size of a larger buffer is known without making it.
     const LIMIT: u64 = 128 << 20;
     let files = DiskFiles::new(repository()).unwrap();
-    let mut rows: Vec<String> = Layout::ALL.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
+    let mut rows: Vec<String> = rivals::LAYOUTS.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
     for name in NAMES {
         let loaded = raxel::worldfile::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
         let world = loaded.unwrap().0.world;
-        for (layout, row) in Layout::ALL.iter().zip(&mut rows) {
+        for (layout, row) in rivals::LAYOUTS.iter().zip(&mut rows) {
             let a_voxel = |bytes: u64| bytes as f64 / world.solids() as f64;
             let _ = match layout.encode(&world, LIMIT) {
                 Ok(encoded) => {
@@ -224,7 +228,7 @@ fn layouts() -> String {
         format!("\nGeometry + materials; the sum where the buffer is over 128 MiB.\n\n| | {} |\n", NAMES.join(" | "));
     let _ = writeln!(text, "|---|{}\n{}", "---|".repeat(NAMES.len()), rows.join("\n"));
     text += "\n## Headers\n\nAfter `materials_at`, and the array of what follows the header:\n\n| | |\n|---|---|\n";
-    for layout in Layout::ALL {
+    for layout in rivals::LAYOUTS {
         let block = layout.block();
         let after = block.iter().skip_while(|member| member.name != "materials_at").skip(1);
         let members: Vec<String> = after

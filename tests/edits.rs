@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use raxel::rivals;
 use raxel_diagnostics::{Diagnostic, Severity};
 use raxel_edit::{Brush, Operation};
 use raxel_execute::FrameReport;
@@ -128,7 +129,7 @@ fn after_the_first_edit_only_what_changed_is_written() {
 
 #[test]
 fn every_layout_follows_edits() {
-    for layout in [Layout::Chunks, Layout::Octree, Layout::Brickmap, Layout::Texture3d] {
+    for layout in [rivals::CHUNKS, Layout::OCTREE, rivals::BRICKMAP, rivals::TEXTURE3D] {
         // Only these two graphs leave the choice of the layout open.
         let graph = Some("graphs/inspect.toml".into());
         let mut session = open(Options { layout: Some(layout), graph, pinned: Vec::new(), ..monument() });

@@ -25,7 +25,7 @@ fn code_1_means_that_a_check_failed() {
     // A tracer that claims to be exact, and is wrong.
     let project = Project::empty();
     let march = "bool rx_march(RxRay ray, out RxHit hit) {\n    bool found = rx_trace(ray, hit);\n    hit.face ^= 1u;\n    return found;\n}\n";
-    project.write("shaders/include/raxel/march.glsl", march);
+    project.write("shaders/include/raxel/rivals/march.glsl", march);
     let run = project.raxel(&["stress", "--scenes", "menger@near", "--layouts", "tree64", "--rays", "2000"]).exits(1);
     assert!(run.stderr.contains("tree64 is wrong about "), "{}", run.stderr);
 }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
 use raxel::layouts::Layout;
+use raxel::rivals;
 use raxel::{DebugTarget, Options, Session};
 
 /// Mean FLIP error that drivers may differ by. 0 is equal, 1 is black for white.
@@ -87,8 +88,8 @@ fn primary_over_the_monument() {
 fn every_layout_gives_the_same_picture() {
     let (primary, monument) = ("graphs/primary.toml", "worlds/monument.toml");
     let trees = render(primary, monument, "color");
-    assert!(trees == render("graphs/primary_chunks.toml", monument, "color"));
-    for &layout in Layout::ALL {
+    assert!(trees == render("graphs/rivals/primary_chunks.toml", monument, "color"));
+    for &layout in rivals::LAYOUTS {
         assert!(trees == render_in(Some(layout), primary, monument, "color"), "{}", layout.name());
     }
 }
@@ -102,7 +103,7 @@ fn what_the_tracer_found_in_the_sponge() {
 
 #[test]
 fn naive_over_the_sponge() {
-    compare("naive-menger", "graphs/naive.toml", "worlds/menger.toml", "color");
+    compare("naive-menger", "graphs/rivals/naive.toml", "worlds/menger.toml", "color");
 }
 
 #[test]

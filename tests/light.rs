@@ -1,5 +1,5 @@
 //! Light by the book: the path tracer that lighting systems are judged by is held to scenes whose light is known in closed form, and every
-//! system in graphs/light to what must hold of any: no light through walls, no light that stays, no number that is none.
+//! system in graphs/light and graphs/rivals/light to what must hold of any: no light through walls, no light that stays, no number that is none.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -244,7 +244,7 @@ const TIGHT: [&str; 7] =
 fn no_light_comes_through_walls() {
     let project = Project::shipped();
     std::fs::copy(project.path("worlds/light/leak.toml"), project.path("worlds/test.toml")).unwrap();
-    for graph in TIGHT.map(|name| format!("graphs/light/{name}.toml")) {
+    for graph in TIGHT.map(|name| common::graph_in(common::LIGHT, name)) {
         let mut session = open(&project, &graph, [32, 18], &[("sun_strength", 1000.0), ("sky_strength", 1000.0)]);
         let brightest = frames(&mut session, 6).iter().flat_map(|texel| texel[..3].to_vec()).fold(0.0, f32::max);
         assert!(brightest == 0.0, "{graph}: {brightest}");

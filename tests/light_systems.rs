@@ -46,7 +46,7 @@ fn caches_of_light_take_the_memory_that_is_said() {
     let project = Project::shipped();
     room(&project);
     for (system, most) in [("face_cache", 40.5), ("hash_cache", 64.5), ("surface_cache", 46.5), ("surface_f32", 56.5)] {
-        let session = open(&project, &format!("graphs/light/{system}.toml"), [16, 9], &[]);
+        let session = open(&project, &common::graph_in(common::LIGHT, system), [16, 9], &[]);
         let kept = session.plan().unwrap().resources.iter().filter(|resource| {
             matches!(resource.desc, ResourceDesc::Buffer(_)) && resource.lifetime == Lifetime::Persistent
         });
@@ -60,7 +60,7 @@ fn a_hash_cache_without_room_loses_no_light() {
     let project = Project::shipped();
     room(&project);
     let light = || {
-        let mut session = open(&project, "graphs/light/hash_cache.toml", [48, 27], &DARK);
+        let mut session = open(&project, "graphs/rivals/light/hash_cache.toml", [48, 27], &DARK);
         session.set_param("tile", Value::I32(1)).unwrap();
         luminance(&frames(&mut session, 48))
     };
@@ -87,7 +87,7 @@ fn light_of_a_lamp_that_an_edit_takes_out_goes_and_comes_back() {
     let project = Project::shipped();
     room(&project);
     for (system, most) in GONE_AFTER {
-        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [24, 14], &DARK);
+        let mut session = open(&project, &common::graph_in(common::LIGHT, system), [24, 14], &DARK);
         let before = *means(&mut session, 24).last().unwrap();
         assert!(before > 0.1, "{system}: {before}");
         take_lamp(&mut session);
@@ -107,7 +107,7 @@ fn a_still_camera_under_still_light_stops_working() {
     let project = Project::shipped();
     room(&project);
     for graph in systems(&project) {
-        let name = graph.trim_start_matches("graphs/light/").trim_end_matches(".toml");
+        let name = graph.rsplit('/').next().unwrap().trim_end_matches(".toml");
         if RESTLESS.contains(&name) {
             continue;
         }
@@ -148,10 +148,10 @@ fn texels_of_floats_have_the_light_of_whole_faces() {
             world(&project, "wall = { albedo = [0.7, 0.6, 0.5] }", &build, [14.5, 9.5, 18.5], [7.0, 1.0, 6.0], 50.0);
         }
         let (whole, _) = light("graphs/light/face_cache.toml", params, None);
-        let (texels, given) = light("graphs/light/surface_f32.toml", params, Some(1.0));
+        let (texels, given) = light("graphs/rivals/light/surface_f32.toml", params, Some(1.0));
         assert!(given.unwrap() > 20, "{lit_by}: only {given:?} faces have texels");
         assert!((texels / whole - 1.0).abs() < 0.04, "{lit_by}: {texels} in texels, {whole} on whole faces");
-        let (far, given) = light("graphs/light/surface_f32.toml", params, Some(1000.0));
+        let (far, given) = light("graphs/rivals/light/surface_f32.toml", params, Some(1000.0));
         assert_eq!(given, Some(0), "{lit_by}: no face is a thousand pixels wide");
         assert!((far / whole - 1.0).abs() < 0.04, "{lit_by}: {far} without texels, {whole} on whole faces");
     }
@@ -176,7 +176,7 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     lamps(&project);
     project.write(
         "graphs/light/raw.toml",
-        "extends = \"many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n[params.reused]\ndefault = 20\n",
+        "extends = \"../rivals/light/many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n[params.reused]\ndefault = 20\n",
     );
     let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
     let scene = Scene { params: dark, ..scene() };
@@ -206,10 +206,10 @@ fn smoothing_does_not_leave_pixels_dark_that_have_been_unlucky() {
     let scene = Scene { params: dark, ..scene() };
     let mut bench = Bench::new(effort(&project, [64, 40], 16, 128));
     let references = bench.references(&scene).unwrap();
-    let variance = std::fs::read_to_string(project.path("shaders/light/gi/variance.comp")).unwrap();
+    let variance = std::fs::read_to_string(project.path("shaders/rivals/light/gi/variance.comp")).unwrap();
     let [with, without] = ["i < 9", "i < 0"].map(|turns| {
-        project.write("shaders/light/gi/variance.comp", variance.replace("i < 9", turns));
-        let outcome = bench.system("graphs/light/many_lamps.toml", &scene, &references).unwrap();
+        project.write("shaders/rivals/light/gi/variance.comp", variance.replace("i < 9", turns));
+        let outcome = bench.system("graphs/rivals/light/many_lamps.toml", &scene, &references).unwrap();
         (outcome.still[0].judged, outcome.mean / references.about.mean - 1.0)
     });
     assert_eq!(bench.complaints(), &[] as &[String]);
@@ -226,7 +226,7 @@ fn lamps_that_are_drawn_alike_give_the_same_light() {
     let mut bench = Bench::new(effort(&project, [64, 40], 32, 128));
     let references = bench.references(&scene).unwrap();
     let [by_power, alike] = ["reference_centre", "views/even_lamps"].map(|graph| {
-        let outcome = bench.system(&format!("graphs/light/{graph}.toml"), &scene, &references).unwrap();
+        let outcome = bench.system(&common::graph_in(common::LIGHT, graph), &scene, &references).unwrap();
         [outcome.still[0].judged, outcome.still.last().unwrap().judged]
     });
     assert_eq!(bench.complaints(), &[] as &[String]);
@@ -247,7 +247,7 @@ fn shadows_keep_their_edges_while_the_camera_moves() {
     let mut bench = Bench::new(Effort { pan: 8, ..effort(&project, [96, 54], 1, 32) });
     let references = bench.references(&scene).unwrap();
     let brute = bench.system("graphs/light/reference_centre.toml", &scene, &references).unwrap();
-    let outcome = bench.system("graphs/light/sun_history.toml", &scene, &references).unwrap();
+    let outcome = bench.system("graphs/rivals/light/sun_history.toml", &scene, &references).unwrap();
     assert_eq!(bench.complaints(), &[] as &[String]);
     let (still, moving) = (outcome.still[0].judged, outcome.pan.unwrap().judged);
     assert!(moving.error < 1.5 * still.error, "{moving:?} {still:?}");
@@ -282,7 +282,7 @@ fn first_hits_by_way_of_half_resolution_change_no_byte() {
     std::fs::copy(project.path("worlds/menger.toml"), project.path("worlds/test.toml")).unwrap();
     // Sides that 2 does not divide.
     let light = |graph: &str| frames(&mut open(&project, graph, [61, 35], &[]), 3);
-    assert_eq!(light("graphs/light/halfres.toml"), light("graphs/light/sun_history.toml"));
+    assert_eq!(light("graphs/rivals/light/halfres.toml"), light("graphs/rivals/light/sun_history.toml"));
 }
 
 /// Where a path stands in its queue changes nothing but the time.
@@ -291,7 +291,7 @@ fn sorting_rays_changes_no_byte() {
     let project = Project::shipped();
     std::fs::copy(project.path("worlds/menger.toml"), project.path("worlds/test.toml")).unwrap();
     let mut sessions = ["wavefront", "wavefront_sorted"]
-        .map(|name| open(&project, &format!("graphs/light/{name}.toml"), [61, 35], &[]));
+        .map(|name| open(&project, &common::graph_in(common::LIGHT, name), [61, 35], &[]));
     let [light, sorted] = sessions.each_mut().map(|session| frames(session, 3));
     assert_eq!(light, sorted);
     // There is a pass more in each of the 12 rounds.
@@ -459,7 +459,7 @@ fn averages_reach_what_they_are_to_show() {
     world(&project, "floor = { albedo = [0.5, 0.5, 0.5] }", &[floor], [0.5, 9.5, 0.5], [0.6, 0.0, 0.4], 50.0);
     for system in ["face_cache", "surface_f32", "gi_svgf", "hash_cache"] {
         let params = [("sun_strength", 0.0), ("sky_strength", 0.2)];
-        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [12, 7], &params);
+        let mut session = open(&project, &common::graph_in(common::LIGHT, system), [12, 7], &params);
         // Where there is no noise, faces would take their turn seldom.
         if system == "face_cache" {
             session.set_param("rarely", Value::I32(1)).unwrap();
@@ -519,7 +519,7 @@ fn faces_of_a_wide_or_high_world_keep_light_wherever_the_camera_is() {
     };
     let floor = |[x, y]: [i32; 2]| cuboid("wall", [x, y, 0], [x + 16, y + 1, 16], "");
     let (wide, high) = ([[-70_001, 0], [0, 0], [70_000, 0]], [[0, -3_000], [0, 0], [0, 5_000]]);
-    for graph in ["graphs/light/face_cache.toml", "graphs/light/surface_f32.toml"] {
+    for graph in ["graphs/light/face_cache.toml", "graphs/rivals/light/surface_f32.toml"] {
         let alone = light(graph, &[floor([0, 0])], [0, 0]);
         for places in [wide, high] {
             for at in places {
@@ -533,7 +533,7 @@ fn faces_of_a_wide_or_high_world_keep_light_wherever_the_camera_is() {
 #[test]
 fn cubes_of_an_octree_are_where_the_voxels_are() {
     let project = Project::shipped();
-    let [mut cubes, mut exact] = ["graphs/light/views/octree_view.toml", "graphs/inspect.toml"].map(|graph| {
+    let [mut cubes, mut exact] = ["graphs/rivals/light/views/octree_view.toml", "graphs/inspect.toml"].map(|graph| {
         Session::open(Options {
             project: Some(project.root().into()),
             graph: Some(graph.into()),
@@ -623,7 +623,7 @@ fn full_tables_are_said_with_what_they_lack() {
         ("hash_cache", "samples of light were not kept, for their cells found no slot in the table: "),
     ];
     let said = |system: &str| {
-        let mut session = open(&project, &format!("graphs/light/{system}.toml"), [48, 27], &DARK);
+        let mut session = open(&project, &common::graph_in(common::LIGHT, system), [48, 27], &DARK);
         let said = full(&mut session, 6);
         (said, session.counted().len())
     };
@@ -655,12 +655,16 @@ fn texels_that_faces_in_sight_take_from_each_other_are_said() {
     let project = Project::shipped();
     room(&project);
     let said = || {
-        let mut session = open(&project, "graphs/light/surface_f32.toml", [48, 27], &DARK);
+        let mut session = open(&project, "graphs/rivals/light/surface_f32.toml", [48, 27], &DARK);
         session.set_param("texels_from", Value::F32(1.0)).unwrap();
         full(&mut session, 6)
     };
     assert!(said().is_empty());
-    project.edit("shaders/light/surface/unwrapped.glsl", "const uint BLOCKS = 65536u;", "const uint BLOCKS = 2u;");
+    project.edit(
+        "shaders/rivals/light/surface/unwrapped.glsl",
+        "const uint BLOCKS = 65536u;",
+        "const uint BLOCKS = 2u;",
+    );
     let said = said();
     let says = "RX0411: faces in sight lost their texels to others in sight, and begin anew: ";
     assert!(matches!(&said[..], [one] if one.starts_with(says)), "{said:?}");

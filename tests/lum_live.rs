@@ -1,4 +1,4 @@
-//! What moves in Lum's world (`graphs/light/views/lum_live.toml`): models that are drawn into the voxels leave no trail, grass, waves and smoke are there
+//! What moves in Lum's world (`graphs/rivals/light/views/lum_live.toml`): models that are drawn into the voxels leave no trail, grass, waves and smoke are there
 //! when they are asked for, the wind moves the grass, and the same frames give the same bytes.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
@@ -10,7 +10,7 @@ use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
 
 const SIZE: [u32; 2] = [64, 36];
-/// Material of cells of grass and of sparks, as in `shaders/light/lum/matter.glsl`.
+/// Material of cells of grass and of sparks, as in `shaders/rivals/light/lum/matter.glsl`.
 const GRASS: u32 = 0xfff0;
 const SPARK: u32 = 0xfff1;
 /// Voxels of `worlds/models/boat.vox`, and how many boats sail.
@@ -74,14 +74,14 @@ void main() {
 #[test]
 fn models_and_sparks_are_drawn_into_the_world_and_leave_no_trail() {
     let project = Project::shipped();
-    project.write("shaders/light/lum/count.comp", COUNT).write(
-        "graphs/light/views/counted.toml",
+    project.write("shaders/rivals/light/lum/count.comp", COUNT).write(
+        "graphs/rivals/light/views/counted.toml",
         "extends = \"lum_live.toml\"\nname = \"counted\"\n[buffers.counts]\nsize = 16\nclear = 0\n\
-         [[passes]]\nname = \"count\"\nbefore = \"see\"\nshader = \"light/lum/count.comp\"\ndispatch = { threads = \"world\" }\n\
+         [[passes]]\nname = \"count\"\nbefore = \"see\"\nshader = \"rivals/light/lum/count.comp\"\ndispatch = { threads = \"world\" }\n\
          bind = { world = \"live\", still = \"world\", Counts = \"counts\" }\n\
          push = { world_min = \"world.min\", world_max = \"world.max\", grass = \"material.grass\" }\n",
     );
-    let mut session = open(&project, "graphs/light/views/counted.toml", &["counts"]);
+    let mut session = open(&project, "graphs/rivals/light/views/counted.toml", &["counts"]);
     let counts = |session: &mut Session, count| -> Vec<f64> {
         frames(session, count);
         let bytes = session.read_buffer("counts", 0..16).unwrap();
@@ -103,7 +103,7 @@ fn models_and_sparks_are_drawn_into_the_world_and_leave_no_trail() {
 #[test]
 fn blades_waves_and_smoke_are_there_when_they_are_asked_for() {
     let project = Project::shipped();
-    let mut session = open(&project, "graphs/light/views/lum_live.toml", &["hit", "fine", "radiance"]);
+    let mut session = open(&project, "graphs/rivals/light/views/lum_live.toml", &["hit", "fine", "radiance"]);
     frames(&mut session, 2);
     let seen = materials(&mut session);
     let share =
@@ -138,7 +138,7 @@ fn blades_waves_and_smoke_are_there_when_they_are_asked_for() {
 fn the_wind_moves_the_grass_and_the_same_frames_are_the_same_bytes() {
     let project = Project::shipped();
     let picture = |count: u32| {
-        let mut session = open(&project, "graphs/light/views/lum_live.toml", &["radiance", "wind"]);
+        let mut session = open(&project, "graphs/rivals/light/views/lum_live.toml", &["radiance", "wind"]);
         frames(&mut session, count);
         let wind = session.read_target("wind").unwrap().bytes;
         (session.read_target("radiance").unwrap().bytes, wind)

@@ -1,4 +1,4 @@
-//! The marchers of graphs/bench: those that are said to be exact hit what the oracle hits; the others fail as docs/marchers.md says, and no
+//! The marchers of graphs/rivals/march: those that are said to be exact hit what the oracle hits; the others fail as docs/rivals/marchers.md says, and no
 //! more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
@@ -12,6 +12,7 @@ use glam::{DVec3, IVec3};
 use raxel::layouts::Layout;
 use raxel::oracle::camera::Pinhole;
 use raxel::oracle::{Oracle, scenes};
+use raxel::rivals;
 use raxel::world::{World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;
@@ -65,7 +66,7 @@ impl Bench {
     fn open_over(&self, graph: &str, world: &str, layout: Option<Layout>) -> Marcher {
         let options = Options {
             project: Some(self.project.root().into()),
-            graph: Some(self.project.path(&format!("graphs/bench/{graph}.toml"))),
+            graph: Some(self.project.path(&common::graph_in(common::TRACERS, graph))),
             world: Some(self.project.path(&format!("worlds/{world}.toml"))),
             layout,
             size: SIZE,
@@ -183,7 +184,7 @@ fn marchers_go_over_every_layout() {
     let camera = &cameras()[2];
     for (graph, wrong) in [("halfres", 0), ("stackless", 5)] {
         let expected = exact(&bench.open(graph, "near"), camera);
-        for &layout in Layout::ALL {
+        for &layout in rivals::LAYOUTS {
             let found = bench.open_over(graph, "near", Some(layout)).look(camera);
             let differ = expected.iter().zip(&found.hits).filter(|(a, b)| a != b).count();
             assert!(differ <= wrong, "{graph} over {} differs in {differ} pixels", layout.name());
@@ -196,9 +197,9 @@ fn marchers_go_over_every_layout() {
 fn bundles_and_masks_save_steps() {
     let bench = Bench::new();
     let camera = &cameras()[0];
-    let steps = bench.open_over("first_hit", "near", Some(Layout::Brickmap)).look(camera).steps;
+    let steps = bench.open_over("first_hit", "near", Some(rivals::BRICKMAP)).look(camera).steps;
     for graph in ["halfres", "raymask"] {
-        let fewer = bench.open_over(graph, "near", Some(Layout::Brickmap)).look(camera).steps;
+        let fewer = bench.open_over(graph, "near", Some(rivals::BRICKMAP)).look(camera).steps;
         assert!(fewer < steps, "{graph} looks {fewer} times, without it {steps}");
     }
 }
@@ -294,7 +295,7 @@ fn the_marchers_are_as_wrong_as_their_page_says() {
 
 #[test]
 fn the_page_has_numbers_that_are_in_range() {
-    let page = std::fs::read_to_string(common::repository().join("docs/marchers.md")).expect("the page");
+    let page = std::fs::read_to_string(common::repository().join("docs/rivals/marchers.md")).expect("the page");
     for (name, ranges) in WRONG {
         let start = format!("| `{name}` | ");
         let rows = page.lines().filter_map(|line| line.strip_prefix(&start)?.strip_suffix(" |"));
@@ -317,7 +318,7 @@ fn samples_slip_through_the_corners_of_a_thin_plane() {
     assert!(expected.iter().all(|hit| *hit != MISS), "{}", expected.iter().filter(|hit| **hit == MISS).count());
     let wrong = |step: &str| {
         let pass = format!("[[passes]]\nname = \"first_hit\"\ndefines = {{ RX_MARCH_STEP = \"{step}\" }}\n");
-        bench.project.write("graphs/bench/steps.toml", format!("extends = \"fixed.toml\"\n{pass}"));
+        bench.project.write("graphs/bench/steps.toml", format!("extends = \"../rivals/march/fixed.toml\"\n{pass}"));
         let found = bench.open("steps", "near").look(&camera);
         expected.iter().zip(&found.hits).filter(|(a, b)| a[..3] != b[..3]).count()
     };

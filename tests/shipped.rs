@@ -22,16 +22,18 @@ fn repository() -> Project {
 /// The graphs that are run by name, the examples of the language, and the lighting systems.
 fn graphs(project: &Project) -> Vec<String> {
     let examples = project.graphs_in("graphs/examples");
-    let light = [project.graphs_in("graphs/light"), project.graphs_in("graphs/light/views")].concat();
-    assert!(!examples.is_empty() && !light.is_empty());
-    project.graphs().into_iter().chain(examples).chain(light).collect()
+    let light = ["graphs/light", "graphs/light/views"].map(|folder| project.graphs_in(folder)).concat();
+    let rivals = ["graphs/rivals", "graphs/rivals/light", "graphs/rivals/light/views"];
+    let rivals = rivals.map(|folder| project.graphs_in(folder)).concat();
+    assert!(!examples.is_empty() && !light.is_empty() && !rivals.is_empty());
+    [project.graphs(), examples, light, rivals].concat()
 }
 
 /// A graph that names a model or a material runs over the worlds that have it.
 fn has_models(graph: &str, world: &str) -> bool {
     match graph {
         "graphs/examples/model.toml" => world == "worlds/valley.toml",
-        "graphs/light/views/lum_live.toml" => world == "worlds/meadow.toml",
+        "graphs/rivals/light/views/lum_live.toml" => world == "worlds/meadow.toml",
         _ => true,
     }
 }

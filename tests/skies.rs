@@ -1,4 +1,4 @@
-//! Skies and materials of `graphs/light/pbr_sky.toml`: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
+//! Skies and materials of `graphs/rivals/light/pbr_sky.toml`: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
 //! through the same air, skylight is the mean of the sky, and surfaces are near a path tracer of the same materials.
 
 mod common;
@@ -13,7 +13,7 @@ use raxel::measure::light::Bench;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
 
-const GRAPH: &str = "graphs/light/pbr_sky.toml";
+const GRAPH: &str = "graphs/rivals/light/pbr_sky.toml";
 
 /// A floor, a wall, a block of gold, a block of steel and one with a coat, in the open.
 const WORLD: &str = "name = \"test\"
@@ -251,7 +251,7 @@ fn surfaces_are_near_a_path_tracer_of_the_same_materials() {
     };
     let truth = light("graphs/light/views/glass.toml", 300, None);
     let ours = rel_mse(&light(GRAPH, 32, None), &truth);
-    let seeds = rel_mse(&light("graphs/light/pbr_sky_seed.toml", 32, Some(3)), &truth);
+    let seeds = rel_mse(&light("graphs/rivals/light/pbr_sky_seed.toml", 32, Some(3)), &truth);
     assert!(ours < 0.05, "relMSE {ours}");
     assert!(seeds > 5.0 * ours, "relMSE {seeds} of the original's formulas, {ours} of ours");
 }

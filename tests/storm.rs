@@ -40,7 +40,7 @@ const FILES: [&str; 12] = [
     "shaders/examples/frame.glsl",
     "shaders/include/raxel/sky.glsl",
     "shaders/include/raxel/shade.glsl",
-    "shaders/include/raxel/tree64.glsl",
+    "shaders/include/raxel/internal/layouts/tree64.glsl",
     "worlds/pool.toml",
     DEMO_PATH,
 ];

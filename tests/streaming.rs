@@ -13,6 +13,7 @@ use glam::IVec3;
 use raxel::layouts::Layout;
 use raxel::oracle::Oracle;
 use raxel::oracle::camera::Pinhole;
+use raxel::rivals;
 use raxel::stream::{TileKey, union};
 use raxel::{Camera, Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
@@ -359,7 +360,7 @@ fn a_live_world_comes_into_view_and_no_frame_waits_for_it() {
 fn what_a_streamed_world_cannot_do_is_said() {
     let project = project();
     let refused = |options: Options| Session::open(options).err().expect("it cannot open").to_string();
-    for layout in Layout::ALL.iter().copied().filter(|layout| *layout != Layout::Tree64) {
+    for layout in rivals::LAYOUTS.iter().copied().filter(|layout| *layout != Layout::TREE64) {
         let options = Options { layout: Some(layout), ..options(&project, "bench/first_hit") };
         let Err(OpenError::Project { diagnostics, .. }) = Session::open(options) else { panic!("{layout:?} opens") };
         let whole = format!("`world.{}` needs the whole world", layout.name());

@@ -84,10 +84,11 @@ fn every_tracer_that_claims_to_be_exact_is() {
 /// A project whose tracer never asks integers when floating point cannot tell.
 fn broken() -> Project {
     let project = Project::empty();
-    let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/walk.glsl")).unwrap();
+    let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/walk.glsl")).unwrap();
     let (before, rest) = walk.split_once("const float RX_WALK_ERROR = ").expect("the bound of the tracer's error");
     let (_, after) = rest.split_once(';').unwrap();
-    project.write("shaders/include/raxel/walk.glsl", format!("{before}const float RX_WALK_ERROR = 0.0;{after}"));
+    project
+        .write("shaders/include/raxel/internal/walk.glsl", format!("{before}const float RX_WALK_ERROR = 0.0;{after}"));
     project
 }
 
@@ -109,9 +110,9 @@ fn a_broken_tracer_is_caught_and_its_rays_can_be_traced_alone() {
     assert!(alone.stdout.contains("exact ") && alone.stdout.contains("WRONG: "), "{offered}\n{}", alone.stdout);
     assert!(!raxel(&arguments).exits(0).stdout.contains("WRONG"), "the tracer as it is gets it right");
 
-    project.write("shaders/include/raxel/walk.glsl", "this is not a shader");
+    project.write("shaders/include/raxel/internal/walk.glsl", "this is not a shader");
     let run = project.raxel(&scope).exits(3);
-    assert!(run.stderr.contains("shaders/include/raxel/walk.glsl"), "{}", run.stderr);
+    assert!(run.stderr.contains("shaders/include/raxel/internal/walk.glsl"), "{}", run.stderr);
 }
 
 /// Hits are spoilt in one way at a time; each is found and called by its name.
@@ -123,7 +124,7 @@ fn every_way_to_be_wrong_is_told_from_the_others() {
         let march = format!(
             "bool rx_march(RxRay ray, out RxHit hit) {{\n    bool found = rx_trace(ray, hit);\n    {spoil}\n    return found;\n}}\n"
         );
-        project.write("shaders/include/raxel/march.glsl", march);
+        project.write("shaders/include/raxel/rivals/march.glsl", march);
         let scope = ["stress", "--scenes", "hills@near", "--layouts", "tree64", "--rays", "2e4", "--format", "json"];
         let run = project.raxel(&scope).exits(1);
         let total = rows(&run)["tree64"]["total"].clone();
@@ -168,10 +169,10 @@ fn every_way_to_be_wrong_is_told_from_the_others() {
 #[test]
 fn a_start_too_far_ahead_is_caught() {
     let project = Project::empty();
-    let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/walk.glsl")).unwrap();
+    let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/walk.glsl")).unwrap();
     let (right, wrong) = ("* 0.999998 - 0.25;", "* 0.999998 + (t_free > 0.0 ? 0.5 : -0.25);");
     assert!(walk.contains(right));
-    project.write("shaders/include/raxel/walk.glsl", walk.replace(right, wrong));
+    project.write("shaders/include/raxel/internal/walk.glsl", walk.replace(right, wrong));
     let scope = ["stress", "--scenes", "hills,gravel", "--layouts", "tree64,tree64:ahead", "--rays", "4e4"];
     let run = project.raxel(&[&scope[..], &["--format", "json"]].concat()).exits(1);
     let found = rows(&run);
@@ -268,7 +269,8 @@ fn faults_in_instances_are_caught() {
 /// Tracers that know where an encoded world has its nodes and its materials: a streamer puts them elsewhere.
 #[test]
 fn faults_in_publications_are_caught() {
-    let tree64 = std::fs::read_to_string(repository().join("shaders/include/raxel/tree64.glsl")).unwrap();
+    let tree64 =
+        std::fs::read_to_string(repository().join("shaders/include/raxel/internal/layouts/tree64.glsl")).unwrap();
     let scope = ["stress", "--scenes", "gravel,hills", "--rays", "4e4", "--format", "json"];
     let scope = [&scope[..], &["--layouts", "tree64,tree64:streamed"]].concat();
     for (right, wrong) in [
@@ -285,7 +287,7 @@ fn faults_in_publications_are_caught() {
     ] {
         assert_eq!(tree64.matches(right).count(), 1, "{right}");
         let project = Project::empty();
-        project.write("shaders/include/raxel/tree64.glsl", tree64.replace(right, wrong));
+        project.write("shaders/include/raxel/internal/layouts/tree64.glsl", tree64.replace(right, wrong));
         let run = project.raxel(&scope).exits(1);
         let found = rows(&run);
         let count = |row: &str| found[row]["total"]["wrong"].as_u64().unwrap();

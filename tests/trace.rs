@@ -66,7 +66,7 @@ fn a_trace_has_nested_tracks_of_cpu_and_gpu() {
 fn verbose_says_what_was_compiled_and_what_was_reused() {
     let project = Project::shipped();
     let check = |more: &[&str]| {
-        let files = ["check", "graphs/inspect.toml", "graphs/primary.toml", "graphs/primary_chunks.toml"];
+        let files = ["check", "graphs/inspect.toml", "graphs/primary.toml", "graphs/rivals/primary_chunks.toml"];
         project.raxel(&[&files[..], more].concat()).exits(0).stderr
     };
     let said = check(&["-v"]);

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use glam::IVec3;
+use raxel::rivals;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_layouts::Layout;
@@ -51,18 +52,16 @@ impl Lab {
 #[test]
 fn every_layout_hits_what_the_oracle_hits() {
     let mut lab = Lab::open();
-    let mut tracers: Vec<Tracer> = Layout::ALL.iter().map(|&layout| lab.tracer(layout)).collect();
+    let mut tracers: Vec<Tracer> = rivals::LAYOUTS.iter().map(|&layout| lab.tracer(layout)).collect();
     for (number, scene) in scenes::ALL.iter().enumerate() {
         // Every other scene lies far from the origin.
         let corner =
             if number % 2 == 0 { IVec3::new(-13, 5, -40) } else { IVec3::new(1 << 30, i32::MIN + 64, -(1 << 24)) };
         let world = scene.world(corner, 3);
-        let buffer = Layout::Tree64.encode(&world, u64::MAX).expect("a small world").words;
+        let buffer = Layout::TREE64.encode(&world, u64::MAX).expect("a small world").words;
         let oracle = Oracle::new(&world);
-        for (tracer, rays_a_set) in tracers.iter_mut().map(|tracer| match tracer.method().layout {
-            Layout::Tree64 => (tracer, 1000),
-            _ => (tracer, 100),
-        }) {
+        for tracer in &mut tracers {
+            let rays_a_set = if tracer.method().layout == Layout::TREE64 { 1000 } else { 100 };
             let rays: Vec<(&str, Ray)> = sets::ALL
                 .iter()
                 .flat_map(|s| s.rays(&world, rays_a_set, 77).into_iter().map(|ray| (s.name, ray)))
@@ -85,7 +84,7 @@ fn every_layout_hits_what_the_oracle_hits() {
                         let off = [0, 1].map(|i| (port.uv[i] - hit.uv[i]).abs());
                         assert!(off.iter().all(|off| *off < 1e-6), "{place} {set} {ray:?}\n{port:?}\n{hit:?}");
                         // And it steps over the same blocks.
-                        let same_steps = tracer.method().layout != Layout::Tree64 || port.steps == hit.steps;
+                        let same_steps = tracer.method().layout != Layout::TREE64 || port.steps == hit.steps;
                         assert!(same_steps, "{place} {set} {ray:?}\n{port:?}\n{hit:?}");
                     }
                     errors
@@ -107,7 +106,7 @@ fn long_lists_go_in_parts() {
     lab.stream = Stream::with_capacity(&lab.device, 300).expect("memory");
     let world = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
     let rays = sets::RaySet::find("pinhole").expect("a set").rays(&world, 1000, 5);
-    let mut tracer = lab.tracer(Layout::Tree64);
+    let mut tracer = lab.tracer(Layout::TREE64);
     let on_device = tracer.upload(&world).expect("a small world");
     let (mut next, mut parts) = (0, 0);
     let oracle = Oracle::new(&world);
@@ -148,8 +147,8 @@ fn rays_cross_wide_empty_space() {
     let rays: Vec<Ray> = (0..400).map(across).collect();
     // The layout `chunks` would take 17,000 steps of a linear search.
     // No device has a dense image of it, and a layout with a window does not hold it.
-    let any_width = |layout: &&Layout| **layout != Layout::Chunks && !layout.has_image() && layout.window().is_none();
-    for &layout in Layout::ALL.iter().filter(any_width) {
+    let any_width = |layout: &&Layout| **layout != rivals::CHUNKS && !layout.has_image() && layout.window().is_none();
+    for &layout in rivals::LAYOUTS.iter().filter(any_width) {
         let mut errors = Errors::default();
         for (ray, words) in rays.iter().zip(lab.trace(&mut lab.tracer(layout), &world, &rays)) {
             errors.add(ray, &oracle.first_hit(ray), words.hit().as_ref());
@@ -174,7 +173,7 @@ fn voxels_are_of_their_materials() {
     }
     let world = World::from_voxels(materials, voxels.iter().copied());
     let rays: Vec<Ray> = voxels.iter().map(|(cell, _)| Ray::new(cell.to_array(), [0.5; 3], [1.0, 0.0, 0.0])).collect();
-    for &layout in Layout::ALL {
+    for &layout in rivals::LAYOUTS {
         for ((cell, material), words) in voxels.iter().zip(lab.trace(&mut lab.tracer(layout), &world, &rays)) {
             let found = (words.state(), words.material, words.looked_up);
             assert_eq!(found, (State::Hit, u32::from(*material), u32::from(*material)), "{} {cell}", layout.name());
@@ -187,7 +186,7 @@ fn rays_end_at_t_max() {
     let mut lab = Lab::open();
     let world = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
     let rays = sets::RaySet::find("pinhole").expect("a set").rays(&world, 2000, 5);
-    for &layout in Layout::ALL {
+    for &layout in rivals::LAYOUTS {
         let mut tracer = lab.tracer(layout);
         let free = lab.trace(&mut tracer, &world, &rays);
         let reached: Vec<(Ray, f32)> =
@@ -220,10 +219,10 @@ bool rx_march(RxRay ray, out RxHit hit) {
 #[test]
 fn rays_may_begin_anywhere_before_their_hit() {
     let mut lab = Lab::open();
-    let library = Arc::new(MemoryFiles::new([("shaders/include/raxel/march.glsl", FROM_ANYWHERE)]));
+    let library = Arc::new(MemoryFiles::new([("shaders/include/raxel/rivals/march.glsl", FROM_ANYWHERE)]));
     let world = Scene::find("menger").expect("a scene").world(IVec3::new(-13, 5, -(1 << 24)), 3);
     let rays: Vec<Ray> = sets::ALL.iter().flat_map(|set| set.rays(&world, 200, 8)).collect();
-    for &layout in Layout::ALL {
+    for &layout in rivals::LAYOUTS {
         let whole = lab.trace(&mut lab.tracer(layout), &world, &rays);
         let mut from_anywhere =
             Tracer::new(&lab.device, library.clone(), &Method::of(layout)).expect("the shader compiles");
@@ -244,7 +243,7 @@ fn an_empty_world_is_hit_nowhere() {
     let mut lab = Lab::open();
     let hills = Scene::find("hills").expect("a scene").world(IVec3::ZERO, 1);
     let rays = sets::RaySet::find("pinhole").expect("a set").rays(&hills, 300, 5);
-    for &layout in Layout::ALL {
+    for &layout in rivals::LAYOUTS {
         let hits = lab.trace(&mut lab.tracer(layout), &World::empty(), &rays);
         assert!(hits.iter().all(|hit| hit.state() == State::Miss), "{}", layout.name());
     }

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use glam::IVec3;
+use raxel::rivals;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_layouts::Layout;
@@ -31,7 +32,7 @@ impl Lab {
 
     /// A tracer whose `rx_march` is this text.
     fn tracer(&self, layout: Layout, march: &str, defines: &[&str]) -> Tracer {
-        let files = MemoryFiles::new([("shaders/include/raxel/march.glsl", march)]);
+        let files = MemoryFiles::new([("shaders/include/raxel/rivals/march.glsl", march)]);
         let made = Tracer::with_defines(&self.device, Arc::new(files), &Method::of(layout), defines);
         made.unwrap_or_else(|error| panic!("{} {defines:?}: {error}", layout.name()))
     }
@@ -81,7 +82,7 @@ bool rx_march(RxRay ray, out RxHit hit) {
 
 /// The twelve lines of the affine plane of order 3: of nine layouts, each pair stands together in exactly one of them.
 fn triples() -> Vec<[Layout; 3]> {
-    let nine: Vec<Layout> = Layout::ALL.iter().copied().filter(|layout| layout.window().is_none()).collect();
+    let nine: Vec<Layout> = rivals::LAYOUTS.iter().copied().filter(|layout| layout.window().is_none()).collect();
     assert_eq!(nine.len(), 9, "the plane has nine points");
     let at = |x: usize, y: usize| nine[x % 3 + 3 * (y % 3)];
     let rows = (0..3).flat_map(|slope| (0..3).map(move |start| (slope, start)));
@@ -96,7 +97,7 @@ fn three_worlds_in_a_shader_are_each_traced_exactly() {
     let corner = IVec3::new(1 << 30, i32::MIN + 64, -(1 << 24));
     let worlds = ["hills", "menger", "gravel"].map(|name| Scene::find(name).expect("a scene").world(corner, 3));
     let mut lab = Lab::open();
-    let same = [Layout::Tree64, Layout::Texture3d, Layout::Bvh, Layout::Flat64].map(|layout| [layout; 3]);
+    let same = [Layout::TREE64, rivals::TEXTURE3D, rivals::BVH, Layout::FLAT64].map(|layout| [layout; 3]);
     for layouts in triples().into_iter().chain(same) {
         let [_, pine, oak] = layouts.map(|layout| layout.name().to_uppercase());
         let defines = [format!("RX_LAYOUT_{pine}_pine"), format!("RX_LAYOUT_{oak}_oak")];
@@ -165,7 +166,7 @@ fn what_a_shader_has_set_is_traced_exactly() {
         let nowhere: Vec<Ray> = [[900, 0, 0], [0, -70_000, 0], [i32::MAX, i32::MIN, 0]]
             .map(|by: [i32; 3]| edit((corner.wrapping_add(IVec3::from_array(by)), 1)))
             .to_vec();
-        for layout in [Layout::Chunks, Layout::ChunkTable, Layout::Octree] {
+        for layout in [rivals::CHUNKS, rivals::CHUNK_TABLE, Layout::OCTREE] {
             let what = format!("{} {name}", layout.name());
             let mut setter = lab.tracer(layout, SETTER, &["RX_WRITE_world"]);
             let mut tracer =
@@ -195,7 +196,7 @@ fn threads_may_set_the_same_voxel() {
     let cells: Vec<IVec3> = (0..16).map(|x| IVec3::new(x, 3, 3)).collect();
     let edits: Vec<Ray> = (0..8192u32).map(|i| edit((cells[i as usize % 15], 1 + (i / 15 % 3) as u16))).collect();
     let looks: Vec<Ray> = cells.iter().map(|cell| Ray::new(cell.to_array(), [0.5; 3], [0.0, 1.0, 0.0])).collect();
-    for layout in [Layout::Chunks, Layout::ChunkTable, Layout::Octree] {
+    for layout in [rivals::CHUNKS, rivals::CHUNK_TABLE, Layout::OCTREE] {
         let mut setter = lab.tracer(layout, SETTER, &["RX_WRITE_world"]);
         let mut tracer =
             lab.tracer(layout, "bool rx_march(RxRay ray, out RxHit hit) { return rx_trace(ray, hit); }", &[]);

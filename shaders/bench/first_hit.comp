@@ -1,9 +1,9 @@
 // The first hit of each pixel's ray, and nothing else: what tracers and layouts are measured and judged by.
 //
-// A pass chooses how it is found by one of the defines in <raxel/march.glsl>; without one it is the exact tracer.
+// A pass chooses how it is found by one of the defines in <raxel/rivals/march.glsl>; without one it is the exact tracer.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march.glsl>
+#include <raxel/rivals/march.glsl>
 #include <raxel/camera.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;

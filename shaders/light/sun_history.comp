@@ -27,7 +27,7 @@ layout(rgba16f) uniform writeonly image2D outStained;   // share of the sun time
 #ifdef SUN_TEXELS
 layout(r32ui) uniform readonly uimage2D slots;
 layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
-#include "surface/unwrapped.glsl"
+#include "rivals/light/surface/unwrapped.glsl"
 #endif
 #include "change.glsl"
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history; vec3 frac; int rays; } push;

@@ -20,6 +20,17 @@ pub fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// Where lighting systems are: raxel's own, and those that they are compared with.
+pub const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
+/// Where the graphs of tracers are: raxel's own, and those that they are compared with.
+pub const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
+
+/// Project path of the shipped graph of that name in one of two folders; in the first if neither has it.
+pub fn graph_in(folders: [&str; 2], name: &str) -> String {
+    let [own, rival] = folders.map(|folder| format!("{folder}/{name}.toml"));
+    if repository().join(&rival).exists() { rival } else { own }
+}
+
 /// What a run of the binary gave.
 #[derive(Debug)]
 pub struct Run {

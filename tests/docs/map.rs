@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use raxel::layouts::Layout;
+use raxel::rivals;
 
 use crate::common::{raxel, repository};
 
@@ -413,7 +413,7 @@ fn launcher(words: &[String], packages: &BTreeMap<String, Package>) -> Result<()
             flag = word;
             continue;
         }
-        let layout = |name: &str| name == "own" || Layout::from_name(name.split(':').next().unwrap()).is_some();
+        let layout = |name: &str| name == "own" || rivals::layout(name.split(':').next().unwrap()).is_some();
         let is_file = |path: String| repository().join(path).exists();
         let fits = match std::mem::take(&mut flag) {
             "--worlds" => is_file(format!("worlds/{word}.toml")),
@@ -424,7 +424,7 @@ fn launcher(words: &[String], packages: &BTreeMap<String, Package>) -> Result<()
             _ if word.starts_with("RX") => is_file(format!("docs/errors/{word}.md")),
             _ if word.contains('/') => is_file(word.clone()),
             // A graph of a bench, or a verb of a verb.
-            _ if is_file(format!("graphs/bench/{word}.toml")) => true,
+            _ if ["bench", "rivals/march"].iter().any(|folder| is_file(format!("graphs/{folder}/{word}.toml"))) => true,
             _ if index == 1 && help.contains(&format!("\n  {word} ")) => {
                 help = raxel(&[verb, word.as_str(), "--help"]).exits(0).stdout;
                 true

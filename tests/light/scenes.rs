@@ -6,7 +6,7 @@ use raxel::measure::light::{Effort, Scene};
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
 
-use crate::common::Project;
+use crate::common::{self, Project};
 
 /// Materials and operations of a world, and where its camera stands and looks.
 pub fn world(project: &Project, materials: &str, build: &[String], position: [f64; 3], look_at: [f64; 3], fov: f64) {
@@ -74,13 +74,7 @@ pub const DARK: [(&str, f32); 2] = [("sun_strength", 0.0), ("sky_strength", 0.0)
 
 /// Project paths of the graphs that are judged.
 pub fn systems(project: &Project) -> Vec<String> {
-    let mut all: Vec<String> = std::fs::read_dir(project.path("graphs/light"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.rsplit_once('.').is_some_and(|(_, ending)| ending == "toml"))
-        .map(|name| format!("graphs/light/{name}"))
-        .collect();
-    all.sort();
+    let all = common::LIGHT.map(|folder| raxel::Project::at(project.root()).unwrap().graphs_in(folder)).concat();
     assert!(all.len() >= 2, "{all:?}");
     all
 }

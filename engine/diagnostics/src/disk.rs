@@ -182,6 +182,25 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_has_moved_is_found_below_its_first_folder() {
+        let root = tempfile::tempdir().unwrap();
+        for path in ["graphs/b/c", "graphs/a", "worlds"] {
+            std::fs::create_dir_all(root.path().join(path)).unwrap();
+        }
+        for path in ["graphs/b/c/x.toml", "graphs/b/y.toml", "graphs/b/c/y.toml", "worlds/z.toml"] {
+            std::fs::write(root.path().join(path), "").unwrap();
+        }
+        let files = DiskFiles::new(root.path()).unwrap();
+        let help = |path: &str| crate::files::not_found(&files, path, None).help;
+        assert_eq!(help("graphs/x.toml"), ["did you mean `graphs/b/c/x.toml`?"]);
+        assert_eq!(help("graphs/a/y.toml"), ["did you mean `graphs/b/y.toml`?"]);
+        for elsewhere in ["graphs/z.toml", "z.toml", "none/x.toml"] {
+            assert!(help(elsewhere).is_empty(), "{elsewhere}");
+        }
+        assert!(crate::files::not_found(&MemoryFiles::default(), "graphs/x.toml", None).help.is_empty());
+    }
+
+    #[test]
     fn disk_reads_inside_the_root_only() {
         let outside = tempfile::tempdir().unwrap();
         std::fs::write(outside.path().join("secret"), "s").unwrap();

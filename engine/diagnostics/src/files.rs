@@ -1,5 +1,6 @@
 //! Access to project files. Compilers never touch the disk themselves: they are given a [`Files`].
 
+use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -56,6 +57,39 @@ impl FileError {
     }
 }
 
+/// The diagnostic for a file that does not exist. Its help names a file of the same name in another folder below the first folder of the
+/// path, where the project has one: files move, and whoever names them finds them again.
+pub fn not_found(files: &dyn Files, path: &str, named_at: Option<(Span, &str)>) -> Diagnostic {
+    let diagnostic = FileError::NotFound.diagnostic(path, named_at);
+    let Some((folder, rest)) = path.split_once('/') else { return diagnostic };
+    let name = rest.rsplit('/').next().unwrap_or(rest);
+    match files.root().and_then(|root| namesake(root, folder, name)) {
+        Some(there) => diagnostic.help(format!("did you mean `{there}`?")),
+        None => diagnostic,
+    }
+}
+
+/// Folders that are looked into for a file of a name: no project has as many of graphs or shaders.
+const MOST_FOLDERS: usize = 256;
+
+/// Path of the first file of that name in a folder of the project or below it: folders that are nearer to the top first, then by name.
+/// Links are not followed.
+fn namesake(root: &Path, folder: &str, name: &str) -> Option<String> {
+    let mut folders = VecDeque::from([folder.to_owned()]);
+    for _ in 0..MOST_FOLDERS {
+        let folder = folders.pop_front()?;
+        if root.join(&folder).join(name).is_file() {
+            return Some(format!("{folder}/{name}"));
+        }
+        let entries = std::fs::read_dir(root.join(&folder)).into_iter().flatten().flatten();
+        let below = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+        let mut below: Vec<String> = below.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        below.sort();
+        folders.extend(below.into_iter().map(|name| format!("{folder}/{name}")));
+    }
+    None
+}
+
 /// Largest text file that is read, in bytes: 4 MiB. Texts are held whole, and what is made of them is many times as large.
 pub const MAX_TEXT: usize = 4 << 20;
 
@@ -73,6 +107,7 @@ pub fn read_text(
             let error = FileError::TooLarge { size: bytes.len() as u64, limit: MAX_TEXT as u64 };
             return Err(Box::new(error.diagnostic(path, named_at)));
         }
+        Err(FileError::NotFound) => return Err(Box::new(not_found(files, path, named_at))),
         Err(error) => return Err(Box::new(error.diagnostic(path, named_at))),
     };
     match std::str::from_utf8(&bytes) {

@@ -70,7 +70,7 @@ fn compare(layout: Layout, words: &[u32], world: &World) {
 
 #[test]
 fn after_thousands_of_edits_every_node_is_what_a_fresh_encoding_has() {
-    for layout in [Layout::Octree, Layout::ChunkTable] {
+    for layout in [Layout::OCTREE, raxel_rivals::CHUNK_TABLE] {
         let (base, scene) = (world(), scene());
         let mut edits = Edits::default();
         let mut current = base.with_chunks(&scene.materials, []);
@@ -103,7 +103,7 @@ fn after_thousands_of_edits_every_node_is_what_a_fresh_encoding_has() {
 fn one_voxel_writes_one_node_a_depth_and_its_block() {
     let scene = scene();
     let current = world().with_chunks(&scene.materials, []);
-    let (mut live, mut words) = LiveLayout::new(Layout::Octree, &current, u64::MAX).unwrap();
+    let (mut live, mut words) = LiveLayout::new(Layout::OCTREE, &current, u64::MAX).unwrap();
     let mut edits = Edits::default();
     let set = |material| raxel_edit::Operation::Set { cell: [5, 3, 5], material };
     let mut world = current.clone();
@@ -113,7 +113,7 @@ fn one_voxel_writes_one_node_a_depth_and_its_block() {
         let patches = live.update(&world, change.after()).unwrap();
         // 64 voxels and eight nodes of 2³ in the block, the block, three nodes above it; and the header.
         assert!(patch(&mut words, &patches) <= 64 + 8 + 1 + 3 + HashedChunksHeader::WORDS as usize);
-        compare(Layout::Octree, &words, &world);
+        compare(Layout::OCTREE, &words, &world);
     }
 }
 
@@ -123,25 +123,25 @@ fn what_does_not_fit_is_made_anew() {
     let small = World::from_voxels(scene.materials.clone(), [(glam::IVec3::ZERO, 1)]);
     let far = World::from_voxels(scene.materials.clone(), [(glam::IVec3::splat(5000), 2)]);
     let both = small.with_chunks(&[], far.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone()))));
-    let (mut live, _) = LiveLayout::new(Layout::Octree, &small, u64::MAX).unwrap();
+    let (mut live, _) = LiveLayout::new(Layout::OCTREE, &small, u64::MAX).unwrap();
     assert_eq!(live.update(&both, far.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone())))), None);
     // Without room for a second chunk.
     let tight = 4 * (u64::from(HashedChunksHeader::WORDS) + 8 * 6 + 4 * 2048 + 37449 + 100);
-    let (mut live, _) = LiveLayout::new(Layout::Octree, &small, tight).unwrap();
+    let (mut live, _) = LiveLayout::new(Layout::OCTREE, &small, tight).unwrap();
     let beside = World::from_voxels(scene.materials.clone(), [(glam::IVec3::ZERO, 1), (glam::IVec3::splat(40), 2)]);
     assert_eq!(live.update(&beside, beside.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone())))), None);
-    let error = LiveLayout::new(Layout::Octree, &small, 500).unwrap_err().to_string();
+    let error = LiveLayout::new(Layout::OCTREE, &small, 500).unwrap_err().to_string();
     assert!(error.contains("500 bytes"), "{error}");
     // At the ends of the range of coordinates, and from a world without a voxel.
     for at in [i32::MIN, i32::MAX] {
         let world = World::from_voxels(scene.materials.clone(), [(glam::IVec3::splat(at), 1)]);
-        let (_, words) = LiveLayout::new(Layout::Octree, &world, u64::MAX).unwrap();
-        compare(Layout::Octree, &words, &world);
+        let (_, words) = LiveLayout::new(Layout::OCTREE, &world, u64::MAX).unwrap();
+        compare(Layout::OCTREE, &words, &world);
     }
     let empty = World::empty().with_chunks(&scene.materials, []);
-    let (mut live, mut words) = LiveLayout::new(Layout::Octree, &empty, u64::MAX).unwrap();
+    let (mut live, mut words) = LiveLayout::new(Layout::OCTREE, &empty, u64::MAX).unwrap();
     patch(&mut words, &live.update(&small, small.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone())))).unwrap());
-    compare(Layout::Octree, &words, &small);
+    compare(Layout::OCTREE, &words, &small);
     let gone = small.with_chunks(&[], small.chunks().map(|(pos, _)| (pos, None)));
     patch(&mut words, &live.update(&gone, small.chunks().map(|(pos, _)| (pos, None))).unwrap());
     assert!(read(&words).1.is_empty() && read(&words).2.is_empty());

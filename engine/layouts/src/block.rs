@@ -19,7 +19,8 @@ pub struct BlockMember {
 }
 
 /// Field types that a header may have, with their GLSL names.
-pub(super) trait GlslType {
+pub trait GlslType {
+    /// The name.
     const NAME: &'static str;
 }
 
@@ -33,7 +34,8 @@ impl GlslType for [i32; 3] {
 
 /// Declares a header: a `Pod` struct whose fields are the members of the block, and its description. All headers begin alike; what is
 /// declared comes after that.
-macro_rules! header {
+#[macro_export]
+macro_rules! layout_header {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $ty:ty,)* }) => {
         $(#[$doc])*
         #[repr(C)]
@@ -56,7 +58,7 @@ macro_rules! header {
 
         impl $name {
             /// The part that all headers have, for materials right behind the header; the rest is 0.
-            pub(super) fn of(extent: &super::header::Extent, materials: &[raxel_world::Material]) -> Self {
+            pub(super) fn of(extent: &$crate::Extent, materials: &[raxel_world::Material]) -> Self {
                 Self {
                     origin: extent.origin,
                     log2_size: extent.log2_size,
@@ -70,13 +72,14 @@ macro_rules! header {
             /// Words of the header: the index of the word behind it in a buffer.
             pub const WORDS: u32 = size_of::<Self>() as u32 / 4;
 
-            pub(super) fn block() -> Vec<BlockMember> {
+            /// The members of the buffer block that a shader must declare, in order; the last is the runtime array.
+            pub fn block() -> Vec<$crate::BlockMember> {
                 macro_rules! member {
                     ($member:ident: $of:ty) => {
-                        BlockMember {
+                        $crate::BlockMember {
                             name: stringify!($member),
                             offset: std::mem::offset_of!($name, $member) as u32,
-                            ty: <$of as super::block::GlslType>::NAME,
+                            ty: <$of as $crate::GlslType>::NAME,
                             stride: None,
                         }
                     };
@@ -90,21 +93,21 @@ macro_rules! header {
                     member!(materials_at: u32),
                     $(member!($field: $ty)),*
                 ];
-                members.push(BlockMember {
+                members.push($crate::BlockMember {
                     name: "words",
                     offset: size_of::<Self>() as u32,
-                    ty: u32::NAME,
-                    stride: Some(WORDS_STRIDE),
+                    ty: <u32 as $crate::GlslType>::NAME,
+                    stride: Some($crate::WORDS_STRIDE),
                 });
                 members
             }
 
             /// The block of a layout whose shaders read four words at a time: the runtime array is `uvec4 quads[]`.
             #[allow(dead_code, reason = "not every layout does")]
-            pub(super) fn block_in_quads() -> Vec<BlockMember> {
+            pub(super) fn block_in_quads() -> Vec<$crate::BlockMember> {
                 let mut members = Self::block();
                 if let Some(array) = members.last_mut() {
-                    *array = BlockMember { name: "quads", ty: "uvec4", stride: Some(super::block::QUADS_STRIDE), ..*array };
+                    *array = $crate::BlockMember { name: "quads", ty: "uvec4", stride: Some($crate::QUADS_STRIDE), ..*array };
                 }
                 members
             }
@@ -112,4 +115,4 @@ macro_rules! header {
     };
 }
 
-pub(super) use header;
+pub(super) use layout_header;

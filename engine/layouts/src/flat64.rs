@@ -1,16 +1,26 @@
-//! Layout `flat64`: see `shaders/include/raxel/flat64.glsl` for the format.
+//! Layout `flat64`: see `shaders/include/raxel/internal/layouts/flat64.glsl` for the format.
 
 use raxel_world::MaterialIndex;
 use raxel_world::World;
 use raxel_world::{Bits, Chunk, child_cell};
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::block::layout_header;
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
 use super::parts::{Parts, filled_node};
 use super::tree64::{ADDRESSABLE, packed_link};
-use super::{Encoded, Layout, LayoutError, check_size};
+use super::{Edits, Encoded, Encoding, Layout, LayoutError, check_size};
+
+pub(super) static ENCODING: Encoding = Encoding {
+    name: "flat64",
+    block: Flat64Header::block_in_quads,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Encode,
+    window: Some(WINDOW),
+};
 
 /// Words of a record.
 const QUAD: usize = 4;
@@ -27,7 +37,7 @@ const LARGEST_RADIUS: u8 = 15;
 /// Leaves of a full 16³ block, which all blocks share that are full of one material.
 const RUN: usize = 64;
 
-header! {
+layout_header! {
     /// Header of the layout `flat64`. Addresses count from the first word behind the header.
     Flat64Header {
         /// Address of the first record, in records of four words.
@@ -60,7 +70,7 @@ struct Sections {
 }
 
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Flat64;
+    let layout = Layout::FLAT64;
     let extent = Extent::of(world, layout)?;
     check_window(&extent)?;
     let parts = Parts::chunks(world, &extent);
@@ -109,7 +119,7 @@ fn check_window(extent: &Extent) -> Result<(), LayoutError> {
     for (axis, limit) in WINDOW.into_iter().enumerate() {
         let span = (i64::from(extent.bounds_last[axis]) + 1 - i64::from(extent.origin[axis])).max(0).cast_unsigned();
         if span > limit {
-            return Err(LayoutError::TooWide { layout: Layout::Flat64.name(), span, limit });
+            return Err(LayoutError::TooWide { layout: Layout::FLAT64.name(), span, limit });
         }
     }
     Ok(())

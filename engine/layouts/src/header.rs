@@ -48,7 +48,7 @@ impl Extent {
 
 impl Extent {
     /// Widens the box of the solid voxels to whole chunks of `edge` voxels, a power of two of at most 64.
-    pub(super) fn round_out(&mut self, edge: i32) {
+    pub fn round_out(&mut self, edge: i32) {
         if self.bounds_last[0] >= self.bounds_min[0] {
             self.bounds_min = self.bounds_min.map(|min| min & -edge);
             self.bounds_last = self.bounds_last.map(|last| last | (edge - 1));
@@ -66,7 +66,7 @@ pub(super) fn material_words(materials: &[Material]) -> Vec<u32> {
 }
 
 /// A buffer of `words` words that begins with a header and the materials; the rest is 0.
-pub(super) fn buffer(header: &impl bytemuck::NoUninit, materials: &[Material], words: usize) -> Vec<u32> {
+pub fn buffer(header: &impl bytemuck::NoUninit, materials: &[Material], words: usize) -> Vec<u32> {
     let mut buffer = Vec::with_capacity(words);
     buffer.extend_from_slice(bytemuck::cast_slice(std::slice::from_ref(header)));
     buffer.extend(material_words(materials));

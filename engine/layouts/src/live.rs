@@ -7,7 +7,7 @@ use raxel_world::{ChunkPos, World};
 
 use super::hashed_chunks::LiveHashedChunks;
 use super::header::Extent;
-use super::{Layout, LayoutError, LiveTree64, chunk_table, octree};
+use super::{Edits, Layout, LayoutError, LiveTree64};
 
 /// Voxels around the world that edits can reach without another buffer.
 const MARGIN: i64 = 256;
@@ -34,12 +34,13 @@ impl LiveLayout {
     /// Puts a world into a buffer of at most so many bytes, whose words are given as well. A layout that does not follow edits
     /// ([`Layout::follows_edits`]) is taken as `tree64`.
     pub fn new(layout: Layout, world: &World, limit: u64) -> Result<(Self, Vec<u32>), LayoutError> {
-        let form = match layout {
-            Layout::Octree => &octree::FORM,
-            Layout::ChunkTable => &chunk_table::FORM,
-            _ => return LiveTree64::new(world, limit).map(|(live, words)| (Self::Tree64(Box::new(live)), words)),
-        };
-        LiveHashedChunks::new(form, world, limit).map(|(live, words)| (Self::HashedChunks(Box::new(live)), words))
+        match layout.edits() {
+            Edits::HashedChunks(form) => LiveHashedChunks::new(form, world, limit)
+                .map(|(live, words)| (Self::HashedChunks(Box::new(live)), words)),
+            Edits::Tree64 | Edits::Encode => {
+                LiveTree64::new(world, limit).map(|(live, words)| (Self::Tree64(Box::new(live)), words))
+            }
+        }
     }
 
     /// Follows a change of chunks, after which the world is `world`. Gives the words that changed, of which no two overlap; `None` when the

@@ -1,12 +1,21 @@
-//! Layout `octree`: see `shaders/include/raxel/octree.glsl` for the format.
+//! Layout `octree`: see `shaders/include/raxel/internal/layouts/octree.glsl` for the format.
 
-use raxel_world::World;
 use raxel_world::{Bits, child_cell};
 
-use super::hashed_chunks::Form;
+use super::hashed_chunks::{Form, HashedChunksHeader};
 use super::live::Patch;
 use super::parts::Octant;
-use super::{Access, Encoded, Layout, LayoutError, hashed_chunks};
+use super::{Edits, Encoding, Layout, hashed_chunks};
+
+pub(super) static ENCODING: Encoding = Encoding {
+    name: "octree",
+    block: HashedChunksHeader::block,
+    encode: |world, limits, access| hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access),
+    image: None,
+    has_set: true,
+    edits: Edits::HashedChunks(&FORM),
+    window: None,
+};
 
 /// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).
 const DEPTHS: u32 = 5;
@@ -22,11 +31,7 @@ const fn first_node(depth: u32) -> usize {
     ((1usize << (3 * depth)) - 1) / 7
 }
 
-pub(super) const FORM: Form = Form { layout: Layout::Octree, chunk_words: CHUNK_WORDS, fill, rewrite, most_parts: 128 };
-
-pub(super) fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
-    hashed_chunks::encode(world, &FORM, limit, access)
-}
+static FORM: Form = Form { layout: Layout::new(&ENCODING), chunk_words: CHUNK_WORDS, fill, rewrite, most_parts: 128 };
 
 /// Writes the nodes of a chunk: its voxels, then each depth from the one below.
 fn fill(octant: &Octant, nodes: &mut [u32]) {

@@ -11,7 +11,7 @@ use super::Access;
 use super::header::Extent;
 
 /// Equal parts are one. Cells count parts (64 or 32 voxels a side) from the corner of the world's cube.
-pub(super) struct Parts<T> {
+pub struct Parts<T> {
     /// The different ones.
     pub distinct: Vec<T>,
     /// Cell and index in `distinct` of every part with solids.
@@ -32,6 +32,7 @@ impl<T: Copy> Parts<T> {
 }
 
 impl<'a> Parts<&'a Chunk> {
+    /// The chunks of a world.
     pub fn chunks(world: &'a World, extent: &Extent) -> Self {
         let mut known: HashMap<*const Chunk, usize> = HashMap::new();
         let mut distinct: Vec<&Chunk> = Vec::new();
@@ -52,13 +53,15 @@ impl<'a> Parts<&'a Chunk> {
 
 /// 32³ voxels: an eighth of a chunk.
 #[derive(Clone, Copy)]
-pub(super) struct Octant<'a> {
+pub struct Octant<'a> {
+    /// The chunk.
     pub chunk: &'a Chunk,
     /// Bit 0 x, bit 1 y, bit 2 z.
     pub number: u32,
 }
 
 impl<'a> Parts<Octant<'a>> {
+    /// The octants of the chunks of a world.
     pub fn octants(world: &'a World, extent: &Extent) -> Self {
         let chunks = Parts::chunks(world, extent);
         let mut distinct = Vec::new();
@@ -128,7 +131,7 @@ impl Octant<'_> {
 }
 
 /// The only material of a 16³ node (0…63), if there is only one.
-pub(super) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+pub fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     let mut found = None;
     for bit in Bits(chunk.node_mask(node)) {
         let material = chunk.block_uniform(node * 64 + bit as usize)?;
@@ -140,33 +143,33 @@ pub(super) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> 
 }
 
 /// Whether all occupied blocks of a 16³ node (0…63) are full.
-pub(super) fn has_full_leaves(chunk: &Chunk, node: usize) -> bool {
+pub fn has_full_leaves(chunk: &Chunk, node: usize) -> bool {
     chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX)
 }
 
 /// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-pub(super) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+pub fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     if has_full_leaves(chunk, node) { uniform_node(chunk, node) } else { None }
 }
 
 /// Cell in 0…1 of one of the eight children of an octree node.
-pub(super) fn octant_cell(number: u32) -> [u32; 3] {
+pub fn octant_cell(number: u32) -> [u32; 3] {
     [number & 1, number >> 1 & 1, number >> 2]
 }
 
 /// The cell at a place of the Morton order: every third bit is a bit of x, then of y, then of z.
-pub(super) fn unmorton(index: u32) -> [u32; 3] {
+pub fn unmorton(index: u32) -> [u32; 3] {
     std::array::from_fn(|axis| (0..10).fold(0, |c, bit| c | (index >> (3 * bit + axis as u32) & 1) << bit))
 }
 
 /// Cell of a child of an octree node, in its own size.
-pub(super) fn child_of(cell: [u32; 3], number: u32) -> [u32; 3] {
+pub fn child_of(cell: [u32; 3], number: u32) -> [u32; 3] {
     let child = octant_cell(number);
     std::array::from_fn(|i| cell[i] << 1 | child[i])
 }
 
 /// Octree path of a cell: its child numbers from the top, three bits each.
-pub(super) fn octree_path(cell: [u32; 3]) -> u128 {
+pub fn octree_path(cell: [u32; 3]) -> u128 {
     (0..32).rev().fold(0, |path, bit| {
         let digit = |axis: usize| u128::from(cell[axis] >> bit & 1);
         path << 3 | digit(0) | digit(1) << 1 | digit(2) << 2
@@ -185,7 +188,7 @@ mod tests {
     fn octants_hold_the_voxels_of_their_chunks() {
         let voxels = [[-1, 70, 3], [-33, 64, 3], [40, 100, -200]].map(|cell| (IVec3::from_array(cell), 1));
         let world = World::from_voxels(vec![Material::air(); 2], voxels);
-        let extent = Extent::of(&world, Layout::Chunks).expect("small");
+        let extent = Extent::of(&world, Layout::OCTREE).expect("small");
         let octants = Parts::octants(&world, &extent);
         let mut found: Vec<[i32; 3]> = (octants.uses.iter())
             .flat_map(|&(cell, index)| {

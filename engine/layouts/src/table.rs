@@ -1,4 +1,4 @@
-//! The hash table of `shaders/include/raxel/table.glsl`: from places in the world's cube to addresses. Besides the places themselves it
+//! The hash table of `shaders/include/raxel/internal/table.glsl`: from places in the world's cube to addresses. Besides the places themselves it
 //! has the cubes of 8, 64, 512, … places a side that have one in them, so that a ray leaves empty space in long steps.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -13,7 +13,7 @@ const NO_ENTRY: u32 = u32::MAX;
 type Key = [u32; 3];
 
 /// The entries of a table that is yet to be written.
-pub(super) struct Table {
+pub struct Table {
     entries: BTreeMap<Key, u32>,
 }
 

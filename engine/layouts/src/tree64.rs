@@ -1,4 +1,4 @@
-//! Layout `tree64`: see `shaders/include/raxel/tree64.glsl` for the format.
+//! Layout `tree64`: see `shaders/include/raxel/internal/layouts/tree64.glsl` for the format.
 
 mod live;
 mod shared;
@@ -12,12 +12,22 @@ use raxel_world::MaterialIndex;
 use raxel_world::{Bits, Chunk, child_index};
 use raxel_world::{ChunkPos, World};
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::block::layout_header;
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
 use super::parts::{filled_node, has_full_leaves, uniform_node};
-use super::{Encoded, Layout, LayoutError, check_size};
+use super::{Edits, Encoded, Encoding, Layout, LayoutError, check_size};
 pub(super) use shared::SharedMaterials;
+
+pub(super) static ENCODING: Encoding = Encoding {
+    name: "tree64",
+    block: Tree64Header::block_in_quads,
+    encode: |world, limits, _| encode(world, limits.buffer_bytes),
+    image: None,
+    has_set: false,
+    edits: Edits::Tree64,
+    window: None,
+};
 
 /// Words of a node.
 pub(super) const QUAD: usize = 4;
@@ -78,7 +88,7 @@ struct Sections {
     end: usize,
 }
 
-header! {
+layout_header! {
     /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of what they point to: words,
     /// nodes of four words, leaves of two.
     Tree64Header {
@@ -94,7 +104,7 @@ header! {
 }
 
 pub(super) fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
-    let layout = Layout::Tree64;
+    let layout = Layout::TREE64;
     let extent = Extent::of(world, layout)?;
     let levels = (extent.log2_size - 6) / 2;
     let (distinct, uses) = distinct_chunks(world, &extent);

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, InsertTextFormat, MarkupContent, MarkupKind};
 use raxel_graph::checked::Builtin;
-use raxel_layouts::Layout;
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
@@ -152,7 +151,7 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
             let passes = named_passes(text).into_iter();
             passes.map(|(name, _)| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
         }
-        "source" if graph => Layout::ALL
+        "source" if graph => raxel_rivals::LAYOUTS
             .iter()
             .map(|layout| {
                 item(&format!("world.{}", layout.name()), CompletionItemKind::VALUE, "the world in this layout")
@@ -262,6 +261,7 @@ fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
 fn includes(document: &Document) -> Vec<CompletionItem> {
     let mut found: Vec<CompletionItem> = library::FILES
         .iter()
+        .filter(|(file, _)| !library::is_internal(file))
         .map(|(file, _)| item(file, CompletionItemKind::FILE, "a file of the shader library"))
         .collect();
     for file in files(document, "shaders") {

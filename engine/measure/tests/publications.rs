@@ -224,7 +224,7 @@ fn judge(
 /// other levels and places far away take turns.
 fn trace(publications: u64, rays: u64) {
     let device = device();
-    let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::Tree64)).unwrap();
+    let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::TREE64)).unwrap();
     let mut stream = Stream::new(&device).unwrap();
     let mut random = SplitMix64::new(number("RAXEL_SEED", 5));
     let (mut errors, mut judged, mut dropped) = (Errors::default(), 0, 0);

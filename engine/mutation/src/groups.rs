@@ -14,6 +14,15 @@ pub struct Group {
     pub stress: Option<&'static [&'static str]>,
 }
 
+/// Rays that a fault in an encoder must lead astray.
+const STRESS: &[&str] = &[
+    "stress",
+    "--rays",
+    "1e6",
+    "--scenes",
+    "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills",
+];
+
 /// Every group.
 pub const GROUPS: &[Group] = &[
     Group {
@@ -44,13 +53,8 @@ pub const GROUPS: &[Group] = &[
         name: "encode",
         folder: "layouts",
         sources: &[""],
-        tests: &[&["-p", "raxel-layouts"]],
-        stress: Some(&[
-            "stress",
-            "--rays",
-            "1e6",
-            "--scenes",
-            "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills",
-        ]),
+        tests: &[&["-p", "raxel-layouts"], &["-p", "raxel-rivals"]],
+        stress: Some(STRESS),
     },
+    Group { name: "rivals", folder: "rivals", sources: &[""], tests: &[&["-p", "raxel-rivals"]], stress: Some(STRESS) },
 ];

@@ -13,7 +13,7 @@ use raxel_oracle::{Hit, Ray, exact};
 use raxel_world::World;
 
 fn compare(world: &World, rays: &[Ray]) -> Errors {
-    let buffer = Layout::Tree64.encode(world, u64::MAX).expect("small").words;
+    let buffer = Layout::TREE64.encode(world, u64::MAX).expect("small").words;
     let tree = Tree64::new(&buffer);
     let mut errors = Errors::default();
     for ray in rays {
@@ -114,7 +114,7 @@ fn moving_ray_and_world_moves_the_hit() {
     let here = scene.world(IVec3::ZERO, 1);
     let by = [i32::MAX - 100, i32::MIN + 20, 123_456_789];
     let there = scene.world(IVec3::from_array(by), 1);
-    let buffers = [&here, &there].map(|world| Layout::Tree64.encode(world, u64::MAX).expect("small").words);
+    let buffers = [&here, &there].map(|world| Layout::TREE64.encode(world, u64::MAX).expect("small").words);
     for set in ["pinhole", "lattice", "edges"] {
         for ray in RaySet::find(set).expect("a set").rays(&here, 3000, 9) {
             let Some(moved) = ray.moved(by) else { continue };
@@ -135,7 +135,7 @@ fn rays_may_begin_anywhere_before_their_hit() {
         [("hills", IVec3::new(-13, 5, -40)), ("menger", IVec3::ZERO), ("corners", IVec3::splat(-(1 << 20)))]
     {
         let world = Scene::find(name).expect("a scene").world(corner, 7);
-        let buffer = Layout::Tree64.encode(&world, u64::MAX).expect("small").words;
+        let buffer = Layout::TREE64.encode(&world, u64::MAX).expect("small").words;
         let tree = Tree64::new(&buffer);
         let mut random = sets::Random::new(3);
         let (mut hits, mut fewer_steps) = (0, 0);
@@ -171,7 +171,7 @@ fn symmetries() -> impl Iterator<Item = ([usize; 3], [bool; 3])> {
 fn turned_and_mirrored_worlds_are_hit_alike() {
     let scene = Scene::find("hills").expect("a scene");
     let here = scene.world(IVec3::new(-30, 7, 3), 1);
-    let words = Layout::Tree64.encode(&here, u64::MAX).expect("small").words;
+    let words = Layout::TREE64.encode(&here, u64::MAX).expect("small").words;
     let tree = Tree64::new(&words);
     let rays: Vec<Ray> = ["pinhole", "edges", "faces", "lattice", "tiny"]
         .iter()
@@ -181,7 +181,7 @@ fn turned_and_mirrored_worlds_are_hit_alike() {
         let cell = |c: [i32; 3]| [0, 1, 2].map(|i| if mirrored[i] { -1 - c[order[i]] } else { c[order[i]] });
         let voxels = here.voxels().map(|(voxel, material)| (IVec3::from_array(cell(voxel.to_array())), material));
         let there = World::from_voxels(here.materials().to_vec(), voxels);
-        let turned_words = Layout::Tree64.encode(&there, u64::MAX).expect("small").words;
+        let turned_words = Layout::TREE64.encode(&there, u64::MAX).expect("small").words;
         for ray in &rays {
             let frac = [0, 1, 2].map(|i| if mirrored[i] { 1.0 - ray.frac[order[i]] } else { ray.frac[order[i]] });
             let dir = [0, 1, 2].map(|i| if mirrored[i] { -ray.dir[order[i]] } else { ray.dir[order[i]] });

@@ -60,7 +60,7 @@ fn suits_packets(graph: &Graph, world: &SessionWorld) -> bool {
     let [least, end] = world.bounds();
     let fits = |axis: usize| i64::from(end[axis]) - i64::from(least[axis] & !63) <= LARGEST_FOR_PACKETS;
     let mut layouts = graph.source_names().into_iter().filter_map(SourceName::world_layout);
-    world.tiles().is_none() && (0..3).all(fits) && layouts.all(|layout| layout == Layout::Tree64)
+    world.tiles().is_none() && (0..3).all(fits) && layouts.all(|layout| layout == Layout::TREE64)
 }
 
 /// The rounds of the loops that follow a param.

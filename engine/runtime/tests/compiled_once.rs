@@ -12,7 +12,7 @@ use project::{TestProject, assert_silent};
 use raxel_runtime::Options;
 
 /// A pass that branches on a block and on push constants, and is so large that lavapipe gains by folding them in.
-const GRAPH: &str = "graphs/light/pbr_sky.toml";
+const GRAPH: &str = "graphs/rivals/light/pbr_sky.toml";
 
 /// What one test compiles must not be counted by the other.
 static ALONE: Mutex<()> = Mutex::new(());

@@ -41,12 +41,12 @@ fn a_world_that_is_written_in_part_shows_in_the_next_frame() {
 
     // The same box without the opposite edge: its bytes differ in a few places.
     let limits = raxel_runtime::sources::layout_limits(session.device());
-    let now = Layout::Tree64.encode(session.world().voxels(), limits).unwrap().words;
+    let now = Layout::TREE64.encode(session.world().voxels(), limits).unwrap().words;
     let other = {
         let cells = (4..64).map(|cell| glam::IVec3::new(cell % 4, cell / 4 % 4, cell / 16));
         let materials = session.world().voxels().materials().to_vec();
         let world = raxel_world::World::from_voxels(materials, cells.map(|cell| (cell, 1)));
-        Layout::Tree64.encode(&world, limits).unwrap().words
+        Layout::TREE64.encode(&world, limits).unwrap().words
     };
     assert_eq!(now.len(), other.len());
     let version = session.source("world.tree64").unwrap().version();

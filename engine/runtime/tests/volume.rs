@@ -7,7 +7,6 @@ mod project;
 use std::time::Duration;
 
 use project::TestProject;
-use raxel_layouts::Layout;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
@@ -135,7 +134,7 @@ fn any_graph_can_have_its_world_so() {
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", &project::box_world(4));
     let options =
-        Options { graph: Some("graphs/world.toml".into()), layout: Some(Layout::Texture3d), ..project.options() };
+        Options { graph: Some("graphs/world.toml".into()), layout: Some(raxel_rivals::TEXTURE3D), ..project.options() };
     let mut session = TestProject::open_with(options);
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [64.0, 1.0, 0.0, 0.0]);

@@ -9,6 +9,20 @@ pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
 }
 
+/// Whether shaders have no business with a file: other files of the library are made of it, and it changes without notice.
+pub fn is_internal(name: &str) -> bool {
+    name.split('/').any(|part| part == "internal")
+}
+
+/// The file that an include of this name may mean: one of the same name in another folder, or else one that is spelled almost so.
+pub fn closest(requested: &str) -> Option<&'static str> {
+    let last = |name: &str| name.rsplit('/').next().map(str::to_owned);
+    let (from, names) = (last(requested), FILES.iter().map(|(name, _)| *name));
+    let moved = names.clone().find(|name| requested.starts_with("raxel/") && last(name) == from);
+    let spelled = || names.map(|name| (strsim::damerau_levenshtein(name, requested), name)).min();
+    moved.or_else(|| spelled().filter(|(distance, _)| *distance <= 3).map(|(_, name)| name))
+}
+
 /// A function or struct of the library.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Item {
@@ -22,10 +36,23 @@ pub struct Item {
     pub about: String,
 }
 
-/// Every function and struct of the library whose name begins with `rx_` or `Rx`, in the order of the files. A function with several sets
-/// of arguments is there several times.
+/// What `<raxel/world.glsl>` gives to shaders: each layout, which is an internal file, has functions of these names.
+const OF_WORLD: [&str; 5] = ["rx_trace", "rx_trace_from", "rx_material", "rx_material_properties", "rx_set"];
+const WORLD: &str = "raxel/world.glsl";
+
+/// Every function and struct that the library gives to shaders, in the order of the files: those whose name begins with `rx_` or `Rx`, without
+/// those of internal files. A function with several sets of arguments is there several times, one that each layout has is there once.
 pub fn items() -> Vec<Item> {
-    FILES.iter().flat_map(|(file, text)| items_of(file, text)).collect()
+    let mut found: Vec<Item> = Vec::new();
+    for item in FILES.iter().flat_map(|(file, text)| items_of(file, text)) {
+        if !is_internal(item.file) {
+            found.push(item);
+        } else if OF_WORLD.contains(&item.name.as_str()) && found.iter().all(|known| known.name != item.name) {
+            found.push(Item { file: WORLD, ..item });
+        }
+    }
+    found.sort_by_key(|item| item.file);
+    found
 }
 
 fn items_of(file: &'static str, text: &'static str) -> Vec<Item> {
@@ -99,6 +126,26 @@ mod tests {
     }
 
     #[test]
+    fn an_include_of_a_file_that_has_moved_finds_it() {
+        let moved = [
+            ("raxel/tree64.glsl", "raxel/internal/layouts/tree64.glsl"),
+            ("raxel/walk.glsl", "raxel/internal/walk.glsl"),
+            ("raxel/bvh.glsl", "raxel/rivals/internal/layouts/bvh.glsl"),
+            ("raxel/march.glsl", "raxel/rivals/march.glsl"),
+            ("raxel/march/look.glsl", "raxel/internal/look.glsl"),
+            ("raxel/march/dda.glsl", "raxel/rivals/march/dda.glsl"),
+            ("raxel/wrold.glsl", "raxel/world.glsl"),
+        ];
+        for (old, new) in moved {
+            assert_eq!(super::closest(old), Some(new), "{old}");
+        }
+        assert_eq!((super::closest("walk.glsl"), super::closest("raxel/none_of_these.glsl")), (None, None));
+        assert!(
+            super::is_internal("raxel/rivals/internal/store.glsl") && !super::is_internal("raxel/rivals/march.glsl")
+        );
+    }
+
+    #[test]
     fn functions_and_structs_are_listed_with_what_is_said_of_them() {
         let items = super::items();
         let item = |name: &str, file: &str| items.iter().find(|item| item.name == name && item.file == file).unwrap();
@@ -108,7 +155,12 @@ mod tests {
             "vec3 rx_camera_direction(mat4 view_to_world, vec2 tan_half_fov, vec2 pixel, vec2 size)"
         );
         assert!(direction.about.starts_with("Direction in world space, of length 1, through a place on the output."));
-        assert!(item("RxWalk", "raxel/walk.glsl").declaration.starts_with("struct RxWalk {\n"));
+        assert!(item("RxHit", "raxel/ray.glsl").declaration.starts_with("struct RxHit {\n"));
+        // What layouts have is told of the file that selects one.
+        let traces: Vec<&str> = items.iter().filter(|item| item.name == "rx_trace").map(|item| item.file).collect();
+        assert_eq!(traces, [super::WORLD]);
+        assert!(super::OF_WORLD.iter().all(|name| item(name, super::WORLD).declaration.contains(name)));
+        assert!(items.iter().all(|item| !super::is_internal(item.file) && item.name != "RxWalk"));
         // A call or a line of a body is none.
         assert!(
             super::function("    return rx_trace(ray, hit);").is_none() && super::function("if (rx_x(1))").is_none()

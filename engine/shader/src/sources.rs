@@ -70,7 +70,7 @@ impl<'f> Sources<'f> {
 
     /// Reads the shader itself.
     pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
-        let text = self.read(path, None)?.ok_or_else(|| Box::new(FileError::NotFound.diagnostic(path, None)))?;
+        let text = self.read(path, None)?.ok_or_else(|| Box::new(files::not_found(self.files, path, None)))?;
         self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
         self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: Vec::new() });
@@ -273,11 +273,7 @@ impl<'f> Sources<'f> {
             Diagnostic::error(codes::shader::INCLUDE_NOT_FOUND, format!("include `{requested}` was not found"))
                 .label(place, "included here")
                 .note(format!("looked for {}", tried.join(", ")));
-        let close = library::FILES.iter().map(|(name, _)| *name).filter_map(|name| {
-            let distance = strsim::damerau_levenshtein(name, requested);
-            (distance <= 3).then_some((distance, name))
-        });
-        if let Some((_, name)) = close.min() {
+        if let Some(name) = library::closest(requested) {
             diagnostic = diagnostic.help(format!("did you mean `<{name}>`?"));
         }
         self.with_chain(diagnostic, includer)

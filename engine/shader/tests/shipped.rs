@@ -24,9 +24,11 @@ fn values<'t>(text: &'t str, key: &str) -> Vec<&'t str> {
 /// (shader, layout) of every graph; a graph that extends another has the shaders of both.
 fn used() -> BTreeSet<(String, String)> {
     let mut used = BTreeSet::new();
-    for entry in std::fs::read_dir(root().join("graphs")).unwrap() {
-        let read = |name: &str| std::fs::read_to_string(root().join("graphs").join(name)).unwrap_or_default();
-        let text = read(entry.unwrap().file_name().to_str().unwrap());
+    let graphs = ["graphs", "graphs/rivals"].map(|folder| std::fs::read_dir(root().join(folder)).unwrap());
+    for entry in graphs.into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let read = |name: &str| std::fs::read_to_string(path.with_file_name(name)).unwrap_or_default();
+        let text = read(path.file_name().unwrap().to_str().unwrap());
         let base = values(&text, "extends").first().map(|base| read(base)).unwrap_or_default();
         let mut layouts = values(&text, "source");
         if layouts.is_empty() {

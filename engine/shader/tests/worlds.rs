@@ -13,7 +13,7 @@ const SHADER: &str = "#version 460
 #include <raxel/world.glsl>
 #include <raxel/world/pine.glsl>
 #include <raxel/world/oak.glsl>
-#include <raxel/march.glsl>
+#include <raxel/rivals/march.glsl>
 layout(local_size_x = 1) in;
 layout(std430) buffer Out { vec4 found[]; };
 void main() {
@@ -93,12 +93,15 @@ fn a_binding_without_a_layout_is_named() {
 /// The project's file wins, as for every file of the library; a mistake in it is shown with every world that has it.
 #[test]
 fn a_mistake_in_a_layout_says_by_which_worlds_it_comes_in() {
-    let layout = raxel_shader::library::text("raxel/chunks.glsl").unwrap().replace("bvec4 a =", "bvec5 a =");
-    let files = [("shaders/a.comp", SHADER), ("shaders/include/raxel/chunks.glsl", layout.as_str())];
+    let layout = raxel_shader::library::text("raxel/rivals/internal/layouts/chunks.glsl")
+        .unwrap()
+        .replace("bvec4 a =", "bvec5 a =");
+    let files =
+        [("shaders/a.comp", SHADER), ("shaders/include/raxel/rivals/internal/layouts/chunks.glsl", layout.as_str())];
     let line = 1 + layout.lines().position(|line| line.contains("bvec5")).unwrap();
     let said = compile(&files, &defines("TREE64", "CHUNKS", "CHUNKS")).unwrap_err();
     for part in [
-        format!("shaders/include/raxel/chunks.glsl:{line}:9"),
+        format!("shaders/include/raxel/rivals/internal/layouts/chunks.glsl:{line}:9"),
         "included from <raxel/world/pine.glsl>:".to_owned(),
         "included from shaders/a.comp:3".to_owned(),
     ] {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_diagnostics::SourceMap;
+use raxel_layouts::LiveLayout;
 use raxel_layouts::instances::{Instance, InstanceModel, Instances, Pose};
-use raxel_layouts::{Layout, LiveLayout};
 use raxel_world::random::SplitMix64;
 use raxel_world::{Chunk, DenseChunk, Material, Mode, World};
 
@@ -31,7 +31,7 @@ fn edits(c: &mut Criterion) {
     });
     let mut group = c.benchmark_group("edit");
     group.sample_size(10);
-    for layout in Layout::ALL.iter().copied().filter(|layout| !layout.has_image()) {
+    for layout in raxel_rivals::LAYOUTS.iter().copied().filter(|layout| !layout.has_image()) {
         let Ok(encoded) = layout.encode(&world, u64::MAX) else { continue };
         println!("{}: {} bytes", layout.name(), 4 * encoded.words.len());
         group.bench_function(format!("{} again as a whole", layout.name()), |b| {

@@ -17,7 +17,7 @@ const float RX_BEAM_ROOM = 0.02;       // voxels: more than any place of a beam 
 const int RX_BEAM_REACH = 1 << 14;
 
 #ifndef RX_LAYOUT_TREE64
-#include "march/look.glsl"
+#include "internal/look.glsl"
 
 // log2 of an empty aligned cube that holds cell c of the world's cube; -1 if the voxel is solid.
 int rx_free(uvec3 c) {

@@ -2,7 +2,7 @@
 #ifndef RAXEL_BOX_GLSL
 #define RAXEL_BOX_GLSL
 
-#include "walk.glsl"
+#include "internal/walk.glsl"
 
 // The direction of a ray on the lattice, its largest component in 1 to 2; zero for a ray that hits nothing.
 vec3 rx_lattice_direction(RxRay ray) {

@@ -18,7 +18,7 @@
 #include "world.glsl"
 #include "box.glsl"
 #include "instance_block.glsl"
-#include "mask.glsl"
+#include "internal/mask.glsl"
 
 const uint RX_NO_INSTANCE = 0xffffffffu;
 const uint RX_INSTANCE_QUADS = 8u;

@@ -24,7 +24,7 @@
 #define RAXEL_PACKET_GLSL
 
 #include "camera.glsl"
-#include "tile.glsl"
+#include "internal/tile.glsl"
 
 void rx_tile_rest(ivec2 pixel, float t_free);
 

@@ -10,7 +10,7 @@
 // between them has to be looked at, where a ray by itself is out of it after a few steps. So a tile whose rays are too far apart is handed on untouched: 32 of its
 // pixels are looked at for that, before all of them are.
 //
-// A shader includes this file, defines the two functions of tile.glsl and
+// A shader includes this file, defines rx_tile_hit and rx_tile_miss as for packet.glsl, and
 //
 //     bool rx_tile_near(ivec2 pixel, out ivec3 cell);                   a voxel near to where the ray of a pixel begins; false if it has none
 //     bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);   where it begins, as in RxRay; false if there is none
@@ -24,7 +24,7 @@
 #ifndef RAXEL_PARALLEL_GLSL
 #define RAXEL_PARALLEL_GLSL
 
-#include "tile.glsl"
+#include "internal/tile.glsl"
 
 bool rx_tile_near(ivec2 pixel, out ivec3 cell);
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);

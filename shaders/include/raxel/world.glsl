@@ -19,7 +19,7 @@
 #define RAXEL_WORLD_GLSL
 
 #include "ray.glsl"
-#include "walk.glsl"
+#include "internal/walk.glsl"
 
 #ifdef RX_WRITE_world
 #define RX_WRITE
@@ -29,25 +29,25 @@
 #endif
 
 #if defined(RX_LAYOUT_TREE64)
-#include "tree64.glsl"
+#include "internal/layouts/tree64.glsl"
 #elif defined(RX_LAYOUT_CHUNKS)
-#include "chunks.glsl"
+#include "rivals/internal/layouts/chunks.glsl"
 #elif defined(RX_LAYOUT_BVH)
-#include "bvh.glsl"
+#include "rivals/internal/layouts/bvh.glsl"
 #elif defined(RX_LAYOUT_CHUNK_TABLE)
-#include "chunk_table.glsl"
+#include "rivals/internal/layouts/chunk_table.glsl"
 #elif defined(RX_LAYOUT_BRICKMAP)
-#include "brickmap.glsl"
+#include "rivals/internal/layouts/brickmap.glsl"
 #elif defined(RX_LAYOUT_OCTREE)
-#include "octree.glsl"
+#include "internal/layouts/octree.glsl"
 #elif defined(RX_LAYOUT_SVO)
-#include "svo.glsl"
+#include "rivals/internal/layouts/svo.glsl"
 #elif defined(RX_LAYOUT_SVDAG)
-#include "svdag.glsl"
+#include "rivals/internal/layouts/svdag.glsl"
 #elif defined(RX_LAYOUT_FLAT64)
-#include "flat64.glsl"
+#include "internal/layouts/flat64.glsl"
 #elif defined(RX_LAYOUT_TEXTURE3D)
-#include "texture3d.glsl"
+#include "rivals/internal/layouts/texture3d.glsl"
 #else
 #error "<raxel/world.glsl> needs a world: bind `world` to a buffer with a source such as \"world.tree64\""
 #endif

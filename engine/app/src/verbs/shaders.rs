@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use raxel_diagnostics::names;
 use raxel_output::{Folders, Pending};
 use raxel_shader::{bytes_of, library};
 use raxel_terminal::args::{Messages, each_once};
@@ -82,10 +81,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 /// The texts of the built-in files, or what there is.
 fn print_library(files: &[String]) -> Result {
     if files.is_empty() {
-        for (name, text) in library::FILES {
+        for (name, text) in library::FILES.iter().filter(|(name, _)| !library::is_internal(name)) {
             // The first sentence of a file says what it is for.
             let about = text.lines().find_map(|line| line.strip_prefix("// ")).unwrap_or_default();
-            console::data(&format!("{name:32} {}\n", about.trim_end_matches('.')));
+            console::data(&format!("{name:40} {}\n", about.trim_end_matches('.')));
         }
         return Ok(());
     }
@@ -93,8 +92,7 @@ fn print_library(files: &[String]) -> Result {
         let name = file.trim_matches(['<', '>']);
         let Some(text) = library::text(name) else {
             let failure = Failure::usage(format!("the library has no `{name}`"));
-            let names = library::FILES.iter().map(|(name, _)| *name);
-            return Err(match names::closest(name, names) {
+            return Err(match library::closest(name) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
                 None => failure.help("`raxel shaders --library` lists its files"),
             });

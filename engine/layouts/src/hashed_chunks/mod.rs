@@ -1,5 +1,5 @@
 //! What the layouts `chunk_table` and `octree` have in common: chunks of one size in a hash table. See
-//! `shaders/include/raxel/hashed_chunks.glsl`.
+//! `shaders/include/raxel/internal/hashed_chunks.glsl`.
 
 mod live;
 
@@ -7,7 +7,7 @@ pub use live::LiveHashedChunks;
 use raxel_world::World;
 use rayon::prelude::*;
 
-use super::block::{BlockMember, GlslType, WORDS_STRIDE, header};
+use super::block::layout_header;
 use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::live::Patch;
 use super::parts::{Octant, Parts};
@@ -17,7 +17,7 @@ use super::{Access, Encoded, Layout, LayoutError, check_size};
 /// Chunks have 2^5 voxels a side.
 const LOG2_EDGE: u32 = 5;
 
-header! {
+layout_header! {
     /// Header of the layouts `chunk_table` and `octree`. Addresses (`…_at`) count words from the first word behind the header.
     HashedChunksHeader {
         /// Address of the hash table of chunks.
@@ -32,7 +32,8 @@ header! {
 }
 
 /// What a layout puts into a chunk.
-pub(super) struct Form {
+pub struct Form {
+    /// The layout.
     pub layout: Layout,
     /// Words of a chunk.
     pub chunk_words: usize,
@@ -47,7 +48,7 @@ pub(super) struct Form {
 
 /// Puts a world into 32³ chunks. All of them count as geometry: in both layouts, what says where voxels are also says what they are made
 /// of.
-pub(super) fn encode(world: &World, form: &Form, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
+pub fn encode(world: &World, form: &Form, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
     let &Form { layout, chunk_words, fill, .. } = form;
     let mut extent = Extent::of(world, layout)?;
     let parts = Parts::octants(world, &extent).for_access(access);

@@ -36,7 +36,7 @@ impl InstanceBuffer {
         let mut trees = Vec::new();
         let mut models = Vec::new();
         for model in &instances.models {
-            let encoded = Layout::Tree64.encode(&model.voxels, limit)?;
+            let encoded = Layout::TREE64.encode(&model.voxels, limit)?;
             let (header, body) = encoded.words.split_at(Tree64Header::WORDS as usize);
             let header: Tree64Header = bytemuck::pod_read_unaligned(bytemuck::cast_slice(header));
             models.push(ModelTree { header, at: trees.len() / QUAD });

@@ -49,7 +49,7 @@ struct Block {
 impl LiveTree64 {
     /// Puts a world into a buffer, whose words are given as well.
     pub fn new(world: &World, limit: u64) -> Result<(Self, Vec<u32>), LayoutError> {
-        let layout = Layout::Tree64;
+        let layout = Layout::TREE64;
         let extent = roomy(world, layout)?;
         let chunks: Vec<(u128, &Arc<Chunk>)> = world.chunks().map(|(pos, chunk)| (path(pos, &extent), chunk)).collect();
         let mut distinct: HashMap<usize, &Arc<Chunk>> = HashMap::new();

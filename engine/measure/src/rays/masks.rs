@@ -1,4 +1,4 @@
-//! The table of the marcher `raymask`: what graphs/bench/raymask.toml makes in its first frame, for rays without a graph.
+//! The table of the marcher `raymask`: what graphs/rivals/march/raymask.toml makes in its first frame, for rays without a graph.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use super::tracer::compile;
 /// GLSL name of the table.
 pub(super) const BINDING: &str = "rayMasks";
 /// Where the shader that makes it stands for the compiler.
-pub(super) const PATH: &str = "shaders/bench/raymask_bake.comp";
-pub(super) const SHADER: &[u8] = include_bytes!("../../../../shaders/bench/raymask_bake.comp");
+pub(super) const PATH: &str = "shaders/rivals/march/raymask_bake.comp";
+pub(super) const SHADER: &[u8] = include_bytes!("../../../../shaders/rivals/march/raymask_bake.comp");
 
 /// 3 × 3 pairs of faces, 256 × 256 pairs of squares on them, 64 bits each.
 const ENTRIES: u32 = 9 * 256 * 256;

@@ -13,7 +13,7 @@
 //! use raxel_layouts::Layout;
 //!
 //! let device = Device::new(&DeviceOptions::default())?;
-//! let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::Tree64))?;
+//! let mut tracer = Tracer::new(&device, Arc::new(MemoryFiles::default()), &Method::of(Layout::TREE64))?;
 //! let world = tracer.upload(&World::empty())?;
 //! let rays = vec![Ray::new([0; 3], [0.5; 3], [0.0, 0.0, -1.0]); 1000];
 //! let traced = Stream::new(&device)?.trace_all(&mut tracer, &world, &rays)?;

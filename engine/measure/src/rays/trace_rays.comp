@@ -1,7 +1,7 @@
 // Traces a list of rays through the bound world: what a session does for pictures, without a graph. See rays/mod.rs.
 #version 460
 #include <raxel/world.glsl>
-#include <raxel/march.glsl>
+#include <raxel/rivals/march.glsl>
 
 #if defined(RX_MARCH_PACKET) || defined(RX_MARCH_PARALLEL)
 layout(local_size_x = 32) in;

@@ -19,7 +19,7 @@ use super::masks;
 use super::stream::PATIENCE;
 use super::stream::Pace;
 
-/// How hits are found: a layout, and a marcher of `<raxel/march.glsl>` over it.
+/// How hits are found: a layout, and a marcher of `<raxel/rivals/march.glsl>` over it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Method {
     /// How the world is stored.

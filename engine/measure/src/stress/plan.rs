@@ -43,7 +43,7 @@ pub enum Row {
 impl Row {
     /// The row that decides whether a run passes: the exact tracer of the default layout.
     pub fn default_tracer() -> Self {
-        Row::Device(Method::of(Layout::Tree64))
+        Row::Device(Method::of(Layout::TREE64))
     }
 
     /// Whether it claims to be exact: a layout's own tracer; one of the other ways to call it, or its CPU port; or the conservative table
@@ -126,7 +126,7 @@ impl Row {
     /// packets count none.
     pub fn steps(&self, ray: &Ray, hit: &Hit) -> RangeInclusive<u64> {
         let packet = matches!(self.marcher(), Some(Self::PACKET | Self::PARALLEL));
-        let nodes = matches!(self, Row::Device(method) if method.layout == Layout::Bvh);
+        let nodes = matches!(self, Row::Device(method) if method.layout == raxel_rivals::BVH);
         let most = if self.exact() && !packet && !nodes { most_steps(ray, hit) } else { u64::MAX };
         u64::from(!packet)..=most
     }

@@ -293,7 +293,7 @@ impl Runner<'_> {
                 shown.collect::<Result<_, _>>().map(Loaded::Stages)
             }
             Ready::Device(tracer) => tracer.upload(world).map(Loaded::Device),
-            Ready::Port => Layout::Tree64
+            Ready::Port => Layout::TREE64
                 .encode(world, u64::from(u32::MAX))
                 .map(|encoded| Loaded::Port(encoded.words))
                 .map_err(RayError::from),

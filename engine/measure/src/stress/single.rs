@@ -47,7 +47,7 @@ pub fn single(
     for row in &plan.rows {
         let found = match row {
             Row::Port => {
-                let encoded = Layout::Tree64.encode(&world, u64::from(u32::MAX)).map_err(|error| error.to_string());
+                let encoded = Layout::TREE64.encode(&world, u64::from(u32::MAX)).map_err(|error| error.to_string());
                 encoded.map(|encoded| {
                     let hit = Tree64::new(&encoded.words).trace(ray);
                     (if hit.is_some() { State::Hit } else { State::Miss }, hit)

@@ -21,7 +21,7 @@ use super::{export, files, table as printed};
 /// What is measured, and where it is written.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Graphs, by file or by name; all of graphs/bench by default.
+    /// Graphs, by file or by name; all of graphs/bench and graphs/rivals/march by default.
     #[arg(value_name = "GRAPH")]
     graphs: Vec<String>,
 
@@ -260,9 +260,12 @@ fn find(args: &Args, front: &OfflineProject, console: &Console) -> Result<Found>
     Ok(Found { matrix, worlds: loaded })
 }
 
-/// Graphs of graphs/bench, then those of graphs, then those of graphs/examples.
+/// What is measured when no graph is named: raxel's own tracers, then the marchers that they are compared with.
+const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
+
+/// Those of [`TRACERS`], then those of graphs, of graphs/rivals and of graphs/examples.
 fn find_graphs(args: &Args, front: &OfflineProject) -> Result<Vec<String>> {
-    let bench = front.project.graphs_in("graphs/bench");
+    let bench = TRACERS.map(|folder| front.project.graphs_in(folder)).concat();
     if args.graphs.is_empty() {
         if bench.is_empty() {
             return Err(Failure::usage("the project has no graph in graphs/bench, and none is named")
@@ -270,8 +273,8 @@ fn find_graphs(args: &Args, front: &OfflineProject) -> Result<Vec<String>> {
         }
         return Ok(bench);
     }
-    let examples = front.project.graphs_in("graphs/examples");
-    let known: Vec<String> = bench.into_iter().chain(front.project.graphs()).chain(examples).collect();
+    let others = ["graphs", "graphs/rivals", "graphs/examples"].map(|folder| front.project.graphs_in(folder)).concat();
+    let known: Vec<String> = bench.into_iter().chain(others).collect();
     args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
 }
 
@@ -312,6 +315,9 @@ fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &Of
     let names: Vec<String> = known.iter().map(|path| stem(path)).collect();
     // As for a file that another verb is given.
     let failure = Failure::new(Exit::Project, format!("there is no {what} `{named}`"));
+    if let Some(path) = known.iter().find(|path| stem(path) == stem(named)) {
+        return Err(failure.help(format!("did you mean `{path}`?")));
+    }
     Err(match names::closest(&stem(named), names.iter().map(String::as_str)) {
         Some(close) => failure.help(format!("did you mean `{close}`?")),
         None => failure.help(format!("{folder}/ has {}", names::list(names.iter().map(String::as_str)))),
@@ -326,11 +332,11 @@ fn find_layouts(wanted: &[String]) -> Result<Vec<Layout>> {
         };
     }
     if wanted.is_empty() {
-        return Ok(Layout::ALL.to_vec());
+        return Ok(raxel_rivals::LAYOUTS.to_vec());
     }
-    let names = || Layout::ALL.iter().map(|layout| layout.name());
+    let names = || raxel_rivals::LAYOUTS.iter().map(|layout| layout.name());
     let find = |name: &String| {
-        Layout::from_name(name).ok_or_else(|| {
+        raxel_rivals::layout(name).ok_or_else(|| {
             let failure = Failure::usage(format!("there is no layout `{name}`"));
             match names::closest(name, names()) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),

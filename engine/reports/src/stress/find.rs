@@ -15,7 +15,7 @@ use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 
-/// Marchers of `<raxel/march.glsl>`.
+/// Marchers of `<raxel/rivals/march.glsl>`.
 pub(super) const MARCHERS: &[&str] = &["fixed", "rollback", "dda", "stackless", "stack", "raymask"];
 
 /// The largest number of rays that is taken for meant.
@@ -85,19 +85,19 @@ pub(super) fn world(named: &Path, console: &Console) -> Result<Vec<Site>> {
 
 pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
     if wanted.is_empty() {
-        let layouts = Layout::ALL.iter().map(|&layout| Row::Device(Method::of(layout)));
+        let layouts = raxel_rivals::LAYOUTS.iter().map(|&layout| Row::Device(Method::of(layout)));
         let marchers = MARCHERS.iter().map(|marcher| match *marcher {
             // Its masks are those of bricks; over `tree64` it is the tree's own tracer.
-            "raymask" => marched(Layout::Brickmap, marcher),
-            _ => marched(Layout::Tree64, marcher),
+            "raymask" => marched(raxel_rivals::BRICKMAP, marcher),
+            _ => marched(Layout::TREE64, marcher),
         });
         // The default tracer first, its port behind it.
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
-        rows.extend(Layout::ALL.iter().map(|&layout| marched(layout, Row::AHEAD)));
-        rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::Tree64, marcher)));
-        rows.extend(Row::PERIODS.map(|marcher| marched(Layout::Flat64, marcher)));
-        rows.extend([Row::INSTANCES, Row::STREAMED].map(|marcher| marched(Layout::Tree64, marcher)));
+        rows.extend(raxel_rivals::LAYOUTS.iter().map(|&layout| marched(layout, Row::AHEAD)));
+        rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::TREE64, marcher)));
+        rows.extend(Row::PERIODS.map(|marcher| marched(Layout::FLAT64, marcher)));
+        rows.extend([Row::INSTANCES, Row::STREAMED].map(|marcher| marched(Layout::TREE64, marcher)));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -113,16 +113,16 @@ fn marched(layout: Layout, marcher: &str) -> Row {
 
 fn row(name: &str) -> Result<Row> {
     let (layout, marcher) = name.split_once(':').unwrap_or((name, ""));
-    let names = Layout::ALL.iter().map(|layout| layout.name());
-    let layout = Layout::from_name(layout).ok_or_else(|| unknown("layout", layout, names))?;
+    let names = raxel_rivals::LAYOUTS.iter().map(|layout| layout.name());
+    let layout = raxel_rivals::layout(layout).ok_or_else(|| unknown("layout", layout, names))?;
     match marcher {
         "" => Ok(Row::Device(Method::of(layout))),
-        "cpu" if layout == Layout::Tree64 => Ok(Row::Port),
+        "cpu" if layout == Layout::TREE64 => Ok(Row::Port),
         "cpu" => Err(Failure::usage("only `tree64` has a port to the CPU").help("--layouts tree64,tree64:cpu")),
-        marcher if Row::PERIODS.contains(&marcher) && layout != Layout::Flat64 => {
+        marcher if Row::PERIODS.contains(&marcher) && layout != Layout::FLAT64 => {
             Err(Failure::usage("only `flat64` has period rays").help("--layouts flat64:period,flat64:refill"))
         }
-        Row::STREAMED if layout != Layout::Tree64 => {
+        Row::STREAMED if layout != Layout::TREE64 => {
             Err(Failure::usage("streamed worlds are in the layout `tree64`").help("--layouts tree64:streamed"))
         }
         marcher if MARCHERS.contains(&marcher) || Row::WAYS.contains(&marcher) => Ok(marched(layout, marcher)),

@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long, value_name = "WORLD", conflicts_with = "scenes")]
     world: Option<PathBuf>,
 
-    /// Who traces: LAYOUT for its own tracer, LAYOUT:MARCHER for a marcher of <raxel/march.glsl> over it, tree64:cpu for the port.
+    /// Who traces: LAYOUT for its own tracer, LAYOUT:MARCHER for a marcher of <raxel/rivals/march.glsl> over it, tree64:cpu for the port.
     #[arg(long, value_name = "ROW,…", value_delimiter = ',')]
     layouts: Vec<String>,
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use raxel_diagnostics::Files;
 use raxel_edit::records;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
+use raxel_layouts::BlockMember;
 use raxel_layouts::instances::{InstanceBuffer, records as poses};
-use raxel_layouts::{BlockMember, Layout};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
@@ -32,7 +32,7 @@ pub struct SourceCatalog {
 impl SourceCatalog {
     /// Reads files by `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
+        let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| SourceName::World(*layout));
         let named = layouts.chain([SourceName::Lights, SourceName::Instances]);
         let worlds = named.map(|name| described(&name)).chain([edits(), self::poses()]).collect();
         Self { worlds, files, read: FileSources::default() }
@@ -142,7 +142,7 @@ mod tests {
     fn every_layout_is_offered_with_its_runtime_array() {
         let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
         let sources = catalog.sources();
-        let layouts = Layout::ALL.iter().map(|layout| layout.name());
+        let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| layout.name());
         let names: Vec<String> =
             layouts.chain(["lights", "instances", "edits", "poses"]).map(|layout| format!("world.{layout}")).collect();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());

@@ -23,10 +23,10 @@ impl SourceName {
         match text.split_once('.')? {
             ("world", "lights") => Some(Self::Lights),
             ("world", "instances") => Some(Self::Instances),
-            ("world", layout) => Layout::from_name(layout).map(Self::World),
+            ("world", layout) => raxel_rivals::layout(layout).map(Self::World),
             ("model", rest) => {
                 let (name, layout) = rest.rsplit_once('.')?;
-                Layout::from_name(layout)
+                raxel_rivals::layout(layout)
                     .filter(|_| !name.is_empty())
                     .map(|layout| Self::Model(name.to_owned(), layout))
             }
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for layout in Layout::ALL {
+        for layout in raxel_rivals::LAYOUTS {
             for name in [SourceName::World(*layout), SourceName::Model("old.pine".to_owned(), *layout)] {
                 assert_eq!(SourceName::parse(&name.to_string()), Some(name.clone()));
                 assert_eq!(name.layout(), Some(*layout));

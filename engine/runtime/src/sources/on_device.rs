@@ -119,7 +119,7 @@ impl OnDevice {
             // Where nothing gives off light, wherever it is, the list of lamps is that of an empty world.
             && (*parsed != SourceName::Lights || *copied || world.holds(&Fact::WorldHasEmission))
         {
-            if !matches!(parsed, SourceName::World(Layout::Tree64) | SourceName::Lights) || *copied {
+            if *copied || ![SourceName::World(Layout::TREE64), SourceName::Lights].contains(parsed) {
                 return Err(diagnosed(needs_whole(name, *copied, resource, world)));
             }
             let camera = world.first_camera();
@@ -131,7 +131,7 @@ impl OnDevice {
             // Voxels and lamps come together, whichever a plan binds first.
             let stream = Arc::new(stream);
             let of = |name| Key::Voxels { name, copied: false, world: Arc::downgrade(world.identity()) };
-            let voxels = (of(SourceName::World(Layout::Tree64)), stream.source().clone());
+            let voxels = (of(SourceName::World(Layout::TREE64)), stream.source().clone());
             let lights = stream.lights().map(|lights| (of(SourceName::Lights), lights.clone()));
             for (key, source) in std::iter::once(voxels).chain(lights) {
                 entries.push(Entry { key, source, stream: Some(stream.clone()), live: None });
@@ -387,7 +387,7 @@ fn refused(error: ExecuteError, resource: &Resource) -> BuildError {
 }
 
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
-    let layouts = Layout::ALL.iter().map(|layout| SourceName::World(*layout));
+    let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| SourceName::World(*layout));
     let names: Vec<String> = layouts
         .chain([SourceName::Lights, SourceName::Instances])
         .map(|name| name.to_string())

@@ -14,7 +14,7 @@
 #define RAXEL_WORLD_OF_NAME_GLSL
 
 #include "../ray.glsl"
-#include "../walk.glsl"
+#include "../internal/walk.glsl"
 
 #define world NAME
 #define RxWorld NAME_World
@@ -110,25 +110,25 @@
 #endif
 
 #if defined(RX_LAYOUT_TREE64_NAME)
-#include "../tree64.glsl"
+#include "../internal/layouts/tree64.glsl"
 #elif defined(RX_LAYOUT_CHUNKS_NAME)
-#include "../chunks.glsl"
+#include "../rivals/internal/layouts/chunks.glsl"
 #elif defined(RX_LAYOUT_BVH_NAME)
-#include "../bvh.glsl"
+#include "../rivals/internal/layouts/bvh.glsl"
 #elif defined(RX_LAYOUT_CHUNK_TABLE_NAME)
-#include "../chunk_table.glsl"
+#include "../rivals/internal/layouts/chunk_table.glsl"
 #elif defined(RX_LAYOUT_BRICKMAP_NAME)
-#include "../brickmap.glsl"
+#include "../rivals/internal/layouts/brickmap.glsl"
 #elif defined(RX_LAYOUT_OCTREE_NAME)
-#include "../octree.glsl"
+#include "../internal/layouts/octree.glsl"
 #elif defined(RX_LAYOUT_SVO_NAME)
-#include "../svo.glsl"
+#include "../rivals/internal/layouts/svo.glsl"
 #elif defined(RX_LAYOUT_SVDAG_NAME)
-#include "../svdag.glsl"
+#include "../rivals/internal/layouts/svdag.glsl"
 #elif defined(RX_LAYOUT_FLAT64_NAME)
-#include "../flat64.glsl"
+#include "../internal/layouts/flat64.glsl"
 #elif defined(RX_LAYOUT_TEXTURE3D_NAME)
-#include "../texture3d.glsl"
+#include "../rivals/internal/layouts/texture3d.glsl"
 #else
 #error "<raxel/world/NAME.glsl> needs a world or a model: bind `NAME` to a buffer with a source such as \"world.tree64\""
 #endif

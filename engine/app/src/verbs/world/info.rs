@@ -33,7 +33,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     let world = front.whole_world(&path, console)?;
     let voxels = world.voxels();
     let info = voxels.info();
-    let costs: Vec<Cost> = Layout::ALL
+    let costs: Vec<Cost> = raxel_rivals::LAYOUTS
         .iter()
         .map(|&layout| Cost {
             layout,

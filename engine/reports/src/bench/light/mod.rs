@@ -29,7 +29,7 @@ use super::labels::stem;
                         raxel bench light --references -o out/             only the references, with their hashes"
 )]
 pub struct Args {
-    /// Systems, by file or by name; all of graphs/light by default. The path tracer itself is always the first.
+    /// Systems, by file or by name; all of graphs/light and graphs/rivals/light by default. The path tracer itself is always the first.
     #[arg(value_name = "GRAPH")]
     systems: Vec<String>,
 
@@ -182,10 +182,14 @@ fn effort(args: &Args, device: &DeviceOptions, project: &Project) -> Result<Effo
     })
 }
 
+/// Where systems are: raxel's own, then those that they are compared with.
+const FOLDERS: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
+
 /// The path tracer, then the systems that are named, or all.
 fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
     let reference = |path: &String| stem(path).starts_with("reference");
-    let known: Vec<String> = project.graphs_in("graphs/light").into_iter().filter(|path| !reference(path)).collect();
+    let all = FOLDERS.map(|folder| project.graphs_in(folder)).concat();
+    let known: Vec<String> = all.into_iter().filter(|path| !reference(path)).collect();
     if !project.on_disk(REFERENCE).is_file() {
         return Err(Failure::new(Exit::Project, format!("the project has no `{REFERENCE}` to judge by")));
     }
@@ -194,9 +198,16 @@ fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
         let file = || project.path_of(Path::new(name)).ok().filter(|path| project.on_disk(path).is_file());
         found.cloned().or_else(file).ok_or_else(|| {
             let failure = Failure::new(Exit::Project, format!("there is no graph `{name}`"));
+            if let Some(path) = known.iter().find(|path| stem(path) == stem(name)) {
+                return failure.help(format!("did you mean `{path}`?"));
+            }
             match closest(name, known.iter().map(|path| stem(path))) {
                 Some(close) => failure.help(format!("did you mean `{close}`?")),
-                None => failure.help(format!("graphs/light has {}", list(known.iter().map(|path| stem(path))))),
+                None => failure.help(format!(
+                    "{} have {}",
+                    FOLDERS.join(" and "),
+                    list(known.iter().map(|path| stem(path)))
+                )),
             }
         })
     };

@@ -1,0 +1,33 @@
+// First stage, second half: what gets new light in this frame. All faces that are new, and of the others as many as there are paths for, in turn.
+#version 460
+#include <raxel/thread.glsl>
+#include "light/scene.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+#include "light/face_cache/queue.glsl"
+#include "unwrapped.glsl"
+#define WORK_ACCESS
+#include "work.glsl"
+layout(std430) readonly buffer Faces { uint faces[]; };
+layout(std430) readonly buffer Light { vec4 light[]; };
+layout(push_constant) uniform Push { uint pixels; float paths; } push;
+#include <raxel/light/face_table.glsl>
+
+void main() {
+    uint i = rx_thread();
+    if (i >= queue.count) return;
+    uint slot = faces[i];
+    RxFaceKey key;
+    if (!rx_face_in_slot(slot, key)) return;
+    // As a share of the paths stays for new faces, the list is never full because of those that are known.
+    float budget = max(0.9 * push.paths * float(push.pixels), 1.0);
+    uint every = uint(max(ceil(float(work.wanted) / budget), 1.0));
+    bool fresh = light[slot].w == 0.0;
+    if (!fresh && (rx_hash(key.home ^ key.rest) + frame.index) % every != 0u) return;
+    uint block = block_of(slot), count = block == NO_BLOCK ? 1u : 16u, first = atomicAdd(work.count, count);
+    for (uint k = 0u; k < count && first + k < items.length(); ++k) {
+        bool fits = first + count <= items.length();
+        items[first + k] = !fits ? NO_ITEM : block == NO_BLOCK ? slot : TEXEL_ITEM | 16u * block + k;
+    }
+}

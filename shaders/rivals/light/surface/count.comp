@@ -1,0 +1,10 @@
+// A thread for each texel of each listed face.
+#version 460
+#define QUEUE_ACCESS
+#include "light/face_cache/queue.glsl"
+layout(local_size_x = 1) in;
+
+void main() {
+    queue.per_face = 16u;
+    queue.work = 16u * queue.count;
+}
