@@ -13,6 +13,9 @@ use super::{Access, BlockMember, Encoded, EncodedImage, LayoutError, Limits};
 #[derive(Clone, Copy)]
 pub struct Layout(&'static Encoding);
 
+/// Encodes the voxels of a world as texels of an image.
+pub type EncodeImage = fn(&World, Limits) -> Result<EncodedImage, LayoutError>;
+
 /// What a layout is: its name, its buffer, and what can be done with it.
 pub struct Encoding {
     /// Its name in `source = "world.<name>"`; no other layout has it.
@@ -22,7 +25,7 @@ pub struct Encoding {
     /// Encodes a world.
     pub encode: fn(&World, Limits, Access) -> Result<Encoded, LayoutError>,
     /// Encodes the image beside the buffer, if the voxels are in one: texels of 16-bit unsigned integers.
-    pub image: Option<fn(&World, Limits) -> Result<EncodedImage, LayoutError>>,
+    pub image: Option<EncodeImage>,
     /// Whether its shaders can set single voxels of a writable copy: `rx_set` in its GLSL.
     pub has_set: bool,
     /// How its buffer follows edits of the world.

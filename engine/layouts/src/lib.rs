@@ -30,7 +30,7 @@ pub use encoded::{Access, Encoded, EncodedImage, LayoutError, Limits, check_size
 pub use flat64::Flat64Header;
 pub use hashed_chunks::{HashedChunksHeader, LiveHashedChunks};
 pub use header::{Extent, MATERIAL_WORDS, buffer};
-pub use layout::{Edits, Encoding, Layout};
+pub use layout::{Edits, EncodeImage, Encoding, Layout};
 pub use live::{LiveLayout, Patch};
 pub use packed::Packing;
 pub use table::Table;

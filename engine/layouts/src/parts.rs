@@ -20,6 +20,7 @@ pub struct Parts<T> {
 
 impl<T: Copy> Parts<T> {
     /// What an encoder stores for an access: where voxels will be written, equal parts are stored separately.
+    #[must_use]
     pub fn for_access(self, access: Access) -> Self {
         match access {
             Access::Read => self,
