@@ -235,6 +235,16 @@ layout(local_size_x = 2, local_size_y = 2, local_size_z = 2) in;
 void main() { rx_set(ivec3(gl_LocalInvocationID), 0u); }
 ";
 
+/// The same over the image of `texture3d`. A pass writes its first mip.
+const COPY_IMAGE: [(&str, &str); 3] = [
+    (
+        "[buffers.mine]\ncopy = \"world.octree\"",
+        "[targets.mine]\ncopy = \"world.texture3d\"\n[buffers.world]\nsource = \"world.texture3d\"",
+    ),
+    ("bind = { world = \"mine\" }", "bind = { world = \"world\", world_texels = { target = \"mine\", mip = 0 } }"),
+    ("world = \"mine\", pine", "world = \"world\", world_voxels = \"mine\", pine"),
+];
+
 /// Solid voxels in a box of the copy and of the model.
 const COUNT_SOLID: &str = r"#version 460
 #include <raxel/world.glsl>
@@ -264,8 +274,18 @@ fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_agai
     fs::write(project.path("worlds/pine.vox"), raxel_world::vox::export(&pine).unwrap()).unwrap();
     let mut session = project.open_graph("graphs/copy.toml");
     session.frame().unwrap();
-    assert_eq!(texel(&mut session)[..2], [6.0 * 6.0 * 6.0 - 8.0, 5.0]);
+    let dug = [6.0 * 6.0 * 6.0 - 8.0, 5.0];
+    assert_eq!(texel(&mut session)[..2], dug);
     assert_eq!(session.frame().unwrap().dispatched, 0);
+    // In every layout that has rx_set.
+    let image = COPY_IMAGE.iter().fold(COPY_GRAPH.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
+    for text in [COPY_GRAPH.replace("octree", "chunks"), COPY_GRAPH.replace("octree", "chunk_table"), image] {
+        project.write("graphs/other.toml", &text);
+        let mut other = project.open_graph("graphs/other.toml");
+        other.frame().unwrap();
+        assert_eq!(texel(&mut other)[..2], dug, "{text}");
+        project::assert_silent(&other);
+    }
     // The world itself is as it was, and a reset fills the copy with it before the pass digs again.
     session.reset();
     session.frame().unwrap();
