@@ -48,6 +48,7 @@ vec4 kept(RxHit hit) {
 // A lamp far away is worth a ray now and then: in daylight, or among thousands of others.
 #define PATH_LAMP_LEAST (0.3 * queue.bright)
 #define PATH_KEPT
+#define PATH_KNOWN_LAMPS
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"
 
