@@ -7,7 +7,7 @@ const uint KNOWN_PLACE = (1u << 27) - 1u;    // of a word: the place from the mi
 const float KNOWN_LEAST = -24.0;             // log2 of the faintest light
 const float UNKNOWN_WORTH = 0.25;            // of a lamp that has not been seen yet, beside one that has
 
-layout(std430) readonly buffer Known { uint known[]; };
+layout(std430) readonly buffer Known { uvec4 known[]; };  // four words of a list
 layout(std430) buffer Found { uint found[]; };       // what this frame adds
 
 ivec3 known_corner;      // of places in the list
@@ -24,7 +24,10 @@ void known_begin(ivec3 voxel, uint face, uint candidates) {
     known_corner = cell * 16 + 8 - 128;
     known_first = (rx_hash(rx_hash(cell) + face) & KNOWN_CELLS - 1u) * KNOWN_EACH;
     known_sum = 0.0;
-    for (uint i = 0u; i < KNOWN_EACH; ++i) known_sum += known_share(known[known_first + i]);
+    for (uint i = 0u; i < KNOWN_EACH / 4u; ++i) {
+        uvec4 words = known[known_first / 4u + i];
+        for (int k = 0; k < 4; ++k) known_sum += known_share(words[k]);
+    }
     known_by_power = known_sum > 0.0 ? float((candidates + 1u) / 2u) / float(candidates) : 1.0;
 }
 
@@ -40,7 +43,7 @@ uint known_slot(uint place) {
 
 // How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether it is in the list.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
-    uint place = known_place(voxel, face), word = known[known_slot(place)];
+    uint place = known_place(voxel, face), slot = known_slot(place), word = known[slot / 4u][slot % 4u];
     listed = place != KNOWN_PLACE && (word & KNOWN_PLACE) == place && word != 0u;
     float by_list = listed ? (1.0 - known_by_power) * known_share(word) / known_sum : 0.0;
     return known_by_power * rx_light_probability(radiance) + by_list;
@@ -70,15 +73,18 @@ void known_draw(inout RxSampler s, out ivec3 voxel, out uint face, out vec2 uv) 
     uv = rx_next2(s);
     float left = uv.x * known_sum;
     uint chosen = 0u;
-    for (uint i = 0u; i < KNOWN_EACH; ++i) {
-        uint word = known[known_first + i];
-        float share = known_share(word);
-        if (share <= 0.0) continue;
-        chosen = word;
-        // What is left of the number is the place on the face.
-        uv.x = min(left / share, 0.99999994);
-        if (left < share) break;
-        left -= share;
+    bool done = false;
+    for (uint i = 0u; i < KNOWN_EACH / 4u && !done; ++i) {
+        uvec4 words = known[known_first / 4u + i];
+        for (int k = 0; k < 4; ++k) {
+            float share = known_share(words[k]);
+            if (done || share <= 0.0) continue;
+            chosen = words[k];
+            // What is left of the number is the place on the face.
+            uv.x = min(left / share, 0.99999994);
+            done = left < share;
+            left -= share;
+        }
     }
     voxel = known_corner + ivec3(uvec3(chosen, chosen >> 8, chosen >> 16) & 255u);
     face = chosen >> 24 & 7u;
