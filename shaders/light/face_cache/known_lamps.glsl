@@ -44,7 +44,7 @@ uint known_slot(uint place) {
 // How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether it is in the list.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
     uint place = known_place(voxel, face), slot = known_slot(place), word = known[slot / 4u][slot % 4u];
-    listed = place != KNOWN_PLACE && (word & KNOWN_PLACE) == place && word != 0u;
+    listed = known_sum > 0.0 && place != KNOWN_PLACE && (word & KNOWN_PLACE) == place && word != 0u;
     float by_list = listed ? (1.0 - known_by_power) * known_share(word) / known_sum : 0.0;
     return known_by_power * rx_light_probability(radiance) + by_list;
 }
