@@ -14,7 +14,7 @@ layout(std430) writeonly buffer Light { vec4 light[]; };
 layout(push_constant) uniform Push { uint pixels; float paths; float grain; float quarters; } push;
 #include <raxel/light/face_table.glsl>
 
-const uint EACH = 64u;                               // slots that a thread looks through
+const uint EACH = 16u;                               // slots that a thread looks through
 const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
 
 shared uint finest;   // grain with which the view fits
@@ -31,10 +31,10 @@ float kept_width(float width, float grain) {
 // A grain with which the view fits: that of the last frame, unless it is too fine, or much coarser than it needs to be. A cell or part takes as many slots
 // as its share of a pixel, and a pixel one at most. Each thread looks at a grain of its own.
 void choose_grain() {
-    const float STEP = 0.0625;   // octaves
+    const float STEP = 0.1;   // octaves
     uint own = gl_LocalInvocationIndex;
     bool all_fit = push.pixels <= FIT_ROOM || push.grain < 0.0;
-    float grain = own == 0u ? max(push.grain, 0.0) : max(push.grain, 0.25) * exp2(STEP * float(own));
+    float grain = own == 0u ? max(push.grain, 0.0) : min(max(push.grain, 0.25) * exp2(STEP * float(own)), max(push.grain, 16.0));
     float expected = 0.0;
     if (own == 0u) {
         finest = gl_WorkGroupSize.x - 1u;
@@ -108,7 +108,7 @@ void main() {
         barrier();
         if (gl_LocalInvocationIndex == 0u) begin();
     }
-    if (fit.pressure == 0u && gl_WorkGroupID.x != (frame.index & 255u)) return;
+    if (fit.pressure == 0u && gl_WorkGroupID.x >> 2 != (frame.index & 255u)) return;
     uint first = gl_GlobalInvocationID.x * EACH;
     if (first < RX_FACE_SLOTS) forget(first);
 }
