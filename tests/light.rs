@@ -388,11 +388,7 @@ fn the_verb_says_what_passes_count() {
         project.raxel(&[&["bench", "light", "face_cache"], &quick[..]].concat()).exits(0).stderr
     };
     assert!(!run().contains("RX0411"));
-    project.edit(
-        "shaders/include/raxel/light/face_table.glsl",
-        "RX_FACE_LOG2_SLOTS = 20u;",
-        "RX_FACE_LOG2_SLOTS = 3u;",
-    );
+    project.edit("shaders/include/raxel/light/face_table.glsl", "RX_FACE_PROBES = 63u;", "RX_FACE_PROBES = 0u;");
     let said = run();
     assert!(said.contains("RX0411") && said.contains("their faces found no slot in the table: "), "{said}");
 }

@@ -536,11 +536,7 @@ fn a_flight_says_once_what_passes_count() {
         project.raxel(&[&arguments[..], &short].concat()).exits(0).stderr
     };
     assert!(!run().contains("RX0411"));
-    project.edit(
-        "shaders/include/raxel/light/face_table.glsl",
-        "RX_FACE_LOG2_SLOTS = 20u;",
-        "RX_FACE_LOG2_SLOTS = 3u;",
-    );
+    project.edit("shaders/include/raxel/light/face_table.glsl", "RX_FACE_PROBES = 63u;", "RX_FACE_PROBES = 0u;");
     let said = run();
     assert_eq!(said.matches("their faces found no slot in the table: ").count(), 1, "{said}");
 }

@@ -10,11 +10,15 @@
 //     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
 //     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
 //     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
+//     #define PATH_KNOWN_LAMPS      the lamps at the first place are drawn with the help of those that are known there: face_cache/known_lamps.glsl
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
 
 #include <raxel/light/lamps.glsl>
+#ifdef PATH_KNOWN_LAMPS
+#include "face_cache/known_lamps.glsl"
+#endif
 
 #ifndef PATH_ROULETTE_FROM
 #define PATH_ROULETTE_FROM 3u
@@ -88,6 +92,9 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     bool arrived = true;  // at a place whose light is asked for
     RxRay ray;
     path_begin(at);
+#ifdef PATH_KNOWN_LAMPS
+    known_begin(voxel, face, uint(PATH_CANDIDATES));
+#endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
@@ -102,6 +109,9 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #endif
             if (kind != ON) {
                 if (!found) {
+#ifdef PATH_KNOWN_LAMPS
+                    if (kind == LAMP && depth == 0u) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
+#endif
                     sum += share * waiting;
                     path_note(kind == LAMP ? depth + 1u : depth, waiting);
                 }
@@ -118,7 +128,14 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 if (material.emission > 0.0) {
                     vec3 radiance = material.albedo * material.emission;
                     float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_normal(hit.face), ray.dir);
-                    radiance *= frame.lamp_strength * rx_met_lamp_weight(radiance, dot(rx_normal(at.face), ray.dir), facing, hit.t, points);
+                    float cosine = dot(rx_normal(at.face), ray.dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
+#ifdef PATH_KNOWN_LAMPS
+                    if (depth == 0u) {
+                        weight = known_met_weight(hit, radiance, cosine, facing, points);
+                        known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
+                    }
+#endif
+                    radiance *= frame.lamp_strength * weight;
                     sum += share * radiance;
                     path_note(depth + 1u, radiance);
                 }
@@ -146,6 +163,10 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 RxRay from = rx_ray_from_face(at.voxel, at.face, at.uv, normal);
                 uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
                 RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
+#ifdef PATH_KNOWN_LAMPS
+                if (depth == 0u) lamp = known_resample(candidates, numbers, from, normal);
+                else
+#endif
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
                 waiting = frame.lamp_strength * lamp.light;
                 ray = rx_lamp_ray(from, lamp.to);

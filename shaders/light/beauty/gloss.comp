@@ -16,17 +16,22 @@ layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(rgba16f) uniform writeonly image2D outGloss;
 layout(push_constant) uniform Push { float seconds; } push;
+#include "../face_cache/fit.glsl"
 #include <raxel/light/face_table.glsl>
+#include "../face_cache/across.glsl"
+#include "../face_cache/cells.glsl"
 
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 
 // Light on a face, without direct sun; what the sky would give where the cache has nothing.
 vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
-    if (rx_face_fits(voxel, face_box())) {
+    uint part = cell_part(cell_width(voxel, face, float(imageSize(hits).y)), fit.grain);
+    ivec3 cell = cell_of(voxel, part);
+    if (cell_fits(cell, part)) {
         // A face that has quarters now may have been kept as a whole before.
-        uint slot = rx_face_find(rx_face_key(voxel, face, rx_face_quarter(uv)));
-        if (slot == RX_NO_FACE) slot = rx_face_find(rx_face_key(voxel, face, 0u));
+        uint slot = part == 0u ? rx_face_find(cell_key(cell, face, rx_face_quarter(uv))) : RX_NO_FACE;
+        if (slot == RX_NO_FACE) slot = rx_face_find(cell_key(cell, face, part));
         if (slot != RX_NO_FACE && light[slot].w > 0.0) return light[slot].rgb;
     }
     return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);

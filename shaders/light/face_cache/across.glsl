@@ -1,5 +1,14 @@
-// Pixels across a face, from the distance between its middle and the camera, so that all of its pixels agree. `height` is that of the picture.
-float pixels_across(ivec3 voxel, uint face, float height) {
-    vec3 middle = vec3(voxel - frame.camera_cell) - frame.camera_frac + 0.5 + 0.5 * rx_normal(face);
+// From the camera to the middle of a face.
+vec3 face_middle(ivec3 voxel, uint face) {
+    return vec3(voxel - frame.camera_cell) - frame.camera_frac + 0.5 + 0.5 * rx_normal(face);
+}
+
+// Pixels across a voxel there. `height` is that of the picture.
+float pixels_from(vec3 middle, float height) {
     return 0.5 * height / (frame.tan_half_fov.y * max(length(middle), 1e-3));
+}
+
+// Pixels across a face, from the distance between its middle and the camera, so that all of its pixels agree.
+float pixels_across(ivec3 voxel, uint face, float height) {
+    return pixels_from(face_middle(voxel, face), height);
 }

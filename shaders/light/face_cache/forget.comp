@@ -1,39 +1,114 @@
-// Empties the list of faces, decides how many of those in sight are listed, says how noisy a sample is, and gives slots back whose faces nobody has asked for in a long time: a 256th of the table in each frame.
+// Empties the list of faces, decides how many of those in sight are listed, says how noisy a sample is and how large cells are, and gives back the slots of faces
+// that nobody has asked for in a long time: in a 256th of the table in each frame. When the table fills up, all of it is looked through, and what has left the picture goes sooner.
 #version 460
 #include "../scene.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Asked { uint asked[]; };
+layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "queue.glsl"
 layout(std430) writeonly buffer Light { vec4 light[]; };
-layout(push_constant) uniform Push { uint pixels; float paths; } push;
+#define FIT_ACCESS
+#include "fit.glsl"
+layout(push_constant) uniform Push { uint pixels; float paths; float grain; float quarters; } push;
 #include <raxel/light/face_table.glsl>
 
-const uint AGE = 600u;  // frames
+const uint EACH = 16u;                               // slots that a thread looks through
+const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
+
+shared uint finest;   // grain with which the view fits
+shared uint roomy;    // grain with which a fifth of the room stays free
+
+// The width of a cell, or of a part of a face, on the picture.
+float kept_width(float width, float grain) {
+    if (width >= max(push.quarters * max(16.0 * queue.noise, 1.0), 2.0 * grain)) return 0.5 * width;
+    float wider = width;
+    for (uint i = 0u; i < 4u && wider < grain; ++i) wider *= 2.0;
+    return wider < grain ? 64.0 * width : wider;
+}
+
+// A grain with which the view fits: that of the last frame, unless it is too fine, or much coarser than it needs to be. A cell or part takes as many slots
+// as its share of a pixel, and a pixel one at most. Each thread looks at a grain of its own.
+void choose_grain() {
+    const float STEP = 0.1;   // octaves
+    uint own = gl_LocalInvocationIndex;
+    bool all_fit = push.pixels <= FIT_ROOM || push.grain < 0.0;
+    float grain = own == 0u ? max(push.grain, 0.0) : min(max(push.grain, 0.25) * exp2(STEP * float(own)), max(push.grain, 16.0));
+    float expected = 0.0;
+    if (own == 0u) {
+        finest = gl_WorkGroupSize.x - 1u;
+        roomy = finest;
+    }
+    barrier();
+    if (!all_fit) {
+        for (uint bin = 0u; bin < FIT_BINS; ++bin) {
+            float width = kept_width(fit_width(bin), grain);
+            expected += float(FIT_APART * fit.bins[bin]) / max(width * width, 1.0);
+        }
+    }
+    float crowding = fit.crowding > 0.0 ? fit.crowding : 2.0;
+    if (expected * crowding <= float(FIT_ROOM)) atomicMin(finest, own);
+    if (expected * crowding <= 0.8 * float(FIT_ROOM)) atomicMin(roomy, own);
+    uint chosen = fit.chosen;
+    barrier();
+    chosen = clamp(chosen, finest, roomy);
+    if (own == chosen) {
+        fit.chosen = chosen;
+        fit.grain = push.grain < 0.0 ? -1.0 : grain;
+        fit.expected = expected;
+        fit.crowding = crowding;
+    }
+    for (uint bin = own; bin < FIT_BINS; bin += gl_WorkGroupSize.x) fit.bins[bin] = 0u;
+}
+
+void begin() {
+    // As many faces are in sight as in the last frame, about.
+    float budget = max(push.paths * float(push.pixels), 1.0);
+    queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
+    queue.seen = 0u;
+    queue.count = 0u;
+    queue.lost = 0u;
+    // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.
+    if (queue.spreads >= 16u) {
+        float noise = float(queue.spread) / (QUEUE_ONE * float(queue.spreads));
+        queue.noise += (noise - queue.noise) * (queue.noise > 0.0 ? 0.1 : 1.0);
+    }
+    if (queue.showing > 0u) queue.bright = exp2(float(queue.logs) / (QUEUE_ONE * float(queue.showing)) + QUEUE_LOG_LEAST);
+    queue.spread = 0u;
+    queue.spreads = 0u;
+    queue.logs = 0u;
+    queue.showing = 0u;
+}
+
+// A slot behind which the next one is empty ends every search that comes to it, so it may be empty, too: searches stay short.
+void forget(uint first) {
+    uint gone = 0u, next = face_keys[first + EACH & RX_FACE_SLOTS - 1u];
+    for (uint i = EACH; i-- > 0u;) {
+        uint slot = first + i, word = face_keys[slot];
+        if (rx_face_taken(word) && frame.index + 1u - asked[slot] > AGE[fit.pressure]) {
+            word = RX_FACE_FREED;
+            face_keys[slot] = word;
+            light[slot] = vec4(0.0);
+            asked[slot] = 0u;
+            ++gone;
+        }
+        if (word == RX_FACE_FREED && next == 0u) {
+            word = 0u;
+            face_keys[slot] = word;
+        }
+        next = word;
+    }
+    if (gone > 0u) atomicAdd(fit.used, 0u - gone);
+}
 
 void main() {
-    if (gl_GlobalInvocationID.x == 0u) {
-        // As many faces are in sight as in the last frame, about.
-        float budget = max(push.paths * float(push.pixels), 1.0);
-        queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
-        queue.seen = 0u;
-        queue.count = 0u;
-        queue.lost = 0u;
-        // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.
-        if (queue.spreads >= 16u) {
-            float noise = float(queue.spread) / (QUEUE_ONE * float(queue.spreads));
-            queue.noise += (noise - queue.noise) * (queue.noise > 0.0 ? 0.1 : 1.0);
-        }
-        if (queue.showing > 0u) queue.bright = exp2(float(queue.logs) / (QUEUE_ONE * float(queue.showing)) + QUEUE_LOG_LEAST);
-        queue.spread = 0u;
-        queue.spreads = 0u;
-        queue.logs = 0u;
-        queue.showing = 0u;
+    if (gl_WorkGroupID.x == 0u) {
+        choose_grain();
+        barrier();
+        if (gl_LocalInvocationIndex == 0u) begin();
     }
-    uint slot = (frame.index & 255u) * (RX_FACE_SLOTS >> 8) + gl_GlobalInvocationID.x;
-    if (face_keys[slot] >> 31 == 0u || frame.index + 1u - asked[slot] < AGE) return;
-    face_keys[slot] = RX_FACE_FREED;
-    light[slot] = vec4(0.0);
+    if (fit.pressure == 0u && gl_WorkGroupID.x >> 2 != (frame.index & 255u)) return;
+    uint first = gl_GlobalInvocationID.x * EACH;
+    if (first < RX_FACE_SLOTS) forget(first);
 }

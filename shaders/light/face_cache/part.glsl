@@ -1,6 +1,7 @@
-// The part of a face that keeps the light of a place on it: the whole face, or its quarter where the face is wide. Quarters have four times
-// the noise of the whole, and pay where that is little. Needs queue.glsl and across.glsl; `height` is that of the picture, `quarters` the
+// The part of the cache that keeps the light of a place: a cell around it, its face, or a quarter of that. Quarters have four times
+// the noise of the whole, and pay where that is little. Needs queue.glsl, fit.glsl and cells.glsl; `height` is that of the picture, `quarters` the
 // width in pixels from which on there are quarters.
 uint part_at(ivec3 voxel, uint face, vec2 uv, float height, float quarters) {
-    return pixels_across(voxel, face, height) < quarters * max(16.0 * queue.noise, 1.0) ? 0u : rx_face_quarter(uv);
+    if (pixels_across(voxel, face, height) >= max(quarters * max(16.0 * queue.noise, 1.0), 2.0 * fit.grain)) return rx_face_quarter(uv);
+    return cell_part(cell_width(voxel, face, height), fit.grain);
 }

@@ -14,6 +14,9 @@ layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "queue.glsl"
 #include "../change.glsl"
+#define FIT_ACCESS
+#include "fit.glsl"
+layout(std430) buffer Pick { uint pick[]; };                // of cells, the highest rank among their pixels
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Faces { uint faces[]; };
@@ -21,7 +24,19 @@ layout(push_constant) uniform Push { float quarters; float error; int rarely; } 
 #define RX_FACE_INSERT
 #include <raxel/light/face_table.glsl>
 #include "across.glsl"
+#include "cells.glsl"
 #include "part.glsl"
+#include "pick.glsl"
+
+// The slot of a place, taken for it if it has none. A face without room shares the slot of a wider cell.
+uint slot_at(RxHit hit, inout uint part, out RxFaceKey key) {
+    for (;; part = cell_wider(part)) {
+        ivec3 cell = cell_of(hit.voxel, part);
+        key = cell_key(cell, hit.face, part);
+        uint slot = cell_fits(cell, part) ? rx_face_insert(key) : RX_NO_FACE;
+        if (slot != RX_NO_FACE || part == CELL_PARTS + 4u || fit.grain < 0.0) return slot;
+    }
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
@@ -32,19 +47,21 @@ void main() {
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
-    if (found && hit.face != RX_FACE_INSIDE && rx_face_fits(hit.voxel, face_box())) {
-        float across = pixels_across(hit.voxel, hit.face, float(size.y));
+    if (found && hit.face != RX_FACE_INSIDE) {
         uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
-        RxFaceKey key = rx_face_key(hit.voxel, hit.face, part);
-        slot = rx_face_insert(key);
-        if (slot == RX_NO_FACE) atomicAdd(queue.lost, 1u);
+        RxFaceKey key;
+        slot = slot_at(hit, part, key);
+        if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
+        if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
-        uint now = frame.index + 1u;
-        if (slot != RX_NO_FACE && asked[slot] != now && atomicExchange(asked[slot], now) != now) {
+        uint now = frame.index + 1u, before = slot == RX_NO_FACE || asked[slot] == now ? now : atomicExchange(asked[slot], now);
+        if (before != now) {
             atomicAdd(queue.seen, 1u);
+            if (before == 0u) atomicAdd(fit.used, 1u);
             // Samples of light that is gone do not count.
             float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
-            float needed = queue.noise * max(part == 0u ? across : 0.5 * across, 1.0) / (push.error * push.error);
+            float across = cell_pixels(cell_of(hit.voxel, part), hit.face, part, float(size.y));
+            float needed = queue.noise * max(part == 0u || part >= CELL_PARTS ? across : 0.5 * across, 1.0) / (push.error * push.error);
             float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
             // By the key, because slots depend on the order of threads.
             bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;

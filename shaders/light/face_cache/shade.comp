@@ -16,12 +16,14 @@ layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(std430) readonly buffer Soft { uvec2 soft[]; };
+layout(std430) writeonly buffer Pick { uint pick[]; };      // empty between frames
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool smooth_faces; } push;
 #include <raxel/light/face_table.glsl>
 #define QUEUE_ACCESS
 #include "queue.glsl"
 #include "across.glsl"
+#include "cells.glsl"
 #include "blend.glsl"
 
 shared uint logs;
@@ -62,7 +64,10 @@ void main() {
     if (shows) {
         RxMaterial material = rx_material_properties(hit_material(hit.w));
         uint slot = imageLoad(slots, pixel).x;
-        if (slot != RX_NO_FACE) kept = push.smooth_faces ? blended(slot, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
+        if (slot != RX_NO_FACE) {
+            kept = push.smooth_faces ? blended(slot, hit.xyz, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
+            pick[slot] = 0u;
+        }
         vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
 #ifdef PANES
         sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;

@@ -26,8 +26,9 @@ layout(std430) writeonly buffer Soft { uvec2 soft[]; };
 layout(push_constant) uniform Push { ivec2 pixels; } push;
 #include <raxel/light/face_table.glsl>
 #include "soft.glsl"
-#include "beside.glsl"
 #include "across.glsl"
+#include "cells.glsl"
+#include "beside.glsl"
 
 const uint RECENT = 16u;    // frames since a neighbour was seen
 const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
@@ -58,11 +59,11 @@ vec4 ring_light[RING];
 float ring_square[RING];
 
 // Looks for all whose bit is set in `wanted`. Step by step for all of them at once, so that they wait for memory together.
-void look(uint own, ivec3 voxel, uint face, uint part, int far, uint wanted) {
+void look(uint own, ivec3 cell, uint face, uint part, int far, uint wanted) {
     RxFaceKey keys[RING];
     uint words[RING], seen[RING], made[RING];
     [[unroll]] for (int k = 0; k < RING; ++k) {
-        bool fits = key_beside(voxel, face, part, ring_step(far, k), keys[k]);
+        bool fits = key_beside(cell, face, part, ring_step(far, k), keys[k]);
         words[k] = fits && (wanted >> k & 1u) != 0u ? face_keys[rx_face_slot(keys[k], 0u)] : 0u;
     }
     [[unroll]] for (int k = 0; k < RING; ++k) {
@@ -76,8 +77,10 @@ void look(uint own, ivec3 voxel, uint face, uint part, int far, uint wanted) {
         ring_light[k] = light[slot];
         ring_square[k] = squares[slot];
     }
+    // A cell has faces that are not bare beside those that are seen, so that of another frame says nothing of what is beside this one.
+    uint recent = part < CELL_PARTS ? RECENT : 0u;
     [[unroll]] for (int k = 0; k < RING; ++k) {
-        if (frame.index + 1u - seen[k] > RECENT || made[k] != state.generation || ring_light[k].w == 0.0) ring_slot[k] = RX_NO_FACE;
+        if (frame.index + 1u - seen[k] > recent || made[k] != state.generation || ring_light[k].w == 0.0) ring_slot[k] = RX_NO_FACE;
     }
 }
 
@@ -102,13 +105,13 @@ void main() {
     vec4 own = light[slot];
     vec3 result = own.rgb;
     float mean = luminance(own.rgb), square = squares[slot];
-    ivec3 voxel;
+    ivec3 cell;
     uint face, part;
-    rx_face_of(key, face_box(), voxel, face, part);
-    bool wide = pixels_across(voxel, face, float(push.pixels.y)) >= queue_narrow();
+    cell_of_key(key, cell, face, part);
+    bool wide = cell_pixels(cell, face, part, float(push.pixels.y)) >= queue_narrow();
     // Few samples know little of their variance.
     if (wide && (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean))) {
-        look(slot, voxel, face, part, 1, 0xffu);
+        look(slot, cell, face, part, 1, 0xffu);
         // The variance is that of all of them together.
         float samples = own.w;
         mean *= own.w;
@@ -138,7 +141,7 @@ void main() {
             [[unroll]] for (int k = 0; k < RING; ++k) beside += ring_slot[k] != RX_NO_FACE ? 1 : 0;
             uint wanted = (above ? 1u : 0u) | (left ? 2u : 0u) | (right ? 4u : 0u) | (below ? 8u : 0u);
             for (int far = 2; far <= (beside > 5 ? 2 : 4) && wanted != 0u; ++far) {
-                look(slot, voxel, face, part, far, wanted);
+                look(slot, cell, face, part, far, wanted);
                 add(own, variance, sum, samples);
                 [[unroll]] for (int k = 0; k < 4; ++k) wanted &= ring_slot[k] != RX_NO_FACE ? 15u : ~(1u << k);
             }

@@ -1,4 +1,4 @@
-// One path from a random place on each listed face: skylight, lamps and all light that other faces send back, without direct sun. Where a
+// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces send back, without direct sun. Where a
 // face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read, so the order of threads does
 // not matter.
 #version 460
@@ -15,16 +15,22 @@ layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
 layout(std430) readonly buffer Generation { uint generation[]; };
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
+layout(std430) readonly buffer Pick { uint pick[]; };
+layout(rgba32i) uniform readonly iimage2D hits;
+#include "fit.glsl"
 layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; float quarters; } push;
 #include <raxel/light/face_table.glsl>
 #include "across.glsl"
+#include "cells.glsl"
 #include "part.glsl"
+#include "pick.glsl"
 
-// Light that a face keeps, as one value or in quarters. What was kept before the light changed is not passed on.
+// Light that a face keeps, as one value, in quarters, or as a part of a cell. What was kept before the light changed is not passed on.
 vec4 kept(RxHit hit) {
-    if (!rx_face_fits(hit.voxel, face_box())) return vec4(0.0);
     uint part = part_at(hit.voxel, hit.face, hit.uv, float(push.pixels.y), push.quarters);
-    uint slot = rx_face_find(rx_face_key(hit.voxel, hit.face, part));
+    ivec3 cell = cell_of(hit.voxel, part);
+    if (!cell_fits(cell, part)) return vec4(0.0);
+    uint slot = rx_face_find(cell_key(cell, hit.face, part));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];
 }
@@ -42,6 +48,7 @@ vec4 kept(RxHit hit) {
 // A lamp far away is worth a ray now and then: in daylight, or among thousands of others.
 #define PATH_LAMP_LEAST (0.3 * queue.bright)
 #define PATH_KEPT
+#define PATH_KNOWN_LAMPS
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"
 
@@ -49,12 +56,19 @@ void main() {
     uint i = rx_thread();
     if (i >= queue.work) return;
     RxFaceKey key;
-    if (!rx_face_in_slot(faces[i / queue.per_face], key)) return;
+    uint slot = faces[i / queue.per_face];
+    if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;
     uint face, part;
-    rx_face_of(key, face_box(), voxel, face, part);
+    cell_of_key(key, voxel, face, part);
     RxSampler numbers = rx_sampler(frame.index * queue.per_face + i % queue.per_face, scene_seed(rx_hash(key.home) ^ key.rest));
-    vec3 corner = rx_face_part(part);
+    vec3 corner = vec3(0.0, 0.0, 1.0);
+    if (part < CELL_PARTS) {
+        corner = rx_face_part(part);
+    } else {
+        uint pixel = pick_pixel(pick[slot], frame.index);
+        voxel = imageLoad(hits, ivec2(pixel % uint(push.pixels.x), pixel / uint(push.pixels.x))).xyz;
+    }
     vec2 uv = corner.xy + corner.z * rx_next2(numbers);
     fresh[i] = vec4(path_light(voxel, face, uv, numbers), 1.0);
 }

@@ -3,8 +3,8 @@
 //     layout(std430) buffer FaceKeys { uint face_keys[]; };      // RX_FACE_SLOTS elements, `init = 0`; add `readonly` where it only looks
 //
 // A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
-// mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and the distance from
-// that slot, 5 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
+// mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and one more than the distance from
+// that slot, 6 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
 // no fingerprint that two keys may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear
 // probing", 1984). With RX_FACE_WHOLE, keys are those of whole faces alone: 45 bits are enough for them, and the table has half the slots.
 #ifndef RAXEL_LIGHT_FACE_TABLE_GLSL
@@ -21,7 +21,7 @@ const uint RX_FACE_LOG2_SLOTS = 20u;
 const uint RX_FACE_HOME_BITS = 20u;
 #endif
 const uint RX_FACE_SLOTS = 1u << RX_FACE_LOG2_SLOTS;
-const uint RX_FACE_PROBES = 32u;        // slots that a key may lie in
+const uint RX_FACE_PROBES = 63u;        // slots that a key may lie in: of a table that is 60 % full, one key in a million finds none
 const uint RX_NO_FACE = 0xffffffffu;    // in place of a slot
 const uint RX_FACE_FREED = 1u;          // a slot that was given back: free to take, but the search goes on behind it
 
@@ -46,11 +46,12 @@ bool rx_face_fits(ivec3 voxel, ivec3 origin) {
     return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
 }
 
-// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter); always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
+// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter), and up to 9 for what else a table tells apart, such as cells of several
+// sizes; always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
 RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
     uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
     uint home = p.x | (p.z & (1u << RX_FACE_Z_HOME) - 1u) << 14;
-    uint rest = p.z >> RX_FACE_Z_HOME | p.y << RX_FACE_Z_REST | face << RX_FACE_Z_REST + 12u | part << RX_FACE_Z_REST + 15u;
+    uint rest = p.z >> RX_FACE_Z_HOME | p.y << RX_FACE_Z_REST | face + 6u * part << RX_FACE_Z_REST + 12u;
     // Three rounds of a Feistel network, which is a permutation whatever the hash is.
     home ^= rx_hash(rest) >> 32u - RX_FACE_HOME_BITS;
     rest ^= rx_hash(home) >> 6;
@@ -65,8 +66,9 @@ void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out
     key.home ^= rx_hash(key.rest) >> 32u - RX_FACE_HOME_BITS;
     uvec3 p = uvec3(key.home & 16383u, key.rest >> RX_FACE_Z_REST & 4095u, key.home >> 14 | (key.rest & (1u << RX_FACE_Z_REST) - 1u) << RX_FACE_Z_HOME);
     voxel = origin + ivec3(p - uvec3(origin) & RX_FACE_LEFT);
-    face = key.rest >> RX_FACE_Z_REST + 12u & 7u;
-    part = key.rest >> RX_FACE_Z_REST + 15u;
+    uint both = key.rest >> RX_FACE_Z_REST + 12u;
+    face = both % 6u;
+    part = both / 6u;
 }
 
 // The quarter of a face that a place on it lies in, 1 to 4.
@@ -80,18 +82,23 @@ vec3 rx_face_part(uint part) {
 }
 
 uint rx_face_word(RxFaceKey key, uint probe) {
-    return 0x80000000u | probe << 26 | key.rest;
+    return probe + 1u << 26 | key.rest;
 }
 
 uint rx_face_slot(RxFaceKey key, uint probe) {
     return key.home + probe & RX_FACE_SLOTS - 1u;
 }
 
+// Whether the word of a slot names a key.
+bool rx_face_taken(uint word) {
+    return word >> 26 != 0u;
+}
+
 // The key in a slot; false if there is none.
 bool rx_face_in_slot(uint slot, out RxFaceKey key) {
     uint word = face_keys[slot];
-    key = RxFaceKey(slot - (word >> 26 & 31u) & RX_FACE_SLOTS - 1u, word & RX_FACE_REST);
-    return word >> 31 != 0u;
+    key = RxFaceKey(slot + 1u - (word >> 26) & RX_FACE_SLOTS - 1u, word & RX_FACE_REST);
+    return rx_face_taken(word);
 }
 
 // The slot of a key, or RX_NO_FACE.

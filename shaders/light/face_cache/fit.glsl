@@ -1,0 +1,35 @@
+// How a view fits into the table of faces. FIT_ACCESS is empty where the shader writes it.
+#ifndef FACE_CACHE_FIT_GLSL
+#define FACE_CACHE_FIT_GLSL
+#ifndef FIT_ACCESS
+#define FIT_ACCESS readonly
+#endif
+
+// Widths of faces on the picture, in steps of a quarter octave from 2^-12 pixels on.
+const uint FIT_BINS = 72u;
+const float FIT_LEAST = -12.0, FIT_STEP = 0.25;
+const uint FIT_APART = 64u;   // pixels for each one that is asked how wide its face is
+
+layout(std430) FIT_ACCESS buffer Fit {
+    uint used;       // slots that are taken
+    uint pressure;   // 0 while most of the table is free, up to 3
+    float grain;     // pixels across a cell, at least: smaller faces share one; below 0 where there are no cells
+    float expected;  // slots that the view should take by the widths of its faces, 0 where any view fits
+    float crowding;  // how many times more it took, in earlier frames
+    uint chosen;     // the number of that grain among those that forget.comp chooses from
+    uint bins[FIT_BINS];
+} fit;
+
+// Slots for what is in sight. A view that has just left may have as many for a frame, and the table then is no more than 60 % full, so all keys find one.
+// Needs <raxel/light/face_table.glsl>.
+#define FIT_ROOM (RX_FACE_SLOTS / 32u * 9u)
+
+uint fit_bin(float width) {
+    return uint(clamp((log2(max(width, 1e-9)) - FIT_LEAST) / FIT_STEP, 0.0, float(FIT_BINS - 1u)));
+}
+
+float fit_width(uint bin) {
+    return exp2(FIT_LEAST + FIT_STEP * (float(bin) + 0.5));
+}
+
+#endif

@@ -1,0 +1,37 @@
+// How wide faces are on the picture: one of 64 pixels asks, so that the size of cells is known before all others take slots. And how full the table is.
+#version 460
+#include <raxel/world.glsl>
+#include "../scene.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+#define FIT_ACCESS
+#include "fit.glsl"
+#include "queue.glsl"
+layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+layout(push_constant) uniform Push { ivec2 pixels; } push;
+#include <raxel/light/face_table.glsl>
+#include "box.glsl"
+#include "across.glsl"
+#include "cells.glsl"
+
+// By what the last frame has left.
+void note_load() {
+    float load = float(fit.used) / float(FIT_ROOM);
+    fit.pressure = load < 0.9 ? 0u : load < 1.4 ? 1u : load < 1.8 ? 2u : 3u;
+    if (fit.expected <= 0.0) return;
+    // More than was expected counts at once, less of it slowly.
+    float crowding = float(queue.seen) / fit.expected;
+    fit.crowding = clamp(max(crowding, mix(fit.crowding, crowding, 0.05)), 1.0, 16.0);
+}
+
+void main() {
+    const ivec2 SIDE = ivec2(8);
+    if (gl_GlobalInvocationID.xy == uvec2(0u)) note_load();
+    if (uint(push.pixels.x * push.pixels.y) <= FIT_ROOM) return;
+    uint own = gl_GlobalInvocationID.x + rx_hash(gl_GlobalInvocationID.y + rx_hash(frame.index)), place = rx_hash(own) & 63u;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) * SIDE + ivec2(place & 7u, place >> 3);
+    if (any(greaterThanEqual(pixel, push.pixels))) return;
+    RxHit hit;
+    if (!rx_trace(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, push.pixels)), hit) || hit.face == RX_FACE_INSIDE) return;
+    atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(push.pixels.y)))], 1u);
+}
