@@ -665,3 +665,40 @@ fn texels_that_faces_in_sight_take_from_each_other_are_said() {
     let says = "RX0411: faces in sight lost their texels to others in sight, and begin anew: ";
     assert!(matches!(&said[..], [one] if one.starts_with(says)), "{said:?}");
 }
+
+/// Light of a whole picture of the graph of the README, before exposure.
+fn seen_light(project: &Project, graph: &str, count: u32) -> Vec<[f32; 4]> {
+    let mut session = open(project, graph, [48, 27], &[]);
+    session.pin("seen").unwrap();
+    frames(&mut session, count);
+    session.read_target("seen").unwrap().floats()
+}
+
+/// Air in a closed room gets no light from outside, and a polished face mirrors none.
+#[test]
+fn a_closed_room_without_a_lamp_is_black() {
+    let project = Project::shipped();
+    let materials = "wall = { albedo = [0.7, 0.6, 0.5] }\npolished = { albedo = [0.7, 0.6, 0.5], roughness = 0.1 }";
+    let build = [cuboid("wall", [-1, -1, -1], [13, 9, 13], "shell = 1"), cuboid("polished", [3, 0, 3], [5, 4, 5], "")];
+    world(&project, materials, &build, [1.5, 4.5, 11.5], [8.0, 0.0, 4.0], 60.0);
+    for graph in ["graphs/beauty.toml", "graphs/beauty_glass.toml"] {
+        let lit = seen_light(&project, graph, 3).iter().filter(|texel| texel[..3] != [0.0; 3]).count();
+        assert_eq!(lit, 0, "{graph}: pixels with light");
+    }
+}
+
+/// A camera in water sees the water, what stands in it, and through the surface the sky.
+#[test]
+fn a_camera_in_water_sees_the_sky_through_the_surface() {
+    let project = Project::shipped();
+    let materials = "water = { albedo = [0.3, 0.6, 0.7], transparency = 0.9, roughness = 0.05 }\nsand = { albedo = [0.6, 0.5, 0.4] }";
+    let build = [cuboid("sand", [-40, -1, -40], [40, 0, 40], ""), cuboid("water", [-40, 0, -40], [40, 10, 40], "")];
+    let light = |look_at: [f64; 3]| {
+        world(&project, materials, &build, [0.5, 5.5, 0.5], look_at, 40.0);
+        let texels = seen_light(&project, "graphs/beauty.toml", 4);
+        assert!(texels.iter().all(|texel| texel[..3].iter().all(|channel| channel.is_finite())), "{look_at:?}");
+        luminance(&texels)
+    };
+    let (up, along) = (light([0.5, 30.5, 2.5]), light([30.5, 5.5, 2.5]));
+    assert!(along > 0.0 && up > 1.5 * along, "{up} upwards, {along} along the surface");
+}
