@@ -702,3 +702,17 @@ fn a_camera_in_water_sees_the_sky_through_the_surface() {
     let (up, along) = (light([0.5, 30.5, 2.5]), light([30.5, 5.5, 2.5]));
     assert!(along > 0.0 && up > 1.5 * along, "{up} upwards, {along} along the surface");
 }
+
+/// A slanted ray crosses many cells of a thick pane: sunlight still comes through.
+#[test]
+fn a_low_sun_shines_through_a_pane_of_five_voxels() {
+    let project = Project::shipped();
+    let materials = "floor = { albedo = [0.7, 0.6, 0.5] }\nglass = { albedo = [0.9, 0.4, 0.3], transparency = 0.9 }";
+    let build = [cuboid("floor", [-60, -1, -60], [60, 0, 60], ""), cuboid("glass", [-60, 8, -60], [60, 13, 60], "")];
+    world(&project, materials, &build, [0.5, 6.5, 0.5], [4.5, 0.0, 4.5], 60.0);
+    let mut session = open(&project, "graphs/beauty_glass.toml", [48, 27], &[("sun_elevation", 25.0)]);
+    session.pin("stained").unwrap();
+    frames(&mut session, 2);
+    let lit = session.read_target("stained").unwrap().floats().iter().filter(|texel| texel[0] > 0.0).count();
+    assert!(lit > 48 * 27 * 9 / 10, "{lit} pixels have sunlight");
+}
