@@ -7,9 +7,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba16f) uniform readonly image3D sunBySlice;
-#ifdef PANES
 layout(rgba16f) uniform readonly image3D skyBySlice;
-#endif
 layout(rgba16f) uniform writeonly image3D outAir;
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;
@@ -34,10 +32,7 @@ void main() {
         ivec3 slice = ivec3(column, i);
         float length = slice_depth(float(i + 1) / float(size.z)) - slice_depth(float(i) / float(size.z));
         float height = camera_height + slice_place(slice, size) * dir.y;
-        vec3 lit = imageLoad(sunBySlice, slice).rgb, above = vec3(1.0);
-#ifdef PANES
-        above = imageLoad(skyBySlice, slice).rgb;
-#endif
+        vec3 lit = imageLoad(sunBySlice, slice).rgb, above = imageLoad(skyBySlice, slice).rgb;
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * exp(-max(height - push.mist_floor, 0.0) / push.mist_height);
         vec3 loss = air.extinction * km + thick;

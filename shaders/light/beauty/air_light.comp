@@ -1,17 +1,55 @@
-// Whether the sun reaches the air: a ray for each slice of the view (air_slices.glsl), at another depth in each frame. A thread each, because
-// rays through the columns one after the other leave most of a GPU without work.
-// With PANES, rays go through clear bodies of at most so many voxels, and a second one asks how much of the sky is seen.
+// Whether the sun and the sky reach the air: two rays for each slice of the view (air_slices.glsl), at another depth in each frame. Each slice has
+// a thread of its own, because one thread for a whole column would leave most of a GPU without work.
+// With PANES, the rays go through clear bodies of at most so many voxels.
 #version 460
 #include <raxel/world.glsl>
+#include <raxel/random.glsl>
 #include "../scene.glsl"
 #include "air_slices.glsl"
 #ifdef PANES
 #include <raxel/light/body.glsl>
-layout(rgba16f) uniform writeonly image3D outSky;
 #endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32i) uniform readonly iimage2D hits;
+layout(rgba32f) uniform readonly image2D places;
 layout(rgba16f) uniform writeonly image3D outSun;   // share of sunlight that comes through
+layout(rgba16f) uniform writeonly image3D outSky;   // share of skylight
+
+const int TRIES = 8;
+
+// How far a pixel sees.
+float depth_of(ivec2 pixel) {
+    return imageLoad(hits, pixel).w < 0 ? 1e9 : imageLoad(places, pixel).z;
+}
+
+// Finds a point of the slice that the camera sees, so that no light from behind a wall gets into the air before it. If none of the pixels that
+// it tries sees as far as `t`, the point lies right before the farthest surface among them.
+vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint state) {
+    ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
+    ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;
+    float most = -1.0;
+    for (int i = 0; i < TRIES && most < t; ++i) {
+        float depth = depth_of(min(pixel, screen - 1));
+        if (depth > most) {
+            most = depth;
+            deepest = min(pixel, screen - 1);
+        }
+        pixel = from + ivec2(rx_random(state) * float(wide.x), rx_random(state) * float(wide.y));
+    }
+    return min(t, 0.99 * most) * pixel_direction(deepest, screen);
+}
+
+// The share of light that comes along a ray.
+vec3 open_share(RxRay ray) {
+    vec3 share = vec3(1.0);
+    RxHit block;
+    bool blocked = rx_trace(ray, block);
+#ifdef PANES
+    for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, share); ++pane) blocked = rx_trace(ray, block);
+#endif
+    return blocked ? vec3(0.0) : share;
+}
 
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outSun);
@@ -19,30 +57,19 @@ void main() {
     vec3 sun = frame_sun();
     float t = slice_place(slice, size);
     vec3 lit = vec3(1.0), above = vec3(1.0);
-    if (t < 600.0) {
-        vec3 at = frame.camera_frac + t * rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
-        ivec3 cell = ivec3(floor(at));
-        RxRay ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), sun);
-        RxHit block;
-        bool blocked = sun_irradiance(sun) != vec3(0.0) && rx_trace(ray, block);
-#ifdef PANES
-        for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, lit); ++pane) blocked = rx_trace(ray, block);
-#endif
-        if (blocked) lit = vec3(0.0);
-#ifdef PANES
-        // Indoors, little of the sky reaches the mist: one ray to anywhere above says how much.
-        uint state = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
+    uint state = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
+    vec3 at = frame.camera_frac + seen_point(slice, size, t, state);
+    ivec3 cell = ivec3(floor(at));
+    vec3 frac = at - vec3(cell);
+    cell += frame.camera_cell;
+    // Air farther away counts as open.
+    if (distance(at, frame.camera_frac) < 600.0) {
+        lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_ray(cell, frac, sun));
+        // In caves and rooms little of the sky reaches the mist: one ray to anywhere above says how much.
         vec3 up = rx_random_direction(state);
         up.y = abs(up.y) + 1e-3;
-        vec3 open = vec3(1.0);
-        ray = rx_ray(frame.camera_cell + cell, at - vec3(cell), up);
-        blocked = rx_trace(ray, block);
-        for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, open); ++pane) blocked = rx_trace(ray, block);
-        above = blocked ? vec3(0.0) : open;
-#endif
+        above = open_share(rx_ray(cell, frac, up));
     }
     imageStore(outSun, slice, vec4(lit, 1.0));
-#ifdef PANES
     imageStore(outSky, slice, vec4(above, 1.0));
-#endif
 }

@@ -5,6 +5,7 @@
 #include "../scene.glsl"
 #include "../face_cache/box.glsl"
 #include <raxel/light/bsdf.glsl>
+#include <raxel/light/sampling.glsl>
 #include <raxel/light/body.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -24,17 +25,32 @@ layout(push_constant) uniform Push { float seconds; } push;
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 
-// Light on a face, without direct sun; what the sky would give where the cache has nothing.
-vec3 kept(ivec3 voxel, uint face, vec2 uv, vec3 to_sun) {
+// Reads the light that the cache keeps for a face, without direct sun; false where it keeps none.
+bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
+    found = vec3(0.0);
     uint part = cell_part(cell_width(voxel, face, float(imageSize(hits).y)), fit.grain);
     ivec3 cell = cell_of(voxel, part);
-    if (cell_fits(cell, part)) {
-        // A face that has quarters now may have been kept as a whole before.
-        uint slot = part == 0u ? rx_face_find(cell_key(cell, face, rx_face_quarter(uv))) : RX_NO_FACE;
-        if (slot == RX_NO_FACE) slot = rx_face_find(cell_key(cell, face, part));
-        if (slot != RX_NO_FACE && light[slot].w > 0.0) return light[slot].rgb;
-    }
-    return 0.5 * sky_radiance(normalize(rx_normal(face) + vec3(0.0, 0.6, 0.0)), to_sun);
+    if (!cell_fits(cell, part)) return false;
+    // A face that has quarters now may have been kept as a whole before.
+    uint slot = part == 0u ? rx_face_find(cell_key(cell, face, rx_face_quarter(uv))) : RX_NO_FACE;
+    if (slot == RX_NO_FACE) slot = rx_face_find(cell_key(cell, face, part));
+    if (slot == RX_NO_FACE || light[slot].w <= 0.0) return false;
+    found = light[slot].rgb;
+    return true;
+}
+
+// Light on a face, without direct sun. Where the cache has nothing, one ray in a random direction asks for it; the average over frames takes its
+// noise away.
+vec3 kept(RxHit on, vec3 to_sun, uint seed) {
+    vec3 found;
+    if (cached(on.voxel, on.face, on.uv, found)) return found;
+    RxRay ray = rx_ray_from_face(on.voxel, on.face, on.uv, rx_cosine_direction(on.face, rx_sobol(frame.index, 1u, seed)));
+    RxHit hit;
+    if (!rx_trace(ray, hit)) return sky_radiance(ray.dir, to_sun);
+    if (hit.face == RX_FACE_INSIDE) return vec3(0.0);
+    cached(hit.voxel, hit.face, hit.uv, found);
+    RxMaterial material = rx_material_properties(hit.material);
+    return material.albedo * (found + frame.lamp_strength * material.emission);
 }
 
 // Small waves: slopes of sums of sines, so that faces stay the faces that they are. Each goes its way as fast as waves of its length do on deep
@@ -111,7 +127,7 @@ void main() {
                 if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
             } else if (hit.face != RX_FACE_INSIDE) {
                 RxMaterial other = rx_material_properties(hit.material);
-                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit.voxel, hit.face, hit.uv, to_sun));
+                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun, seed));
                 float cosine = dot(rx_normal(hit.face), to_sun);
                 if (cosine > 0.0) {
                     waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
