@@ -39,18 +39,26 @@ bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
     return true;
 }
 
-// Light on a face, without direct sun. Where the cache has nothing, one ray in a random direction asks for it; the average over frames takes its
-// noise away.
-vec3 kept(RxHit on, vec3 to_sun, uint seed) {
+// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways, so that they differ
+// by what stands around a place and not by chance; the average over frames joins many ways.
+vec3 kept(RxHit on, vec3 to_sun) {
+    const uint RAYS = 3u;
     vec3 found;
     if (cached(on.voxel, on.face, on.uv, found)) return found;
-    RxRay ray = rx_ray_from_face(on.voxel, on.face, on.uv, rx_cosine_direction(on.face, rx_sobol(frame.index, 1u, seed)));
-    RxHit hit;
-    if (!rx_trace(ray, hit)) return sky_radiance(ray.dir, to_sun);
-    if (hit.face == RX_FACE_INSIDE) return vec3(0.0);
-    cached(hit.voxel, hit.face, hit.uv, found);
-    RxMaterial material = rx_material_properties(hit.material);
-    return material.albedo * (found + frame.lamp_strength * material.emission);
+    vec3 sum = vec3(0.0);
+    for (uint i = 0u; i < RAYS; ++i) {
+        vec2 chosen = rx_sobol(frame.index * RAYS + i, 1u, scene_seed(1201u));
+        RxRay ray = rx_ray_from_face(on.voxel, on.face, on.uv, rx_cosine_direction(on.face, chosen));
+        RxHit hit;
+        if (!rx_trace(ray, hit)) {
+            sum += sky_radiance(ray.dir, to_sun);
+        } else if (hit.face != RX_FACE_INSIDE) {
+            cached(hit.voxel, hit.face, hit.uv, found);
+            RxMaterial material = rx_material_properties(hit.material);
+            sum += material.albedo * (found + frame.lamp_strength * material.emission);
+        }
+    }
+    return sum / float(RAYS);
 }
 
 // Small waves: slopes of sums of sines, so that faces stay the faces that they are. Each goes its way as fast as waves of its length do on deep
@@ -127,7 +135,7 @@ void main() {
                 if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
             } else if (hit.face != RX_FACE_INSIDE) {
                 RxMaterial other = rx_material_properties(hit.material);
-                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun, seed));
+                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
                 float cosine = dot(rx_normal(hit.face), to_sun);
                 if (cosine > 0.0) {
                     waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);

@@ -58,7 +58,8 @@ vec3 shown(RxHit hit, vec3 to_sun, inout uint state) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(gloss);
     if (any(greaterThanEqual(pixel, size))) return;
-    ivec4 seen = imageLoad(hits, pixel);
+    // All pixels begin in the same cell: one texel tells for all of them.
+    ivec4 seen = imageLoad(hits, ivec2(0));
     if (seen.w < 0 || hit_face(seen.w) != RX_FACE_INSIDE) return;
     uint body = hit_material(seen.w);
     RxMaterial material = rx_material_properties(body);

@@ -42,9 +42,10 @@ void choose_grain() {
     }
     barrier();
     if (!all_fit) {
+        uint from = fit_goes_on(push.pixels) ? 0u : FIT_BINS;
         for (uint bin = 0u; bin < FIT_BINS; ++bin) {
             float width = kept_width(fit_width(bin), grain);
-            expected += float(FIT_APART * fit.bins[bin]) / max(width * width, 1.0);
+            expected += float(FIT_APART * fit.bins[from + bin]) / max(width * width, 1.0);
         }
     }
     float crowding = fit.crowding > 0.0 ? fit.crowding : 2.0;
@@ -59,7 +60,7 @@ void choose_grain() {
         fit.expected = expected;
         fit.crowding = crowding;
     }
-    for (uint bin = own; bin < FIT_BINS; bin += gl_WorkGroupSize.x) fit.bins[bin] = 0u;
+    for (uint bin = own; bin < 2u * FIT_BINS; bin += gl_WorkGroupSize.x) fit.bins[bin] = 0u;
 }
 
 void begin() {
@@ -79,6 +80,11 @@ void begin() {
     queue.spreads = 0u;
     queue.logs = 0u;
     queue.showing = 0u;
+    fit.cell = frame.camera_cell;
+    fit.pixels = push.pixels;
+    fit.frac = frame.camera_frac;
+    fit.tangent = frame.tan_half_fov.y;
+    fit.forward = frame.view_to_world[2].xyz;
 }
 
 // A slot behind which the next one is empty ends every search that comes to it, so it may be empty, too: searches stay short.

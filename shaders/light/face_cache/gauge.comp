@@ -1,4 +1,5 @@
-// How wide faces are on the picture: one of 64 pixels asks, so that the size of cells is known before all others take slots. And how full the table is.
+// How full the table is. And after a jump of the camera, how wide faces are on the picture: one of 64 pixels asks, so that the size of cells is known before all
+// others take slots. While the view goes on, the last frame has counted that (see.comp).
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
@@ -27,11 +28,12 @@ void note_load() {
 void main() {
     const ivec2 SIDE = ivec2(8);
     if (gl_GlobalInvocationID.xy == uvec2(0u)) note_load();
-    if (uint(push.pixels.x * push.pixels.y) <= FIT_ROOM) return;
+    uint pixels = uint(push.pixels.x * push.pixels.y);
+    if (pixels <= FIT_ROOM || fit_goes_on(pixels)) return;
     uint own = gl_GlobalInvocationID.x + rx_hash(gl_GlobalInvocationID.y + rx_hash(frame.index)), place = rx_hash(own) & 63u;
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) * SIDE + ivec2(place & 7u, place >> 3);
     if (any(greaterThanEqual(pixel, push.pixels))) return;
     RxHit hit;
     if (!rx_trace(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, push.pixels)), hit) || hit.face == RX_FACE_INSIDE) return;
-    atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(push.pixels.y)))], 1u);
+    atomicAdd(fit.bins[FIT_BINS + fit_bin(cell_width(hit.voxel, hit.face, float(push.pixels.y)))], 1u);
 }
