@@ -1,5 +1,5 @@
 // Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. What
-// air_light.comp has found throws shafts into the mist.
+// air_light.comp has found throws shafts into the mist, and is kept for its next run.
 #version 460
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
@@ -8,6 +8,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba16f) uniform readonly image3D sunBySlice;
 layout(rgba16f) uniform readonly image3D skyBySlice;
+layout(rgba16f) uniform writeonly image3D outSun;
+layout(rgba16f) uniform writeonly image3D outSky;
 layout(rgba16f) uniform writeonly image3D outAir;
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;
@@ -32,7 +34,10 @@ void main() {
         ivec3 slice = ivec3(column, i);
         float length = slice_depth(float(i + 1) / float(size.z)) - slice_depth(float(i) / float(size.z));
         float height = camera_height + slice_place(slice, size) * dir.y;
-        vec3 lit = imageLoad(sunBySlice, slice).rgb, above = imageLoad(skyBySlice, slice).rgb;
+        vec4 of_sun = imageLoad(sunBySlice, slice), of_sky = imageLoad(skyBySlice, slice);
+        imageStore(outSun, slice, of_sun);
+        imageStore(outSky, slice, of_sky);
+        vec3 lit = of_sun.rgb, above = of_sky.rgb;
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * exp(-max(height - push.mist_floor, 0.0) / push.mist_height);
         vec3 loss = air.extinction * km + thick;

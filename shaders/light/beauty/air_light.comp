@@ -1,11 +1,13 @@
 // Whether the sun and the sky reach the air: two rays for each slice of the view (air_slices.glsl), at another depth in each frame. Each slice has
-// a thread of its own, because one thread for a whole column would leave most of a GPU without work.
+// a thread of its own, because one thread for a whole column would leave most of a GPU without work. What earlier frames have found at a place
+// goes into a mean that follows the camera.
 // With PANES, the rays go through clear bodies of at most so many voxels.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/random.glsl>
 #include "../scene.glsl"
 #include "air_slices.glsl"
+#include <raxel/light/reproject.glsl>
 #ifdef PANES
 #include <raxel/light/body.glsl>
 #endif
@@ -15,8 +17,12 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba16f) uniform writeonly image3D outSun;   // share of sunlight that comes through
 layout(rgba16f) uniform writeonly image3D outSky;   // share of skylight
+uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean
+uniform sampler3D skyBefore;
+layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
 const int TRIES = 8;
+const float MOST = 24.0;   // frames in a mean
 
 // How far a pixel sees.
 float depth_of(ivec2 pixel) {
@@ -51,6 +57,17 @@ vec3 open_share(RxRay ray) {
     return blocked ? vec3(0.0) : share;
 }
 
+// Where the middle of a slice was in the last frame, as a place in the textures; false where it was out of sight.
+bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
+    vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
+    float share = (float(slice.z) + 0.5) / float(size.z);
+    vec3 way = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + slice_depth(share) * dir;
+    vec2 at;
+    bool inside = rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size.xy), at);
+    place = vec3(at / vec2(size.xy), slice_of(length(way)));
+    return inside;
+}
+
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outSun);
     if (any(greaterThanEqual(slice, size))) return;
@@ -70,6 +87,14 @@ void main() {
         up.y = abs(up.y) + 1e-3;
         above = open_share(rx_ray(cell, frac, up));
     }
-    imageStore(outSun, slice, vec4(lit, 1.0));
-    imageStore(outSky, slice, vec4(above, 1.0));
+    vec3 place;
+    float frames = 0.0;
+    if (place_before(slice, size, place)) {
+        vec4 sun_before = texture(sunBefore, place);
+        frames = min(sun_before.a, MOST - 1.0);
+        lit = mix(sun_before.rgb, lit, 1.0 / (frames + 1.0));
+        above = mix(texture(skyBefore, place).rgb, above, 1.0 / (frames + 1.0));
+    }
+    imageStore(outSun, slice, vec4(lit, frames + 1.0));
+    imageStore(outSky, slice, vec4(above, frames + 1.0));
 }
