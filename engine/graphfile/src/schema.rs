@@ -12,7 +12,7 @@ use crate::model::{
     Buffer, BufferSize, Choices, Clock, Display, Elements, Literal, Loop, MipSteps, Param, Part, Rounds, Scale, Size,
     Target, Warning,
 };
-use crate::parse::resources::{LONGEST_AXIS, MOST_WARNINGS, SCALES};
+use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::resolve::FACTS;
 
@@ -61,7 +61,7 @@ pub fn schema() -> Value {
                 "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
                 "type": "integer",
                 "minimum": 0,
-                "maximum": 16,
+                "maximum": LONGEST_HISTORY,
                 "default": 0,
             },
         },
@@ -169,7 +169,7 @@ pub fn formats() -> Shape {
 }
 
 pub fn mip_counts() -> Shape {
-    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }] }))
+    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": MOST_MIPS }, { "const": "full" }] }))
 }
 
 pub fn displays() -> Shape {
@@ -225,7 +225,7 @@ either! {
 /// A number, or one that follows the round of a loop.
 fn mip(about: &str) -> Value {
     let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
-    let mut any = vec![json!({ "type": "integer", "minimum": 0, "maximum": 16 })];
+    let mut any = vec![json!({ "type": "integer", "minimum": 0, "maximum": MOST_MIPS - 1 })];
     any.extend(rounds);
     json!({ "description": about, "anyOf": any })
 }

@@ -6,10 +6,8 @@ use raxel_graph::checked::{MOST_ROUNDS, RoundIndex};
 use raxel_language::{ReadKeys, Value};
 
 use super::at;
+use super::resources::MOST_MIPS;
 use crate::model::{Mip, MipSteps, Rounds};
-
-/// Mips that a target may have at most, less one.
-const LAST_MIP: u32 = 16;
 
 impl<C: ?Sized> Value<C> for Rounds {
     fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
@@ -57,5 +55,5 @@ pub fn mip(node: &Node<'_, '_>) -> Option<Mip> {
     if !node.is_integer() {
         return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
     }
-    node.integer(0..=LAST_MIP).map(Mip::Level)
+    node.integer(0..=MOST_MIPS - 1).map(Mip::Level)
 }
