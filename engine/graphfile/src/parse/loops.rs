@@ -47,13 +47,15 @@ pub fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
 }
 
 /// A number, `"loop.index"` or `"loop.next"`.
-pub fn mip(node: &Node<'_, '_>) -> Option<Mip> {
-    if node.is_string() {
-        let words = RoundIndex::ALL.map(|index| (index.name(), Mip::Round(index)));
-        return node.word(&words);
+impl<C: ?Sized> Value<C> for Mip {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        if node.is_string() {
+            let words = RoundIndex::ALL.map(|index| (index.name(), Mip::Round(index)));
+            return node.word(&words);
+        }
+        if !node.is_integer() {
+            return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
+        }
+        node.integer(0..=MOST_MIPS - 1).map(Mip::Level)
     }
-    if !node.is_integer() {
-        return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
-    }
-    node.integer(0..=MOST_MIPS - 1).map(Mip::Level)
 }
