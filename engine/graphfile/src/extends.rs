@@ -11,7 +11,7 @@ use raxel_graph::supply::FILE;
 use raxel_language::Layer;
 use raxel_language::layer::{merge, replace, unknown};
 
-use crate::model::{Bind, Buffer, File, Fills, Member, Pass, SharedBlock, Target};
+use crate::model::{Buffer, File, Fills, Member, Pass, SharedBlock, Target};
 use crate::parse::parse;
 
 /// Files that may extend each other in a row.
@@ -344,20 +344,6 @@ impl Layer for Member {
     const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
     fn name(&self) -> &Spanned<String> {
         &self.path
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        *self = above;
-    }
-}
-
-impl Layer for Bind {
-    const WHAT: &'static str = "binding";
-    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
-    fn name(&self) -> &Spanned<String> {
-        &self.name
     }
     fn removed(&self) -> bool {
         self.remove

@@ -1,10 +1,12 @@
 //! The file model: what graph files say, word for word, each value with its place. Nothing is looked up yet, and every key may be
 //! missing, because a file that `extends` another says only what differs. [`crate::extends`] lays such files over each other.
 
+mod passes;
+
 use std::sync::Arc;
 
 use raxel_diagnostics::{Span, Spanned, codes};
-use raxel_graph::checked::{DisplayMap, RoundIndex};
+use raxel_graph::checked::DisplayMap;
 use raxel_language::{Describe, Keys, Limits, Shape};
 use serde_json::json;
 
@@ -18,6 +20,8 @@ use crate::parse::{MOST_TICKS, RATES, at, rate};
 use crate::schema::{
     displays, formats, listed_values, listed_warnings, mip_counts, pairs_of_names, param_types, reference, value_types,
 };
+
+pub use passes::{Bind, Filter, Mip, Rhythm, Wrap};
 
 /// One graph file, or several laid over each other.
 #[derive(Clone, Debug)]
@@ -398,15 +402,6 @@ pub enum Rounds {
     Mips(Spanned<String>),
 }
 
-/// A mip as the file names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mip {
-    /// A number.
-    Level(u32),
-    /// Another one in each round of a loop: `"loop.index"`, `"loop.next"`.
-    Round(RoundIndex),
-}
-
 /// One of `[[passes]]`.
 #[derive(Clone, Debug)]
 pub struct Pass {
@@ -496,27 +491,6 @@ pub enum Dispatch {
         /// Bytes.
         offset: Spanned<u64>,
     },
-}
-
-/// One entry of `bind`.
-#[derive(Clone, Debug)]
-pub struct Bind {
-    /// The key: the GLSL name.
-    pub name: Spanned<String>,
-    /// `{ remove = true }`.
-    pub remove: bool,
-    /// The resource with its age, e.g. `color@1`. `None` when the file's value is wrong, and with `remove`.
-    pub target: Option<Spanned<String>>,
-    /// `mip`.
-    pub mip: Option<Spanned<Mip>>,
-    /// `layer`.
-    pub layer: Option<Spanned<u32>>,
-    /// `filter`: linear, else nearest.
-    pub linear: Option<Spanned<bool>>,
-    /// `wrap`: repeat, else clamp.
-    pub repeat: Option<Spanned<bool>>,
-    /// `partial`.
-    pub partial: Option<Spanned<bool>>,
 }
 
 /// `[blocks.NAME]`: values for every push-constant or uniform block of that name.

@@ -5,7 +5,7 @@ pub mod loops;
 mod passes;
 pub mod resources;
 
-pub use passes::{RATES, rate};
+pub use passes::{RATES, needs_target, rate};
 
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Spanned};

@@ -3,16 +3,16 @@
 
 use raxel_diagnostics::schema::with_defaults;
 use raxel_graph::ValueType;
-use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, MOST_STILL, RoundIndex};
-use raxel_language::{Describe, Keys, Shape};
+use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, RoundIndex};
+use raxel_language::{Describe, Form, Keys, Shape};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
 use crate::model::{
-    Buffer, BufferSize, Choices, Clock, Display, Elements, Literal, Loop, MipSteps, Param, Part, Rounds, Scale, Size,
-    Target, Warning,
+    Bind, Buffer, BufferSize, Choices, Clock, Display, Elements, Literal, Loop, Mip, MipSteps, Param, Part, Rhythm,
+    Rounds, Scale, Size, Target, Warning,
 };
-use crate::parse::resources::{LONGEST_AXIS, MOST_WARNINGS, SCALES};
+use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::resolve::FACTS;
 
@@ -61,7 +61,7 @@ pub fn schema() -> Value {
                 "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
                 "type": "integer",
                 "minimum": 0,
-                "maximum": 16,
+                "maximum": LONGEST_HISTORY,
                 "default": 0,
             },
         },
@@ -169,7 +169,7 @@ pub fn formats() -> Shape {
 }
 
 pub fn mip_counts() -> Shape {
-    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": 17 }, { "const": "full" }] }))
+    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": MOST_MIPS }, { "const": "full" }] }))
 }
 
 pub fn displays() -> Shape {
@@ -223,11 +223,21 @@ either! {
 }
 
 /// A number, or one that follows the round of a loop.
+impl Describe for Mip {
+    type Limits = ();
+
+    fn shape((): &()) -> Shape {
+        let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
+        let mut any = vec![u32::shape(&(0..=MOST_MIPS - 1).into()).schema()];
+        any.extend(rounds);
+        Shape::Schema(json!({ "anyOf": any }))
+    }
+}
+
 fn mip(about: &str) -> Value {
-    let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
-    let mut any = vec![json!({ "type": "integer", "minimum": 0, "maximum": 16 })];
-    any.extend(rounds);
-    json!({ "description": about, "anyOf": any })
+    let mut schema = Mip::shape(&()).schema();
+    schema["description"] = about.into();
+    schema
 }
 
 fn pass() -> Value {
@@ -270,9 +280,9 @@ fn pass() -> Value {
                 "description": "Runs at a rhythm of its own; in every frame when left out.",
                 "anyOf": [
                     text("The clock that it runs by: once a tick, several times in a frame or not at all."),
-                    table("So many times a second, at most once a frame.", &json!({ "hz": { "description": "Times a second: needed in this form.", "type": "number", "minimum": 0.001, "maximum": 10_000 } })),
-                    table("Every so many frames.", &json!({ "frames": integer("Runs in frames whose index this divides: needed in this form.", 1, u32::MAX.into()) })),
-                    table("Until nothing has changed for so long.", &json!({ "still": integer("Runs while `frame.still`, a number of frames, is less than this: needed in this form.", 1, u64::from(MOST_STILL)) })),
+                    rhythm("So many times a second, at most once a frame.", "hz"),
+                    rhythm("Every so many frames.", "frames"),
+                    rhythm("Until nothing has changed for so long.", "still"),
                 ],
             },
             "before": text("Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph stays."),
@@ -315,20 +325,13 @@ fn dispatch() -> Value {
 }
 
 fn bind() -> Value {
-    json!({
-        "anyOf": [
-            text("The resource."),
-            table("A resource with its view.", &json!({
-                "target": text("The resource: needed."),
-                "mip": mip("The mip, from 0. A storage image is one (0 when left out), a sampled image all of them."),
-                "layer": integer("One layer of many, from 0, as a plain 2-D image; all of them when left out.", 0, 65_535),
-                "filter": with(json!("nearest"), words("Filter of a sampled image.", ["nearest", "linear"].into_iter())),
-                "wrap": with(json!("clamp"), words("What lies beyond the edge of a sampled image.", ["clamp", "repeat"].into_iter())),
-                "partial": flag("The shader stores only some of the texels (or bytes) that are read later: what was there before shows through. Without it, a `writeonly` binding is taken to store all of them.", false),
-                "remove": definition_of("remove"),
-            })),
-        ],
-    })
+    json!({ "anyOf": [text("The resource."), Bind::form().definition()] })
+}
+
+/// One form of a rhythm.
+fn rhythm(about: &'static str, key: &str) -> Value {
+    let keys = Rhythm::form().keys.into_iter().filter(|known| known.name == key).collect();
+    Form { about, keys, forms: Vec::new() }.definition()
 }
 
 fn member() -> Value {

@@ -64,6 +64,7 @@
 //! | `check = function(a, b)` | a function of the [`Table`] and of fields, called if these are right; `false` refuses the table. A layer gives the fields as they are |
 //! | `into = Edit` | the type that the table becomes, by [`From`] |
 //! | `layer("param", unknown = CODE)` | tables that are laid over equal ones: fields are `Option`s, and one each is `entry`, `remove` and `flawed` |
+//! | `layer("binding", unknown = CODE, whole)` | the same, but a table replaces its equal as a whole; it has no `flawed` |
 //! | `over = function` | a function of the layer below and the one above, called before keys of the one replace those of the other |
 //! | `tag = "op"` | of an enum: the key whose word says which variant the table is |
 //!

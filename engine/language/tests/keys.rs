@@ -329,6 +329,38 @@ fn layers_merge_key_by_key() {
     assert_eq!(form.keys.iter().map(|key| key.name).collect::<Vec<_>>(), ["remove", "value", "label", "icon"]);
 }
 
+/// A plug, which is exchanged and not mended.
+#[derive(Debug, Keys)]
+#[keys(layer("plug", unknown = codes::graph::NOTHING_TO_OVERLAY, whole))]
+struct Plug {
+    #[keys(entry)]
+    name: Spanned<String>,
+    #[keys(remove)]
+    remove: bool,
+    /// Its pins.
+    pins: Option<u32>,
+    /// Its colour.
+    color: Option<String>,
+}
+
+#[test]
+fn a_whole_layer_replaces_its_equal() {
+    let read = |text: &str| {
+        let mut plugs = Vec::new();
+        let _ = read_document("f.toml", text, &mut SourceMap::default(), |root| {
+            plugs = ByName::read(&root.get("s")?, &(), &()).map(|plugs: ByName<Plug>| plugs.0)?;
+            Some(())
+        });
+        plugs
+    };
+    let mut below = read("[s.a]\npins = 2\ncolor = 'red'\n[s.b]\n");
+    let above = read("[s.a]\npins = 'x'\ncolor = 'blue'\n[s.b]\nremove = true\n");
+    let mut found = Vec::new();
+    layer::merge(&mut below, above, &mut found);
+    assert_eq!((below.len(), &below[0].name.value[..], found.len()), (1, "a", 0));
+    assert_eq!((below[0].pins, below[0].color.as_deref()), (None, Some("blue")), "pins of the base are gone");
+}
+
 /// Seconds, as long as a film lasts.
 struct Film {
     end: f64,

@@ -6,10 +6,8 @@ use raxel_graph::checked::{MOST_ROUNDS, RoundIndex};
 use raxel_language::{ReadKeys, Value};
 
 use super::at;
+use super::resources::MOST_MIPS;
 use crate::model::{Mip, MipSteps, Rounds};
-
-/// Mips that a target may have at most, less one.
-const LAST_MIP: u32 = 16;
 
 impl<C: ?Sized> Value<C> for Rounds {
     fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
@@ -49,13 +47,15 @@ pub fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
 }
 
 /// A number, `"loop.index"` or `"loop.next"`.
-pub fn mip(node: &Node<'_, '_>) -> Option<Mip> {
-    if node.is_string() {
-        let words = RoundIndex::ALL.map(|index| (index.name(), Mip::Round(index)));
-        return node.word(&words);
+impl<C: ?Sized> Value<C> for Mip {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        if node.is_string() {
+            let words = RoundIndex::ALL.map(|index| (index.name(), Mip::Round(index)));
+            return node.word(&words);
+        }
+        if !node.is_integer() {
+            return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
+        }
+        node.integer(0..=MOST_MIPS - 1).map(Mip::Level)
     }
-    if !node.is_integer() {
-        return node.wrong_type("the number of a mip, `\"loop.index\"` or `\"loop.next\"`");
-    }
-    node.integer(0..=LAST_MIP).map(Mip::Level)
 }

@@ -2,10 +2,11 @@
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
-use raxel_graph::checked::{LARGEST_SUBGROUP, MOST_STILL};
+use raxel_graph::checked::LARGEST_SUBGROUP;
+use raxel_language::{Named, ReadKeys, Value};
 
-use super::{at, literal, loops, removes, text};
-use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, SharedBlock};
+use super::{at, literal, removes, text};
+use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, Rhythm, SharedBlock};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
@@ -146,7 +147,7 @@ fn dispatch(node: &Node<'_, '_>) -> Option<Dispatch> {
 
 fn dispatch_mip(given: Option<Node<'_, '_>>, target: &Node<'_, '_>) -> Option<Spanned<Mip>> {
     match given {
-        Some(given) => at(&given, loops::mip(&given)),
+        Some(given) => Value::read(&given, &(), &()),
         None => Some(Spanned::new(Mip::Level(0), target.span.clone())),
     }
 }
@@ -169,37 +170,21 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
         let name = Spanned::new(name, node.key_span.clone());
         if node.is_string() {
             let target = at(&node, node.string());
-            return Some(Bind {
-                name,
-                remove: false,
-                target,
-                mip: None,
-                layer: None,
-                linear: None,
-                repeat: None,
-                partial: None,
-            });
+            let (mip, layer, filter, wrap, partial) = (None, None, None, None, None);
+            return Some(Bind { name, remove: false, target, mip, layer, filter, wrap, partial });
         }
         if !node.is_table() {
             return node.wrong_type("the name of a resource, or a table with `target`");
         }
-        let table = node.table()?;
-        let remove = removes(&table, &["remove"]);
-        let target = if remove { None } else { table.need_string("target") };
-        let bind = Bind {
-            name,
-            remove,
-            target: target.map(|(value, span)| Spanned::new(value, span)),
-            mip: table.get("mip").and_then(|node| at(&node, loops::mip(&node))),
-            layer: table.get("layer").and_then(|node| at(&node, node.integer(0..=65_535))),
-            linear: table.get("filter").and_then(|node| at(&node, node.word(&[("nearest", false), ("linear", true)]))),
-            repeat: table.get("wrap").and_then(|node| at(&node, node.word(&[("clamp", false), ("repeat", true)]))),
-            partial: table.get("partial").and_then(|node| at(&node, node.boolean())),
-        };
-        table.finish();
-        Some(bind)
+        Bind::read_named(name, &node.table()?, &())
     };
     table.entries().into_iter().filter_map(read).collect()
+}
+
+/// A binding that is not taken away has a resource.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
+pub fn needs_target(table: &Table<'_, '_>, remove: &bool, target: Option<&Spanned<String>>) -> bool {
+    *remove || target.is_some() || table.need("target").is_some()
 }
 
 /// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
@@ -273,18 +258,11 @@ fn every(node: &Node<'_, '_>) -> Option<Every> {
     if !node.is_table() {
         return node.wrong_type("the name of a clock, `{ hz = … }`, `{ frames = … }` or `{ still = … }`");
     }
-    let table = node.table()?;
-    let conflicts = [("hz", "frames"), ("hz", "still"), ("frames", "still")]
-        .map(|(a, b)| table.conflict(a, b, "a pass has one rhythm"));
-    let (hz, frames, still) = (table.get("hz"), table.get("frames"), table.get("still"));
-    table.finish();
-    let count = |node: &Node<'_, '_>| node.integer(1..=u32::MAX);
-    match (hz, frames, still) {
-        _ if conflicts.contains(&true) => None,
-        (Some(hz), ..) => rate(&hz).map(Every::Hz),
-        (_, Some(frames), _) => count(&frames).map(Every::Frames),
-        (.., Some(still)) => still.integer(1..=MOST_STILL).map(Every::Still),
-        (None, None, None) => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
+    match Rhythm::read_whole(&node.table()?, &())? {
+        Rhythm { hz: Some(hz), .. } => Some(Every::Hz(hz)),
+        Rhythm { frames: Some(frames), .. } => Some(Every::Frames(frames)),
+        Rhythm { still: Some(still), .. } => Some(Every::Still(still)),
+        Rhythm { .. } => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
     }
 }
 

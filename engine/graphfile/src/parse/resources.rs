@@ -11,6 +11,8 @@ use crate::model::{BufferSize, Display, Elements, Literal, Part, Scale, Size, Wa
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
 pub const LONGEST_AXIS: u32 = 65_536;
+/// Mips that a target may have at most: an axis of [`LONGEST_AXIS`] halved down to one texel.
+pub const MOST_MIPS: u32 = LONGEST_AXIS.ilog2() + 1;
 /// Array layers that a target may have at most.
 pub const MOST_LAYERS: u32 = 2048;
 /// Earlier frames that a resource may keep at most: each is a full copy.
@@ -120,7 +122,7 @@ pub fn mips(node: &Node<'_, '_>) -> Option<u32> {
     if !node.is_integer() {
         return node.wrong_type("a number of mips or `\"full\"`");
     }
-    node.integer(1..=17)
+    node.integer(1..=MOST_MIPS)
 }
 
 pub fn display(node: &Node<'_, '_>) -> Option<Display> {
@@ -203,9 +205,11 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
     let Elements { stride, of, count, per, scale } = elements?;
     match (of, count) {
         (Some(of), None) => Some(BufferSize::Of { of, scale, per: per.unwrap_or(1), stride }),
-        (None, Some(count)) if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER => {
-            node.bad_value(format!("`{}` is {count} × {stride} bytes; the most is 64 GiB", node.name))
-        }
+        (None, Some(count)) if count.saturating_mul(u64::from(stride)) > LARGEST_BUFFER => node.bad_value(format!(
+            "`{}` is {count} × {stride} bytes; the most is {} GiB",
+            node.name,
+            LARGEST_BUFFER >> 30
+        )),
         (None, Some(count)) => Some(BufferSize::Elements { count, stride }),
         // Reported already.
         _ => None,

@@ -16,7 +16,7 @@ use super::params::unknown_type;
 use super::resources::no_elements;
 use super::supplied::extent_from_outside;
 use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
-use crate::model::{self, Fills, Mip};
+use crate::model::{self, Fills, Filter, Mip, Wrap};
 use crate::queues::Queue;
 
 /// The facts of `when` that are no param.
@@ -158,8 +158,8 @@ fn bind(entry: &model::Bind, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> 
         target: entry.target.as_ref().and_then(|target| reference(target, scope, found)),
         mip: entry.mip.clone(),
         layer: entry.layer.clone(),
-        linear: entry.linear.clone(),
-        repeat: entry.repeat.clone(),
+        linear: entry.filter.clone().map(|filter| Spanned::new(filter.value == Filter::Linear, filter.span)),
+        repeat: entry.wrap.clone().map(|wrap| Spanned::new(wrap.value == Wrap::Repeat, wrap.span)),
         partial: entry
             .partial
             .as_ref()

@@ -16,11 +16,19 @@ pub struct Container {
     /// `into = Type`.
     pub into: Option<Type>,
     /// `layer("param", unknown = CODE)`.
-    pub layer: Option<(LitStr, Expr)>,
+    pub layer: Option<Layer>,
     /// `over = function`: what a layer does to the base before its keys replace those of the base.
     pub over: Option<Path>,
     /// `tag = "op"`.
     pub tag: Option<LitStr>,
+}
+
+/// How a table is laid over an equal one.
+pub struct Layer {
+    pub what: LitStr,
+    pub unknown: Expr,
+    /// The whole table replaces the one below, and not key by key.
+    pub whole: bool,
 }
 
 /// A function that is given fields.
@@ -111,7 +119,12 @@ impl Container {
                     syn::parenthesized!(inner in meta.input);
                     let what = inner.parse()?;
                     inner.parse::<Token![,]>()?;
-                    found.layer = Some((what, named(&inner, "unknown")?));
+                    let unknown = named(&inner, "unknown")?;
+                    let whole = inner.parse::<Option<Ident>>()?;
+                    if let Some(other) = whole.as_ref().filter(|word| *word != "whole") {
+                        return Err(syn::Error::new(other.span(), "expected `whole`"));
+                    }
+                    found.layer = Some(Layer { what, unknown, whole: whole.is_some() });
                 }
                 _ => return Err(meta.error("a type has `context`, `into`, `tag`, `about`, `check`, `layer` or `over`")),
             }

@@ -2,16 +2,19 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{Expr, Ident, LitStr};
+use syn::Ident;
 
-use crate::attributes::{Check, Container, Field, Role};
+use crate::attributes::{Check, Container, Field, Layer, Role};
 use crate::{context, fields};
 
-pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Field]) -> syn::Result<TokenStream> {
+pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Result<TokenStream> {
     let ident = &container.ident;
     let (generics, context) = context(container);
-    let (name, remove, flawed) =
-        (the(container, all, Role::Entry)?, the(container, all, Role::Remove)?, the(container, all, Role::Flawed)?);
+    let Layer { what, unknown, whole } = layer;
+    let (name, remove) = (the(container, all, Role::Entry)?, the(container, all, Role::Remove)?);
+    // Nothing of a table that is replaced as a whole remains to be flawed.
+    let flawed = if *whole { None } else { Some(the(container, all, Role::Flawed)?) };
+    let flawed: Vec<&Ident> = flawed.into_iter().collect();
     if let Some(field) =
         all.iter().find(|field| field.default.is_some() || field.absent.is_some() || field.map.is_some())
     {
@@ -44,6 +47,17 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
     });
     let over = container.over.iter();
     let keys = all.iter().filter(|field| field.role == Role::Key).map(|field| &field.ident);
+    let (before, mutable) =
+        if *whole { (quote!(), quote!()) } else { (quote!(let __before = __table.reporter().count();), quote!(mut)) };
+    let cover = if *whole {
+        quote!(*self = __above;)
+    } else {
+        quote! {
+            #(self.#flawed |= __above.#flawed;)*
+            #(#over(self, &__above);)*
+            #(::raxel_language::layer::replace(&mut self.#keys, __above.#keys);)*
+        }
+    };
     Ok(quote! {
         #[automatically_derived]
         impl #generics ::raxel_language::Named<#context> for #ident {
@@ -52,11 +66,11 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
                 __table: &::raxel_language::Table<'_, '_>,
                 __context: &#context,
             ) -> ::core::option::Option<Self> {
-                let __before = __table.reporter().count();
-                let mut __read = Self { #(#idents: #values),* };
+                #before
+                let #mutable __read = Self { #(#idents: #values),* };
                 #(#checks)*
                 __table.finish();
-                __read.#flawed = __table.reporter().count() > __before;
+                #(__read.#flawed = __table.reporter().count() > __before;)*
                 ::core::option::Option::Some(__read)
             }
         }
@@ -75,9 +89,7 @@ pub fn expand(container: &Container, (what, unknown): &(LitStr, Expr), all: &[Fi
             }
 
             fn cover(&mut self, __above: Self, _: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
-                self.#flawed |= __above.#flawed;
-                #(#over(self, &__above);)*
-                #(::raxel_language::layer::replace(&mut self.#keys, __above.#keys);)*
+                #cover
             }
         }
     })
