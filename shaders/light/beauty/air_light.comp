@@ -22,7 +22,7 @@ uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
 const int TRIES = 8;
-const float MOST = 24.0;   // frames in a mean
+const float MOST = 12.0;   // frames in a mean
 
 // How far a pixel sees.
 float depth_of(ivec2 pixel) {
