@@ -332,7 +332,7 @@ fn the_manifest_says_what_runs_by_default() {
     assert_eq!(rendered(&["graphs/rivals/naive.toml", "--size", "32x18"])["size"], serde_json::json!([32, 18]));
     project.write(
         "worlds/own.demo.toml",
-        "world = 'menger.toml'\ngraph = 'naive.toml'\nduration = 1.0\nsize = [48, 27]\n",
+        "world = 'menger.toml'\ngraph = 'rivals/naive.toml'\nduration = 1.0\nsize = [48, 27]\n",
     );
     project.write("raxel.toml", "graph = 'inspect.toml'\ndemo = 'own.demo.toml'\nsize = [64, 36]\n");
     let said = rendered(&[]);
