@@ -6,6 +6,7 @@
 #include <raxel/world.glsl>
 #include <raxel/random.glsl>
 #include "../scene.glsl"
+#include "../change.glsl"
 #include "air_slices.glsl"
 #include <raxel/light/reproject.glsl>
 #ifdef PANES
@@ -31,7 +32,7 @@ float depth_of(ivec2 pixel) {
 
 // Finds a point of the slice that the camera sees, so that no light from behind a wall gets into the air before it. If none of the pixels that
 // it tries sees as far as `t`, the point lies right before the farthest surface among them.
-vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint state) {
+vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint seed) {
     ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
     ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;
     float most = -1.0;
@@ -41,7 +42,7 @@ vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint state) {
             most = depth;
             deepest = min(pixel, screen - 1);
         }
-        pixel = from + ivec2(rx_random(state) * float(wide.x), rx_random(state) * float(wide.y));
+        pixel = from + ivec2(rx_random(seed) * float(wide.x), rx_random(seed) * float(wide.y));
     }
     return min(t, 0.99 * most) * pixel_direction(deepest, screen);
 }
@@ -74,8 +75,8 @@ void main() {
     vec3 sun = frame_sun();
     float t = slice_place(slice, size);
     vec3 lit = vec3(1.0), above = vec3(1.0);
-    uint state = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
-    vec3 at = frame.camera_frac + seen_point(slice, size, t, state);
+    uint seed = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
+    vec3 at = frame.camera_frac + seen_point(slice, size, t, seed);
     ivec3 cell = ivec3(floor(at));
     vec3 frac = at - vec3(cell);
     cell += frame.camera_cell;
@@ -83,7 +84,7 @@ void main() {
     if (distance(at, frame.camera_frac) < 600.0) {
         lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_ray(cell, frac, sun));
         // In caves and rooms little of the sky reaches the mist: one ray to anywhere above says how much.
-        vec3 up = rx_random_direction(state);
+        vec3 up = rx_random_direction(seed);
         up.y = abs(up.y) + 1e-3;
         above = open_share(rx_ray(cell, frac, up));
     }
@@ -92,6 +93,7 @@ void main() {
     if (place_before(slice, size, place)) {
         vec4 sun_before = texture(sunBefore, place);
         frames = min(sun_before.a, MOST - 1.0);
+        if (state.changed != 0u) frames = min(frames, state.cap);
         lit = mix(sun_before.rgb, lit, 1.0 / (frames + 1.0));
         above = mix(texture(skyBefore, place).rgb, above, 1.0 / (frames + 1.0));
     }
