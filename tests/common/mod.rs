@@ -5,6 +5,7 @@
 mod child;
 mod display;
 mod faults;
+mod lesser;
 mod vulkan;
 
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use std::process::{Command, Output, Stdio};
 pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
 pub use faults::{CALLS, Fault, Faults};
+pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, SMALL};
 pub use vulkan::before_vulkan;
 
 /// The root of the repository.
@@ -93,7 +95,7 @@ impl Project {
     pub fn shipped() -> Self {
         let project = Self::empty();
         for folder in ["graphs", "shaders", "worlds"] {
-            copy(&repository().join(folder), &project.path(folder));
+            project.copy_folder(folder);
         }
         project
     }
@@ -103,6 +105,12 @@ impl Project {
         let project = Self::empty();
         copy(&repository().join(folder), project.root());
         project
+    }
+
+    /// Adds a folder of the repository.
+    pub fn copy_folder(&self, folder: &str) -> &Self {
+        copy(&repository().join(folder), &self.path(folder));
+        self
     }
 
     /// A project without a file.
