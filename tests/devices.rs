@@ -1,5 +1,7 @@
 //! Devices that can less than the one that the tests run on (`common/lesser.rs`): a graph that fits is drawn, and what does not fit is refused with
 //! the limit's name. Never does the driver see what it says it cannot do, and the validation layer stays silent.
+//!
+//! `cargo test --profile checked --test devices -- --ignored` tries every graph that ships.
 #![cfg(target_os = "linux")]
 
 mod common;
