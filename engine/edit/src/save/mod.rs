@@ -22,14 +22,13 @@ mod worker;
 mod writer;
 
 use std::collections::BTreeSet;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_world::{ChunkPos, MaterialIndex};
-use rustix::fs::{FlockOperation, flock};
 
 pub use content::FileInfo;
 pub use damage::Damage;
@@ -349,9 +348,10 @@ fn lock(folder: &Path) -> Result<File, String> {
     std::fs::create_dir_all(folder).map_err(failed)?;
     let path = folder.join("lock");
     let file = File::options().create(true).truncate(false).write(true).open(path).map_err(failed)?;
-    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+    match file.try_lock() {
         Ok(()) => Ok(file),
-        Err(_) => Err(format!("another process has `{}` open", folder.display())),
+        Err(TryLockError::WouldBlock) => Err(format!("another process has `{}` open", folder.display())),
+        Err(TryLockError::Error(error)) => Err(failed(error)),
     }
 }
 
