@@ -48,6 +48,20 @@ impl Documents {
         Some((document, offset(&document.text, position)))
     }
 
+    /// A text by the address of its file.
+    pub fn get(&self, address: &Url) -> Option<&Document> {
+        self.open.get(&address.to_file_path().ok()?)
+    }
+
+    /// The text of a file of the project that a document is in: as it is open, or else as it is saved.
+    pub fn text(&self, document: &Document, path: &str) -> Option<String> {
+        let file = document.project.on_disk(path);
+        match self.open.get(&file) {
+            Some(open) => Some(open.text.clone()),
+            None => std::fs::read_to_string(file).ok(),
+        }
+    }
+
     /// The projects that texts are open of, each with those texts in front of its files.
     pub fn projects(&self) -> Vec<(Project, Vec<&Document>)> {
         let mut projects: Vec<(Project, Vec<&Document>)> = Vec::new();
