@@ -19,7 +19,7 @@ use super::{builtins, symbols};
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
 pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
-    if !is_toml(&document.path) {
+    if !document.is_toml() {
         return glsl(documents, document, at);
     }
     let schema = schema(&document.path);
@@ -127,14 +127,9 @@ fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
     found
 }
 
-/// Whether a path names a TOML file.
-fn is_toml(path: &str) -> bool {
-    std::path::Path::new(path).extension().is_some_and(|extension| extension == "toml")
-}
-
 /// What the word at a byte means, in Markdown.
 pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
-    let toml = is_toml(&document.path);
+    let toml = document.is_toml();
     let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
     if found.is_empty() {
         return None;

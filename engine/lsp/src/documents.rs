@@ -16,6 +16,13 @@ pub(super) struct Document {
     pub text: String,
 }
 
+impl Document {
+    /// Whether it is TOML; all else is a shader.
+    pub fn is_toml(&self) -> bool {
+        Path::new(&self.path).extension().is_some_and(|extension| extension == "toml")
+    }
+}
+
 /// Every text that is open and lies in a project, by its place on disk.
 #[derive(Default)]
 pub(super) struct Documents {

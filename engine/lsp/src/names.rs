@@ -116,7 +116,7 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
         let declared = declared_in(texts).find(|(_, declared)| declared.name == name);
         declared.and_then(|(text, declared)| inside(text, &declared.place))
     };
-    if document.path.ends_with(".toml") {
+    if document.is_toml() {
         let texts = graphs(documents, document).into_iter().chain(worlds(documents, document));
         let name = bare(found);
         let place = texts.map(|text| (declaration(&text.text, name), text)).find(|(place, _)| place.is_some());

@@ -11,7 +11,7 @@ use super::names::{declared, named_passes};
 /// What a document declares, in its order.
 pub(super) fn symbols(document: &Document) -> Vec<DocumentSymbol> {
     let text = &document.text;
-    if !document.path.ends_with(".toml") {
+    if !document.is_toml() {
         let symbol = |found: super::glsl::Declaration| {
             symbol(text, &found.name, symbol_kind(found.kind), &found.whole, &found.place)
         };
