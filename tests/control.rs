@@ -98,6 +98,65 @@ fn lines_that_are_no_request_change_nothing() {
     assert!(talk.child.finish().success());
 }
 
+/// Every table of times has a row for every pass, and a pass that did not run is one of them.
+#[test]
+fn a_pass_that_did_not_run_has_a_row_too() {
+    let project = numbers(
+        &[("seven", ""), ("fin", "")],
+        &[
+            ("once", "set", "bind = { to = \"seven\" }\npush = { value = 7.0 }"),
+            ("adds", "add", "every = { frames = 3 }\nbind = { sum = \"fin\" }\npush = { value = 1.0 }"),
+        ],
+    );
+    let mut talk = control_numbers(&project);
+    for frame in 0..3 {
+        talk.ask(json!({ "do": "step" }));
+        let answer = talk.ask(json!({ "do": "timings" }));
+        let rows: Vec<_> = answer["passes"].as_array().unwrap().iter().collect();
+        assert_eq!(rows.iter().map(|row| &row["pass"]).collect::<Vec<_>>(), [&json!("once"), &json!("adds")]);
+        assert_eq!(rows[1]["ran"], json!(frame == 0), "it is due every third frame: {answer}");
+        assert!(rows.iter().all(|row| row["ran"] == json!(true) || row["milliseconds"].is_null()), "{answer}");
+    }
+}
+
+#[test]
+fn a_target_is_read_right_after_a_pass() {
+    let keys = "bind = { sum = \"fin\" }\npush = { value = 7.0 }";
+    let project = numbers(&[("fin", "clear = 0.0")], &[("one", "add", keys), ("two", "add", keys)]);
+    let mut talk = control_numbers(&project);
+    let read = json!({ "do": "pixel", "target": "fin", "after": "one", "x": 0, "y": 0 });
+    talk.ask(json!({ "do": "step" }));
+    let refused = talk.say(&read.to_string());
+    assert!(refused["help"][0].as_str().unwrap().contains("`target`, \"fin,after=one\""), "{refused}");
+    talk.ask(json!({ "do": "target", "target": "fin,after=one" }));
+    talk.ask(json!({ "do": "step" }));
+    assert_eq!(talk.ask(read)["values"], json!([7.0]));
+    assert_eq!(texel(&mut talk, "fin", 0), json!(14.0), "the end of the frame as before");
+}
+
+#[test]
+fn the_world_is_edited_and_edits_are_undone() {
+    let mut talk = Talk::start(&mut command(repository(), &[&["control"][..], &SCENE].concat()));
+    let solid = |talk: &mut Talk| {
+        talk.ask(json!({ "do": "step" }));
+        talk.ask(json!({ "do": "picture" }))["data"].clone()
+    };
+    let before = solid(&mut talk);
+    let subtract = json!({ "op": "sphere", "center": [0, 0, 0], "radius": 400, "mode": "subtract" });
+    let refused = talk.say(&json!({ "do": "edit", "operations": [subtract, { "op": "sphere" }] }).to_string());
+    assert_eq!(refused["ok"], json!(false), "{refused}");
+    assert_eq!(solid(&mut talk), before, "one of them is wrong, and none was made");
+    let edited = talk.ask(json!({ "do": "edit", "operations": [subtract] }));
+    assert!(edited["chunks"].as_u64() > Some(0) && edited["steps"] == json!({ "undo": 1, "redo": 0 }), "{edited}");
+    let dug = solid(&mut talk);
+    assert_ne!(dug, before);
+    assert_eq!(talk.ask(json!({ "do": "undo" }))["undone"], json!(true));
+    assert_eq!(solid(&mut talk), before);
+    assert_eq!(talk.ask(json!({ "do": "undo" }))["undone"], json!(false));
+    assert_eq!(talk.ask(json!({ "do": "redo" }))["redone"], json!(true));
+    assert_eq!(solid(&mut talk), dug);
+}
+
 #[test]
 fn a_closed_pipe_ends_it() {
     let talk = Talk::start(&mut command(repository(), &[&["control"][..], &SCENE].concat()));

@@ -203,3 +203,107 @@ fn names_are_completed_and_explained() {
     let place = editor.place(&graph, &format!("{text}shader = \"inspe|ct.comp\"\n"));
     assert_eq!(editor.ask("textDocument/definition", place)["uri"], json!(address(&shader)));
 }
+
+/// Where something is declared: the file, and the line from 0.
+fn place_of(found: &Value) -> (&str, u64) {
+    (found["uri"].as_str().unwrap_or_default(), found["range"]["start"]["line"].as_u64().unwrap_or(u64::MAX))
+}
+
+#[test]
+fn names_of_the_base_are_known_in_a_graph_that_extends_it() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let (graph, base) = (project.path("graphs/mine.toml"), project.path("graphs/inspect.toml"));
+    std::fs::write(&graph, "").unwrap();
+    editor.open(&graph, "");
+    let head = "extends = \"inspect.toml\"\n[params.gain]\ntype = \"f32\"\ndefault = 1.0\n";
+    let pass = format!("{head}[[passes]]\nname = \"inspect\"\n");
+    let mut has = |text: &str, wanted: &[&str], none: &[&str]| {
+        let offered = editor.offered(&graph, text);
+        assert!(wanted.iter().all(|name| offered.iter().any(|label| label == name)), "{text}: {offered:?}");
+        assert!(!none.iter().any(|name| offered.iter().any(|label| label == name)), "{text}: {offered:?}");
+    };
+    has(&format!("{head}present = \"|\""), &["depth", "normal", "world"], &[]);
+    has(&format!("{pass}bind = {{ outDepth = \"|\" }}\n"), &["depth", "steps"], &["outDepth"]);
+    has(&format!("{head}[[passes]]\nname = \"b\"\nafter = \"|\""), &["inspect", "b"], &[]);
+    // Short forms: the value of a member is what it comes from, and names are those of the shader.
+    let values = ["camera.fov", "param.gain", "param.sky_depth", "target.depth.size", "buffer.world.count"];
+    has(&format!("{pass}push = {{ sky_depth = \"|\" }}\n"), &values, &[]);
+    has(&format!("{pass}[passes.push]\nsky_depth = \"|\""), &values, &[]);
+    has(&format!("{pass}push = {{ | }}\n"), &["sky_depth", "camera_cell"], &["outHit", "name"]);
+    has(&format!("{pass}[passes.push]\ncam|"), &["sky_depth", "camera_cell"], &["from", "outHit"]);
+    has(&format!("{pass}bind = {{ | }}\n"), &["outHit", "outSteps"], &["push", "name"]);
+    has(&format!("{head}[blocks.Push]\n|"), &["sky_depth", "tan_half_fov"], &["name"]);
+    has(&format!("{head}[targets.|"), &["depth", "normal"], &["gain"]);
+    has(&format!("{pass}[passes.|"), &["push", "bind", "uniforms"], &["targets"]);
+
+    let place = editor.place(&graph, &format!("{head}present = \"dep|th\"\n"));
+    let said = editor.ask("textDocument/hover", place.clone());
+    let said = said["contents"]["value"].as_str().unwrap();
+    assert!(said.contains("[targets.depth]") && said.contains("`graphs/inspect.toml`"), "{said}");
+    let lines = std::fs::read_to_string(&base).unwrap();
+    let line = lines.lines().position(|line| line == "[targets.depth]").unwrap() as u64;
+    assert_eq!(place_of(&editor.ask("textDocument/definition", place)), (address(&base).as_str(), line));
+    // A binding leads to the shader.
+    let shader = project.path("shaders/inspect.comp");
+    let text = std::fs::read_to_string(&shader).unwrap();
+    let line = text.lines().position(|line| line.contains("image2D outDepth;")).unwrap() as u64;
+    let place = editor.place(&graph, &format!("{pass}bind = {{ outDep|th = \"depth\" }}\n"));
+    assert_eq!(place_of(&editor.ask("textDocument/definition", place)), (address(&shader).as_str(), line));
+
+    let demo = project.path("worlds/mine.demo.toml");
+    std::fs::write(&demo, "").unwrap();
+    editor.open(&demo, "");
+    let head = "world = \"valley.toml\"\ngraph = \"mine.toml\"\n[[edits]]\ntime = 1.0\nop = \"set\"\n";
+    let offered = editor.offered(&demo, &format!("{head}material = \"|\"\n"));
+    assert!(offered.contains(&"grass".to_owned()) && offered.contains(&"sand".to_owned()), "{offered:?}");
+    assert_eq!(editor.offered(&demo, &format!("{head}[tracks.]\n|")), ["interpolation", "keys"]);
+    std::fs::write(&graph, "extends = \"inspect.toml\"\n[params.gain]\n").unwrap();
+    editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": address(&graph) } }));
+    assert_eq!(editor.offered(&demo, &format!("{head}[tracks.|]\n")), ["gain", "sky_depth"]);
+}
+
+#[test]
+fn shaders_have_the_names_of_glsl_and_an_outline() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let shader = project.path("shaders/inspect.comp");
+    let text = std::fs::read_to_string(&shader).unwrap();
+    editor.open(&shader, &text);
+    let body = |inside: &str| text.replace("    RxHit hit;\n", &format!("    {inside}\n    RxHit hit;\n"));
+    let offered = editor.offered(&shader, &body("smo|"));
+    for name in ["smoothstep", "imageLoad", "gl_GlobalInvocationID", "rx_trace", "outDepth", "push"] {
+        assert!(offered.iter().any(|label| label == name), "{name} is not among {offered:?}");
+    }
+    let mut hover = |inside: &str| {
+        let place = editor.place(&shader, &body(inside));
+        let said = editor.ask("textDocument/hover", place);
+        said["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    assert!(hover("float x = smooth|step(0.0, 1.0, 0.5);").contains("0 below low, 1 above high"));
+    let said = hover("imageStore(outDe|pth, pixel, vec4(0.0));");
+    for part in
+        ["uniform writeonly image2D outDepth;", "distance along the ray", "pass `inspect` of `graphs/inspect.toml`"]
+    {
+        assert!(said.contains(part), "{said}");
+    }
+    let place = editor.place(&shader, &body("imageStore(outDe|pth, pixel, vec4(0.0));"));
+    let line = text.lines().position(|line| line.contains("image2D outDepth;")).unwrap() as u64;
+    assert_eq!(place_of(&editor.ask("textDocument/definition", place)), (address(&shader).as_str(), line));
+    // What an include declares is found there.
+    let place = editor.place(&shader, &body("RxRay other = rx_camera|_ray();"));
+    let found = editor.ask("textDocument/definition", place);
+    assert_eq!(place_of(&found).0, address(&project.path("shaders/include/raxel/camera.glsl")), "{found}");
+
+    let outline = |editor: &mut Editor, path: &Path| -> Vec<String> {
+        let document = json!({ "textDocument": { "uri": address(path) } });
+        let symbols = editor.ask("textDocument/documentSymbol", document);
+        symbols.as_array().unwrap().iter().map(|symbol| symbol["name"].as_str().unwrap().to_owned()).collect()
+    };
+    editor.change(&shader, &text);
+    assert_eq!(outline(&mut editor, &shader), ["outHit", "outDepth", "outNormal", "outSteps", "push", "main"]);
+    let graph = project.path("graphs/inspect.toml");
+    editor.open(&graph, &std::fs::read_to_string(&graph).unwrap());
+    let expected = ["sky_depth", "hit", "depth", "normal", "steps", "world", "inspect"];
+    assert_eq!(outline(&mut editor, &graph), expected);
+}

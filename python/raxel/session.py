@@ -112,7 +112,7 @@ class Session:
         return self.ask("info")
 
     def timings(self):
-        """Milliseconds of GPU time of each pass of the last frame, by name."""
+        """Milliseconds of GPU time of every pass in the last frame, by name; None for one that did not run."""
         return {entry["pass"]: entry["milliseconds"] for entry in self.ask("timings")["passes"]}
 
     def diagnostics(self):
@@ -154,6 +154,18 @@ class Session:
         """Starts over."""
         self.ask("reset")
 
+    def edit(self, operations):
+        """Edits the world, as one step: a list of dicts as `[[edits]]` of a demo, without times. Gives `chunks` and `steps`."""
+        return self.ask("edit", operations=operations)
+
+    def undo(self):
+        """Takes the newest step of edits back. False when there is none."""
+        return self.ask("undo")["undone"]
+
+    def redo(self):
+        """Makes the step again that was taken back last. False when there is none."""
+        return self.ask("redo")["redone"]
+
     def resize(self, width, height):
         """Changes the extent of the output."""
         self.ask("resize", size=[width, height])
@@ -176,13 +188,16 @@ class Session:
         """The picture of the last frame: height × width × 4 bytes, sRGB."""
         return _array(self.ask("picture"))
 
-    def texels(self, target, *, age=0, mip=0, layer=0):
-        """A target as numbers: height × width × channels of float32, uint32 or int32."""
-        return _array(self.ask("texels", target=target, age=age, mip=mip, layer=layer))
+    def texels(self, target, *, age=0, mip=0, layer=0, after=None):
+        """A target as numbers: height × width × channels of float32, uint32 or int32.
 
-    def pixel(self, target, x, y, *, age=0, mip=0, layer=0):
-        """The values of one texel."""
-        values = self.ask("pixel", target=target, x=x, y=y, age=age, mip=mip, layer=layer)["values"]
+        `after` is a pass: `target("color,after=sky")` and `step()` before it take the copy that this reads.
+        """
+        return _array(self.ask("texels", target=target, age=age, mip=mip, layer=layer, after=after))
+
+    def pixel(self, target, x, y, *, age=0, mip=0, layer=0, after=None):
+        """The values of one texel; `after` as for `texels`."""
+        values = self.ask("pixel", target=target, x=x, y=y, age=age, mip=mip, layer=layer, after=after)["values"]
         return [float(value) if isinstance(value, str) else value for value in values]
 
     def buffer(self, buffer, bytes, *, start=0, dtype=None):

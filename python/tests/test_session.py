@@ -141,6 +141,16 @@ class Driving(unittest.TestCase):
         self.session.step()
         self.assertNotEqual(self.session.picture().tolist(), one)
 
+    def test_every_pass_has_a_time_or_none(self):
+        self.session.step()
+        self.assertEqual(list(self.session.timings()), self.session.info()["passes"])
+
+    def test_edits_are_undone(self):
+        self.assertFalse(self.session.undo())
+        edit = self.session.edit([{"op": "sphere", "center": [0, 0, 0], "radius": 8.5, "mode": "subtract"}])
+        self.assertEqual(edit["steps"], {"undo": 1, "redo": 0})
+        self.assertEqual([self.session.undo(), self.session.redo(), self.session.undo()], [True, True, True])
+
     def test_a_picture_is_a_file(self):
         self.session.step()
         with tempfile.TemporaryDirectory() as folder:

@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use data_encoding::BASE64;
-use raxel_execute::Texels;
-use raxel_graph::checked::{Param, ResourceKind, Value as ParamValue};
+use raxel_diagnostics::Diagnostic;
+use raxel_execute::{Captured, PassOutcome, Texels};
+use raxel_graph::checked::{Param, Pass, ResourceKind, Value as ParamValue};
+use raxel_graph::plan::Present;
 use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
 use raxel_runtime::camera::Camera;
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;
@@ -82,8 +85,19 @@ pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
     console::json(&Value::Object(object));
 }
 
+/// What was shown right after a pass of the last frame.
+pub(super) struct Middle {
+    of: Present,
+    texels: Texels,
+}
+
 /// Does what is asked, or nothing.
-pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> Result<Value, Refusal> {
+pub(super) fn answer(
+    request: Request,
+    session: &mut Session,
+    drive: Drive,
+    middle: &mut Option<Middle>,
+) -> Result<Value, Refusal> {
     match request {
         Request::Info {} => Ok(info(session)),
         Request::Set { param, value } => {
@@ -119,12 +133,13 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
             }
             for _ in 0..frames {
                 match drive {
-                    Drive::Requests => drop(session.frame()?),
+                    Drive::Requests => frame(session)?,
                     Drive::Window => session.step(),
                 }
             }
             if drive == Drive::Requests {
                 session.wait()?;
+                *middle = shown_in_the_middle(session);
             }
             Ok(now(session))
         }
@@ -155,16 +170,18 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
                 "data": BASE64.encode(&picture.rgba),
             }))
         }
-        Request::Texels { target, age, mip, layer } => {
-            let texels = session.read_texels(&target, age, mip, layer)?;
+        Request::Texels { target, age, mip, layer, after } => {
+            let target = DebugTarget { resource: target, age, mip, layer, after };
+            let texels = texels(session, &target, middle.as_ref())?;
             let (kind, bytes) = numbers(&texels);
             Ok(json!({
                 "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
                 "format": texels.format.name(), "data": BASE64.encode(&bytes),
             }))
         }
-        Request::Pixel { target, x, y, age, mip, layer } => {
-            let texels = session.read_texels(&target, age, mip, layer)?;
+        Request::Pixel { target, x, y, age, mip, layer, after } => {
+            let target = DebugTarget { resource: target, age, mip, layer, after };
+            let texels = texels(session, &target, middle.as_ref())?;
             if x >= texels.width || y >= texels.height {
                 let (width, height) = (texels.width, texels.height);
                 return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
@@ -184,16 +201,101 @@ pub(super) fn answer(request: Request, session: &mut Session, drive: Drive) -> R
         }
         Request::Timings {} => {
             session.wait()?;
-            let plan = session.plan().cloned();
-            let times: Vec<_> = session.timings().to_vec();
-            let passes = times.iter().filter_map(|time| {
-                let name = &plan.as_ref()?.graph.pass(time.pass).name;
-                Some(json!({ "pass": name, "milliseconds": time.nanoseconds? / 1e6 }))
-            });
-            Ok(json!({ "passes": passes.collect::<Vec<_>>() }))
+            Ok(json!({ "passes": timings(session) }))
+        }
+        Request::Edit { operations } => {
+            let written: Vec<String> = operations.iter().map(toml).collect::<Result<_, _>>()?;
+            let text = format!("edits = [{}]", written.join(", "));
+            let operations = raxel_runtime::timeline::operations(&text, session.scene()).map_err(refused)?;
+            let chunks = session.edit(&operations).map_err(|failure| refused(failure.into_diagnostics()))?;
+            Ok(with_steps(session, json!({ "chunks": chunks })))
+        }
+        Request::Undo {} => {
+            let undone = session.undo().map_err(|failure| refused(failure.into_diagnostics()))?;
+            Ok(with_steps(session, json!({ "undone": undone })))
+        }
+        Request::Redo {} => {
+            let redone = session.redo().map_err(|failure| refused(failure.into_diagnostics()))?;
+            Ok(with_steps(session, json!({ "redone": redone })))
         }
         Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
     }
+}
+
+/// Runs a frame; what is shown right after a pass is copied there.
+fn frame(session: &mut Session) -> Result<(), Refusal> {
+    if session.debug_target().after.is_some() {
+        session.capture_shown(0..0);
+    }
+    session.frame()?;
+    Ok(())
+}
+
+/// The copy that the last frame took.
+fn shown_in_the_middle(session: &mut Session) -> Option<Middle> {
+    let copy = session.captured()?.poll().ok().flatten()?;
+    let of = session.debug_target().resolve(session.graph()).ok()?;
+    match copy {
+        Captured::Texels(texels) if of.after.is_some() => Some(Middle { of, texels }),
+        _ => None,
+    }
+}
+
+/// Texels at the end of the last frame, or right after a pass of it.
+fn texels(session: &mut Session, target: &DebugTarget, middle: Option<&Middle>) -> Result<Texels, Refusal> {
+    if target.after.is_none() {
+        return Ok(session.read_texels(&target.resource, target.age, target.mip, target.layer)?);
+    }
+    let wanted = target.resolve(session.graph())?;
+    match middle.filter(|middle| middle.of == wanted) {
+        Some(middle) => Ok(middle.texels.clone()),
+        None => Err(Refusal {
+            error: format!("the last frame has no copy of `{target}`"),
+            help: vec![format!(
+                "choose it with `target`, \"{target}\", and run a frame with `step`; a window takes no copies"
+            )],
+        }),
+    }
+}
+
+/// Every pass of the graph in order, with its time in the last frame if it ran.
+fn timings(session: &mut Session) -> Vec<Value> {
+    let outcomes = session.outcomes();
+    let times: Vec<_> = session.timings().to_vec();
+    let Some(plan) = session.plan() else { return Vec::new() };
+    let of_pass = |(index, pass): (usize, &Pass)| {
+        let at = times.iter().position(|time| time.pass.0 as usize == index);
+        let ran = at.and_then(|at| outcomes.get(at)) == Some(&PassOutcome::Dispatched);
+        let milliseconds = at.filter(|_| ran).and_then(|at| times[at].nanoseconds).map(|time| time / 1e6);
+        json!({ "pass": pass.name, "milliseconds": milliseconds, "ran": ran })
+    };
+    plan.graph.passes.iter().enumerate().map(of_pass).collect()
+}
+
+fn with_steps(session: &Session, mut answer: Value) -> Value {
+    let [undo, redo] = session.edit_steps();
+    answer["steps"] = json!({ "undo": undo, "redo": redo });
+    answer
+}
+
+fn refused(diagnostics: Vec<Diagnostic>) -> Refusal {
+    let said: Vec<String> = diagnostics.iter().map(|diagnostic| diagnostic.message.clone()).collect();
+    Refusal { error: said.join("; "), help: diagnostics.into_iter().flat_map(|diagnostic| diagnostic.help).collect() }
+}
+
+/// JSON as an inline value of TOML.
+fn toml(value: &Value) -> Result<String, Refusal> {
+    Ok(match value {
+        // The escapes of JSON are escapes of TOML, too.
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => value.to_string(),
+        Value::Array(parts) => format!("[{}]", parts.iter().map(toml).collect::<Result<Vec<_>, _>>()?.join(", ")),
+        Value::Object(fields) => {
+            let field =
+                |(key, value): (&String, &Value)| Ok(format!("{} = {}", Value::from(key.as_str()), toml(value)?));
+            format!("{{ {} }}", fields.iter().map(field).collect::<Result<Vec<_>, Refusal>>()?.join(", "))
+        }
+        Value::Null => return Err(Refusal::new("an operation has no null")),
+    })
 }
 
 fn info(session: &Session) -> Value {

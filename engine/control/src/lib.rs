@@ -15,7 +15,7 @@ use raxel_runtime::Session;
 use raxel_runtime::reload::ReloadEvent;
 use serde_json::{Value, json};
 
-use self::answer::Refusal;
+use self::answer::{Middle, Refusal};
 use self::request::Request;
 use raxel_terminal::console;
 
@@ -34,6 +34,8 @@ pub struct Control {
     drive: Drive,
     /// A request that waits for an edit.
     waiting: Option<Waiting>,
+    /// What the last frame has shown, if that is not its end.
+    middle: Option<Middle>,
     /// What the last edit brought, for `diagnostics`.
     diagnostics: Vec<Value>,
     generation: u64,
@@ -72,7 +74,7 @@ impl Control {
             wake();
         });
         console::json(&json!({ "event": "ready", "protocol": request::PROTOCOL }));
-        Self { lines, drive, waiting: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
+        Self { lines, drive, waiting: None, middle: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
     }
 
     /// Answers what has come, without waiting: for a window. There is no session while its files have mistakes.
@@ -121,6 +123,8 @@ impl Control {
     pub fn note(&mut self, event: &ReloadEvent) {
         let said = match event {
             ReloadEvent::Reloaded(reloaded) => {
+                // Numbers of resources and passes are others now.
+                self.middle = None;
                 (self.generation, self.shown) = (reloaded.generation, reloaded.generation);
                 self.diagnostics = parsed(&render::json(&reloaded.diagnostics, &reloaded.texts));
                 json!({
@@ -215,7 +219,7 @@ impl Control {
             Ok(request) => answer::give(
                 &id,
                 match session {
-                    Some(session) => answer::answer(request, session, self.drive),
+                    Some(session) => answer::answer(request, session, self.drive, &mut self.middle),
                     None => Err(Refusal::nothing_runs()),
                 },
             ),

@@ -61,6 +61,7 @@ pub(super) enum Request {
         mip: u32,
         #[serde(default)]
         layer: u32,
+        after: Option<String>,
     },
     /// One texel of a target.
     Pixel {
@@ -73,6 +74,7 @@ pub(super) enum Request {
         mip: u32,
         #[serde(default)]
         layer: u32,
+        after: Option<String>,
     },
     /// Bytes of a buffer.
     Buffer {
@@ -81,6 +83,12 @@ pub(super) enum Request {
         start: u64,
         bytes: u64,
     },
+    /// Edits the world: operations as `[[edits]]` of a demo has them, without times, as one step.
+    Edit { operations: Vec<Value> },
+    /// Takes the newest step of edits back.
+    Undo {},
+    /// Makes the step again that was taken back last.
+    Redo {},
     /// GPU times of the passes of the last frame.
     Timings {},
     /// What is wrong since the last edit.

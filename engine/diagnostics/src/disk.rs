@@ -194,7 +194,9 @@ mod tests {
         let help = |path: &str| crate::files::not_found(&files, path, None).help;
         assert_eq!(help("graphs/x.toml"), ["did you mean `graphs/b/c/x.toml`?"]);
         assert_eq!(help("graphs/a/y.toml"), ["did you mean `graphs/b/y.toml`?"]);
-        for elsewhere in ["graphs/z.toml", "z.toml", "none/x.toml"] {
+        assert_eq!(help("x.toml"), ["did you mean `graphs/b/c/x.toml`?"]);
+        assert_eq!(help("z.toml"), ["did you mean `worlds/z.toml`?"]);
+        for elsewhere in ["graphs/z.toml", "none.toml", "none/x.toml"] {
             assert!(help(elsewhere).is_empty(), "{elsewhere}");
         }
         assert!(crate::files::not_found(&MemoryFiles::default(), "graphs/x.toml", None).help.is_empty());

@@ -57,13 +57,19 @@ impl FileError {
     }
 }
 
+/// Folders of a project that hold what a command line names.
+const FOLDERS: [&str; 3] = ["graphs", "worlds", "shaders"];
+
 /// The diagnostic for a file that does not exist. Its help names a file of the same name in another folder below the first folder of the
-/// path, where the project has one: files move, and whoever names them finds them again.
+/// path, where the project has one: files move, and whoever names them finds them again. A bare name is looked for in graphs, worlds and shaders.
 pub fn not_found(files: &dyn Files, path: &str, named_at: Option<(Span, &str)>) -> Diagnostic {
     let diagnostic = FileError::NotFound.diagnostic(path, named_at);
-    let Some((folder, rest)) = path.split_once('/') else { return diagnostic };
-    let name = rest.rsplit('/').next().unwrap_or(rest);
-    match files.root().and_then(|root| namesake(root, folder, name)) {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    let folders: &[&str] = match path.split_once('/') {
+        Some((folder, _)) => &[folder],
+        None => &FOLDERS,
+    };
+    match files.root().and_then(|root| folders.iter().find_map(|folder| namesake(root, folder, name))) {
         Some(there) => diagnostic.help(format!("did you mean `{there}`?")),
         None => diagnostic,
     }

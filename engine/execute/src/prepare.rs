@@ -8,7 +8,7 @@ use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
     vk,
 };
-use raxel_graph::checked::{BoundAccess, Dispatch};
+use raxel_graph::checked::{BoundAccess, Dispatch, Usage};
 use raxel_graph::plan::{CopySelector, Plan, SourceUpdates, Step};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
@@ -240,7 +240,7 @@ impl Builder {
         }
         let groups = match (&pass.dispatch, planned.groups) {
             (Dispatch::Indirect { buffer, offset }, _) => {
-                let of = |access: &&BoundAccess| access.binding.is_none() && access.resource == *buffer;
+                let of = |access: &&BoundAccess| access.usage == Usage::IndirectArguments && access.resource == *buffer;
                 let arguments = pass.accesses.iter().find(of);
                 let physical = arguments.and_then(physical);
                 let copies = physical.map(|p| (0..p.count()).filter_map(|c| p.buffer(c as usize).cloned()).collect());

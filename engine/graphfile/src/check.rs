@@ -18,7 +18,7 @@ mod sources;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use raxel_diagnostics::{Diagnostic, Span};
+use raxel_diagnostics::{Code, Diagnostic, Severity, Span};
 use raxel_graph::checked::{self, Graph};
 use raxel_graph::supply::Catalog;
 use raxel_shader::Shader;
@@ -36,11 +36,22 @@ struct Context<'a> {
     sources: &'a dyn Catalog,
     /// No earlier pass uses the shader: what is to be said of the shader alone is said now.
     first_use: bool,
+    /// How much it matters that the shader does not use something that the pass gives it.
+    unused: Severity,
 }
 
 impl Context<'_> {
     fn interface(&self) -> &Interface {
         &self.shader.interface
+    }
+
+    /// The shader does not use something that the pass gives it.
+    fn unused(&self, code: Code, message: String) -> Diagnostic {
+        let diagnostic = Diagnostic { severity: self.unused, ..Diagnostic::error(code, message) };
+        match self.unused {
+            Severity::Error => diagnostic,
+            Severity::Warning => diagnostic.note("the graph runs on; `raxel check` reports this as an error"),
+        }
     }
 
     /// Adds the place in the shader; a module without its source is at least named.
@@ -57,6 +68,7 @@ pub fn check(
     resolved: &Resolved,
     reflected: &Reflected,
     sources: &dyn Catalog,
+    unused: Severity,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Graph> {
     // Extents of targets by themselves: no size in terms of itself, no more mips than texels.
@@ -70,7 +82,7 @@ pub fn check(
     for (pass, shader) in resolved.passes.iter().zip(reflected) {
         let Some(shader) = shader else { continue };
         let first_use = seen.insert(shader.key);
-        let checked = check_pass(&Context { graph: resolved, pass, shader, sources, first_use }, found);
+        let checked = check_pass(&Context { graph: resolved, pass, shader, sources, first_use, unused }, found);
         passes.extend(checked);
     }
     // What flows from pass to pass, once all of them are known.

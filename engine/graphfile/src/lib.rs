@@ -16,7 +16,7 @@ mod schema;
 
 pub use schema::schema;
 
-use raxel_diagnostics::{Diagnostic, Files, SourceMap};
+use raxel_diagnostics::{Diagnostic, Files, Severity, SourceMap};
 use raxel_graph::checked::Graph;
 use raxel_graph::supply::Catalog;
 use raxel_shader::ShaderProvider;
@@ -29,6 +29,23 @@ pub type Compiled = Result<(Graph, Vec<Diagnostic>), Vec<Diagnostic>>;
 /// Another source for one that a graph names; `None` keeps it.
 pub type Replace<'a> = &'a dyn Fn(&str) -> Option<String>;
 
+/// How a graph is compiled.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Other sources for those that the graph names. Targets of a source in whose place there is no image are left out, with their bindings.
+    pub replace: Replace<'a>,
+    /// How much it matters that a shader does not use a binding, a block or a member that the graph gives it. With a warning the resources of the
+    /// graph are as if it did, so that their contents outlive an edit that is taken back.
+    pub unused: Severity,
+}
+
+impl Default for Options<'_> {
+    /// The graph as it is written, and nothing unused in it.
+    fn default() -> Self {
+        Self { replace: &|_| None, unused: Severity::Error }
+    }
+}
+
 /// Compiles the graph file of that path (relative to the project root). `texts` receives every text that diagnostics point into,
 /// which are also the files that the result depends on.
 pub fn compile(
@@ -38,23 +55,22 @@ pub fn compile(
     sources: &dyn Catalog,
     texts: &mut SourceMap,
 ) -> Compiled {
-    compile_with(path, files, shaders, sources, &|_| None, texts)
+    compile_with(path, files, shaders, sources, Options::default(), texts)
 }
 
-/// Compiles a graph as if it named other sources. Targets of a source in whose place there is no image are left out, with their
-/// bindings.
+/// As [`compile`], with options.
 pub fn compile_with(
     path: &str,
     files: &dyn Files,
     shaders: &dyn ShaderProvider,
     sources: &dyn Catalog,
-    replace: Replace<'_>,
+    options: Options<'_>,
     texts: &mut SourceMap,
 ) -> Compiled {
     let mut found = Vec::new();
     // The file is read, with every file it extends, and laid over them.
     let Some(mut loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
-    replace_sources(&mut loaded.model, replace, sources);
+    replace_sources(&mut loaded.model, options.replace, sources);
     // Names become indices, words become types, literals become values.
     let mut resolved = resolve::resolve(loaded, sources, &mut found);
     // Each distinct shader is compiled once; its interface says what it must be given.
@@ -62,7 +78,7 @@ pub fn compile_with(
     // The image of a source goes with its buffer.
     layout_images::add(&mut resolved, &reflected, sources);
     // The graph is compared with its shaders.
-    let graph = check::check(&resolved, &reflected, sources, &mut found);
+    let graph = check::check(&resolved, &reflected, sources, options.unused, &mut found);
     // A graph with any error is not handed on.
     match graph {
         Some(graph) if !found.iter().any(Diagnostic::is_error) => Ok((graph, found)),

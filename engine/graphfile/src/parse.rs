@@ -8,7 +8,7 @@ pub mod resources;
 pub use passes::{RATES, needs_target, rate};
 
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
-use raxel_diagnostics::{Diagnostic, Spanned};
+use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_language::layer::removes;
 use raxel_language::{ByName, Named, Value};
 
@@ -23,11 +23,20 @@ pub const MOST_CHOICES: usize = 64;
 /// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
 pub const MOST_TICKS: u32 = 16;
 
-/// Reads the text of the graph file of that path. `None` when it is not TOML.
+/// Reads the text of the graph file of that path. `None` when it is not TOML, or empty.
 pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
     let reporter = Reporter::new(path);
-    let file = table::parse(text, &reporter).map(|document| read(&Table::root(&document, &reporter)));
+    let document = table::parse(text, &reporter);
+    let empty = document.as_ref().is_some_and(|document| document.get_ref().is_empty());
+    let file = document.filter(|_| !empty).map(|document| read(&Table::root(&document, &reporter)));
     found.extend(reporter.into_diagnostics());
+    if empty {
+        // Everything that is missing follows from it.
+        found.push(
+            Diagnostic::error(codes::files::MISSING_KEY, format!("`{path}` is empty"))
+                .label(Span::new(path, 0..0), "this graph has no key"),
+        );
+    }
     file
 }
 

@@ -8,47 +8,181 @@ use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
 
-use super::documents::Document;
-use super::names::{declared, graphs_of, members, named_passes, owner, word};
-use super::toml_place::TomlPlace;
+use super::documents::{Document, Documents};
+use super::glsl::{Declaration, DeclarationKind, comment_on, members};
+use super::names::{bare, declaration, declared, identifier, keys_of, named_passes, owner, word};
+use super::project_texts::{
+    ProjectText, bound_by, declared_in, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
+};
+use super::toml_place::{TomlPlace, header_at};
+use super::{builtins, symbols};
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
-pub(super) fn items(document: &Document, at: usize) -> Vec<CompletionItem> {
-    if !is_toml(&document.path) {
-        return glsl(document, at);
+pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
+    if !document.is_toml() {
+        return glsl(documents, document, at);
+    }
+    let schema = schema(&document.path);
+    if let Some(table) = header_at(&document.text, at) {
+        return headers(documents, document, &schema, table);
     }
     let place = TomlPlace::of(&document.text, at);
-    let schema = schema(&document.path);
+    let within = Within { documents, document, at };
     match &place.key {
-        None => keys(&schema, &place),
-        Some(key) => values(document, &schema, &place, key),
+        None => given_names(&within, &place).unwrap_or_else(|| keys(&schema, &place)),
+        Some(key) => values(&within, &schema, &place, key),
     }
 }
 
-/// Whether a path names a TOML file.
-fn is_toml(path: &str) -> bool {
-    std::path::Path::new(path).extension().is_some_and(|extension| extension == "toml")
+/// A place in a document among the others.
+struct Within<'a> {
+    documents: &'a Documents,
+    document: &'a Document,
+    at: usize,
+}
+
+/// The block that a place is directly in: `push`, or the name of one of `uniforms` and `[blocks.*]`.
+fn block_of(place: &TomlPlace) -> Option<&str> {
+    match place.table.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        ["passes", "push"] => Some("push"),
+        ["passes", "uniforms", block] | ["blocks", block] => Some(block),
+        _ => None,
+    }
+}
+
+/// The names of a shader that a pass gives something to, where such a name is typed: bindings in `bind`, members in a block.
+fn given_names(within: &Within<'_>, place: &TomlPlace) -> Option<Vec<CompletionItem>> {
+    let Within { documents, document, at } = *within;
+    if FileKind::of(&document.path) != FileKind::Graph {
+        return None;
+    }
+    let named = |label: &str, kind, about: &str| CompletionItem {
+        insert_text: Some(format!("{label} = ")),
+        ..item(label, kind, about)
+    };
+    let mut found: BTreeMap<String, CompletionItem> = BTreeMap::new();
+    if place.table == ["passes", "bind"] {
+        let shader = shader_of_pass(documents, document, at);
+        for (text, declared) in declared_in(&shader).filter(|(_, found)| found.kind == DeclarationKind::Binding) {
+            let about = format!("```glsl\n{}\n```\n{}", &text.text[declared.whole.clone()], text.path);
+            found.insert(declared.name.clone(), named(&declared.name, CompletionItemKind::FIELD, &about));
+        }
+    } else {
+        let block = block_of(place)?;
+        let shared = place.table[0] == "blocks";
+        let texts =
+            if shared { shaders_of_graphs(documents, document) } else { shader_of_pass(documents, document, at) };
+        let is_it = |declared: &Declaration| match declared.kind {
+            DeclarationKind::Push => block == "push" || shared && declared.is_called(block),
+            DeclarationKind::Binding => declared.is_called(block),
+            _ => false,
+        };
+        for (text, declared) in declared_in(&texts).filter(|(_, declared)| is_it(declared)) {
+            let Some(body) = declared.body.clone() else { continue };
+            for (name, declaration) in members(&text.text[body]) {
+                let about = format!("```glsl\n{declaration}\n```\n{}", text.path);
+                found.insert(name.clone(), named(&name, CompletionItemKind::FIELD, &about));
+            }
+        }
+    }
+    Some(found.into_values().collect())
+}
+
+/// The tables whose header can go on behind these names.
+fn headers(documents: &Documents, document: &Document, schema: &Value, table: Vec<String>) -> Vec<CompletionItem> {
+    let graphs = graphs(documents, document);
+    let names = match table.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        // What the graphs declare can be driven by a track, and changed by a graph that extends them.
+        ["tracks"] => inherited(&graphs, &["params"]),
+        [kind @ ("params" | "clocks" | "targets" | "buffers" | "blocks" | "loops")] => inherited(&graphs, &[kind]),
+        _ => Vec::new(),
+    };
+    if !names.is_empty() {
+        return names;
+    }
+    let is_table = |node: &Value| {
+        let is = |node: &Value| node["type"] == "object" || node["properties"].is_object();
+        forms(schema, node).into_iter().any(|form| is(form) || is(resolved(schema, &form["items"])))
+    };
+    let place = TomlPlace { table, ..TomlPlace::default() };
+    let tables: BTreeMap<&str, &Value> =
+        properties(schema, &place).into_iter().filter(|(_, node)| is_table(node)).collect();
+    let described = |(key, node): (&str, &Value)| {
+        item(key, CompletionItemKind::STRUCT, &describe(key, resolved(schema, node), node))
+    };
+    tables.into_iter().map(described).collect()
+}
+
+/// Names of tables that graphs declare, the nearest graph first, each once.
+fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
+    let mut found: Vec<CompletionItem> = Vec::new();
+    for (kind, graph) in kinds.iter().flat_map(|kind| graphs.iter().map(move |graph| (kind, graph))) {
+        for (name, _) in declared(&graph.text, kind) {
+            if found.iter().all(|known| known.label != name) {
+                let about = format!("a {} of `{}`", kind.trim_end_matches('s'), graph.path);
+                found.push(item(name, CompletionItemKind::VARIABLE, &about));
+            }
+        }
+    }
+    found
 }
 
 /// What the word at a byte means, in Markdown.
-pub(super) fn hover(document: &Document, at: usize) -> Option<String> {
-    let found = word(&document.text, at);
+pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
+    let toml = document.is_toml();
+    let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
     if found.is_empty() {
         return None;
     }
     if let Some(item) = library::items().into_iter().find(|item| item.name == found) {
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
     }
-    if !is_toml(&document.path) {
-        return None;
+    if !toml {
+        let texts = shader(documents, document, &document.path);
+        return builtins::about(found).or_else(|| hover_declared(documents, document, &texts, found));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == found) {
         return Some(format!("`{found}`: {}", builtin.about()));
     }
     let schema = schema(&document.path);
     let place = TomlPlace::of(&document.text, at);
-    let (_, node) = properties(&schema, &place).into_iter().find(|(key, _)| *key == found)?;
-    Some(describe(found, resolved(&schema, node), node))
+    if let Some((_, node)) = properties(&schema, &place).into_iter().find(|(key, _)| *key == found) {
+        return Some(describe(found, resolved(&schema, node), node));
+    }
+    hover_table(documents, document, bare(found))
+        .or_else(|| hover_declared(documents, document, &shader_of_pass(documents, document, at), found))
+}
+
+/// The declaration of a shader's name, with what stands above it, and what graphs bind to it.
+fn hover_declared(documents: &Documents, document: &Document, texts: &[ProjectText], name: &str) -> Option<String> {
+    let (text, declared) = declared_in(texts).find(|(_, declared)| declared.name == name)?;
+    let mut said = format!("```glsl\n{}\n```\n", &text.text[declared.whole.clone()]);
+    for more in [comment_on(&text.text, &declared.whole), format!("`{}`", text.path)] {
+        if !more.is_empty() {
+            said = format!("{said}\n{more}\n");
+        }
+    }
+    if declared.kind == DeclarationKind::Binding {
+        for bound in bound_by(documents, document, name) {
+            said = format!("{said}\n{bound}\n");
+        }
+    }
+    Some(said)
+}
+
+/// The table that declares a name, in the nearest file that does.
+fn hover_table(documents: &Documents, document: &Document, name: &str) -> Option<String> {
+    let mut texts = graphs(documents, document).into_iter().chain(worlds(documents, document));
+    texts.find_map(|text| {
+        let place = declaration(&text.text, name)?;
+        let start = text.text[..place.start].rfind('\n').map_or(0, |end| end + 1);
+        let lines = text.text[start..].lines().enumerate();
+        let is_table = text.text[start..].starts_with('[');
+        let own = lines
+            .take_while(|(line, text)| *line == 0 || (is_table && !text.starts_with('[') && !text.trim().is_empty()));
+        let own: Vec<&str> = own.map(|(_, line)| line).collect();
+        Some(format!("```toml\n{}\n```\n`{}`", own.join("\n"), text.path))
+    })
 }
 
 /// The key's description, which tells its default, with its range.
@@ -128,28 +262,23 @@ fn keys(schema: &Value, place: &TomlPlace) -> Vec<CompletionItem> {
     keys.into_iter().map(item).collect()
 }
 
-fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> Vec<CompletionItem> {
-    let text = &document.text;
-    let graph = FileKind::of(&document.path) == FileKind::Graph;
+fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> Vec<CompletionItem> {
+    let Within { documents, document, .. } = *within;
+    let kind = FileKind::of(&document.path);
+    let graph = kind == FileKind::Graph;
     let in_bind = place.table.last().is_some_and(|table| table == "bind");
+    let resources = || inherited(&graphs(documents, document), &["targets", "buffers"]);
     let mut found: Vec<CompletionItem> = match key {
-        _ if graph && in_bind => resources(text),
-        "from" if graph => {
-            let builtins =
-                Builtin::ALL.iter().map(|builtin| item(builtin.name(), CompletionItemKind::CONSTANT, builtin.about()));
-            let params = declared(text, "params")
-                .into_iter()
-                .map(|(name, _)| (format!("param.{name}"), "a param of this graph"));
-            let clocks = declared(text, "clocks").into_iter().flat_map(|(name, _)| {
-                ["tick", "delta", "phase"].map(|value| (format!("clock.{name}.{value}"), "a clock of this graph"))
-            });
-            let named = params.chain(clocks).map(|(name, about)| item(&name, CompletionItemKind::VARIABLE, about));
-            builtins.chain(named).collect()
-        }
-        "present" | "of" | "threads" | "indirect" if graph => resources(text),
+        _ if graph && in_bind => resources(),
+        // The short form of a member is what its `from` is.
+        _ if graph && block_of(place).is_some() => sources(&graphs(documents, document)),
+        "from" if graph => sources(&graphs(documents, document)),
+        "present" | "of" | "threads" | "indirect" if graph => resources(),
         "before" | "after" if graph => {
-            let passes = named_passes(text).into_iter();
-            passes.map(|(name, _)| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
+            let graphs = graphs(documents, document);
+            let passes: BTreeSet<&str> =
+                graphs.iter().flat_map(|graph| named_passes(&graph.text)).map(|(name, _)| name).collect();
+            passes.into_iter().map(|name| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
         }
         "source" if graph => raxel_rivals::LAYOUTS
             .iter()
@@ -164,7 +293,8 @@ fn values(document: &Document, schema: &Value, place: &TomlPlace, key: &str) -> 
         }
         "extends" if graph => files(document, "graphs"),
         "graph" => files(document, "graphs"),
-        "target" if FileKind::of(&document.path) == FileKind::Demo => shown_by(document),
+        "target" if kind == FileKind::Demo => resources(),
+        "material" | "model" if !graph => of_world(&worlds(documents, document), key),
         "world" => files(document, "worlds"),
         _ => Vec::new(),
     };
@@ -190,23 +320,35 @@ fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeSet<String> {
     nodes.flat_map(|node| forms(schema, node)).flat_map(words).collect()
 }
 
-fn resources(text: &str) -> Vec<CompletionItem> {
-    let of = |kind: &'static str, about: &'static str| {
-        declared(text, kind).into_iter().map(move |(name, _)| item(name, CompletionItemKind::VARIABLE, about))
-    };
-    of("targets", "a target of this graph").chain(of("buffers", "a buffer of this graph")).collect()
-}
-
-/// What a demo can show: the targets and buffers of the graphs that it names.
-fn shown_by(document: &Document) -> Vec<CompletionItem> {
-    let mut names = BTreeMap::new();
-    for text in graphs_of(document) {
-        for (kind, about) in [("targets", "a target of the demo's graph"), ("buffers", "a buffer of the demo's graph")]
-        {
-            names.extend(declared(&text, kind).into_iter().map(|(name, _)| (name.to_owned(), about)));
+/// What a member can be filled from, in these graphs.
+fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
+    let mut found: Vec<CompletionItem> = Builtin::ALL
+        .iter()
+        .map(|builtin| item(builtin.name(), CompletionItemKind::CONSTANT, builtin.about()))
+        .collect();
+    for (kind, prefix, suffixes) in [
+        ("params", "param", [""].as_slice()),
+        ("clocks", "clock", &[".tick", ".delta", ".phase"]),
+        ("targets", "target", &[".size"]),
+        ("buffers", "buffer", &[".count"]),
+    ] {
+        for known in inherited(graphs, &[kind]) {
+            let named = suffixes.iter().map(|suffix| format!("{prefix}.{}{suffix}", known.label));
+            found.extend(named.map(|label| CompletionItem { label, ..known.clone() }));
         }
     }
-    names.iter().map(|(name, about)| item(name, CompletionItemKind::VARIABLE, about)).collect()
+    found
+}
+
+/// The materials or models of a world, as `[materials]` or `[models]` of its file has them.
+fn of_world(worlds: &[ProjectText], key: &str) -> Vec<CompletionItem> {
+    let table = format!("{key}s");
+    let named = worlds.iter().flat_map(|world| {
+        let names = keys_of(&world.text, &table).into_iter().chain(declared(&world.text, &table));
+        names.map(|(name, _)| (name, world.path.as_str())).collect::<Vec<_>>()
+    });
+    let names: BTreeMap<&str, &str> = named.collect();
+    names.iter().map(|(name, path)| item(name, CompletionItemKind::VALUE, &format!("a {key} of `{path}`"))).collect()
 }
 
 /// Files in a folder of the project and in those that it holds, relative to it.
@@ -233,19 +375,34 @@ fn files(document: &Document, folder: &str) -> Vec<CompletionItem> {
     names.iter().map(|name| item(name, CompletionItemKind::FILE, folder)).collect()
 }
 
-/// The names of the library; after `push.` those of the members of that block, after `#include` files.
-fn glsl(document: &Document, at: usize) -> Vec<CompletionItem> {
+/// The names of GLSL, of the library and of the shader; after `push.` those of the members of that block, after `#include` files.
+fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
+    let texts = || shader(documents, document, &document.path);
     if let Some(instance) = owner(&document.text, at) {
+        let texts = texts();
+        let block = declared_in(&texts).find(|(_, declared)| declared.name == instance);
         let member = |(name, declaration): (String, String)| {
             item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
         };
-        return members(&document.text, instance).into_iter().map(member).collect();
+        let body = block.and_then(|(text, declared)| Some(&text.text[declared.body?]));
+        return body.map(members).unwrap_or_default().into_iter().map(member).collect();
     }
     let line = document.text[..at].rsplit('\n').next().unwrap_or_default();
     if line.trim_start().starts_with("#include") {
         return includes(document);
     }
     let mut found: Vec<CompletionItem> = Vec::new();
+    for (text, declared) in declared_in(&texts()).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
+        let about = comment_on(&text.text, &declared.whole);
+        let about = format!("```glsl\n{}\n```\n{about}\n\n`{}`", &text.text[declared.whole.clone()], text.path);
+        if found.iter().all(|known| known.label != declared.name) {
+            found.push(item(&declared.name, symbols::completion_kind(declared.kind), &about));
+        }
+    }
+    for (name, _, _) in builtins::BUILTINS {
+        let kind = if name.starts_with("gl_") { CompletionItemKind::VARIABLE } else { CompletionItemKind::FUNCTION };
+        found.push(item(name, kind, &builtins::about(name).unwrap_or_default()));
+    }
     for library::Item { file, name, declaration, about } in library::items() {
         if found.iter().any(|item| item.label == name) {
             continue;

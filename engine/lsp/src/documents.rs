@@ -16,6 +16,13 @@ pub(super) struct Document {
     pub text: String,
 }
 
+impl Document {
+    /// Whether it is TOML; all else is a shader.
+    pub fn is_toml(&self) -> bool {
+        Path::new(&self.path).extension().is_some_and(|extension| extension == "toml")
+    }
+}
+
 /// Every text that is open and lies in a project, by its place on disk.
 #[derive(Default)]
 pub(super) struct Documents {
@@ -46,6 +53,20 @@ impl Documents {
     pub fn at(&self, address: &Url, position: Position) -> Option<(&Document, usize)> {
         let document = self.open.get(&address.to_file_path().ok()?)?;
         Some((document, offset(&document.text, position)))
+    }
+
+    /// A text by the address of its file.
+    pub fn get(&self, address: &Url) -> Option<&Document> {
+        self.open.get(&address.to_file_path().ok()?)
+    }
+
+    /// The text of a file of the project that a document is in: as it is open, or else as it is saved.
+    pub fn text(&self, document: &Document, path: &str) -> Option<String> {
+        let file = document.project.on_disk(path);
+        match self.open.get(&file) {
+            Some(open) => Some(open.text.clone()),
+            None => std::fs::read_to_string(file).ok(),
+        }
     }
 
     /// The projects that texts are open of, each with those texts in front of its files.

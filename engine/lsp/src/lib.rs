@@ -2,10 +2,14 @@
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
+mod builtins;
 mod complete;
 mod documents;
+mod glsl;
 mod names;
+mod project_texts;
 mod publish;
+mod symbols;
 mod toml_place;
 
 use std::time::{Duration, Instant};
@@ -15,11 +19,11 @@ use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestI
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument, Notification as _,
 };
-use lsp_types::request::{Completion, GotoDefinition, HoverRequest, Request as _};
+use lsp_types::request::{Completion, DocumentSymbolRequest, GotoDefinition, HoverRequest, Request as _};
 use lsp_types::{
     CompletionOptions, CompletionParams, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
-    DidOpenTextDocumentParams, GotoDefinitionParams, GotoDefinitionResponse, HoverParams, HoverProviderCapability,
-    OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, Url,
+    DidOpenTextDocumentParams, DocumentSymbolParams, GotoDefinitionParams, GotoDefinitionResponse, HoverParams,
+    HoverProviderCapability, OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, Url,
 };
 use serde::de::DeserializeOwned;
 use serde_json::json;
@@ -51,6 +55,7 @@ pub fn run(_: &Args, console: &Console) -> Result {
             ..CompletionOptions::default()
         }),
         definition_provider: Some(OneOf::Left(true)),
+        document_symbol_provider: Some(OneOf::Left(true)),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
         ..ServerCapabilities::default()
     };
@@ -139,19 +144,23 @@ impl Server {
             Completion::METHOD => self.reply(id, params, |server, params: CompletionParams| {
                 let at = params.text_document_position;
                 let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
-                Some(json!(complete::items(document, offset)))
+                Some(json!(complete::items(&server.documents, document, offset)))
             }),
             HoverRequest::METHOD => self.reply(id, params, |server, params: HoverParams| {
                 let at = params.text_document_position_params;
                 let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
-                let text = complete::hover(document, offset)?;
+                let text = complete::hover(&server.documents, document, offset)?;
                 Some(json!({ "contents": { "kind": "markdown", "value": text } }))
             }),
             GotoDefinition::METHOD => self.reply(id, params, |server, params: GotoDefinitionParams| {
                 let at = params.text_document_position_params;
                 let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
-                let location = names::definition(document, offset)?;
+                let location = names::definition(&server.documents, document, offset)?;
                 Some(json!(GotoDefinitionResponse::Scalar(location)))
+            }),
+            DocumentSymbolRequest::METHOD => self.reply(id, params, |server, params: DocumentSymbolParams| {
+                let document = server.documents.get(&params.text_document.uri)?;
+                Some(json!(symbols::symbols(document)))
             }),
             _ => Response::new_err(id, ErrorCode::MethodNotFound as i32, format!("`{method}` is not offered")),
         }

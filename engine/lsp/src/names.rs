@@ -1,16 +1,16 @@
 //! Names in a project's files: what a graph declares, and where.
 
+use std::ops::Range;
 use std::path::Path;
 
 use lsp_types::Location;
-use raxel_diagnostics::DiskFiles;
-use raxel_diagnostics::files::{Files, join};
 
 use super::address;
-use super::documents::{Document, range};
+use super::documents::{Document, Documents, range};
+use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
-pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, std::ops::Range<usize>)> {
+pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
     let mut found = Vec::new();
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -29,35 +29,8 @@ pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, std::ops:
     found
 }
 
-/// The texts of the graphs that a demo names, as they are saved, and of those that they extend.
-pub(super) fn graphs_of(demo: &Document) -> Vec<String> {
-    let Ok(files) = DiskFiles::new(demo.project.root()) else { return Vec::new() };
-    let named = |text: &str, key: &str, folder: &str| -> Vec<String> {
-        let values = text.lines().filter_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix('='));
-        values.filter_map(|value| join(folder, value.split('"').nth(1)?)).collect()
-    };
-    let mut paths = named(&demo.text, "graph", "graphs");
-    let mut texts = Vec::new();
-    let mut at = 0;
-    while let Some(path) = paths.get(at).cloned() {
-        at += 1;
-        let Some(text) = files.read(&path).ok().and_then(|bytes| String::from_utf8(bytes.to_vec()).ok()) else {
-            continue;
-        };
-        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
-        for base in named(&text, "extends", folder) {
-            // Two graphs may share a base, and a broken one may extend itself.
-            if !paths.contains(&base) {
-                paths.push(base);
-            }
-        }
-        texts.push(text);
-    }
-    texts
-}
-
 /// Names of passes, loops and other tables with `name = "…"` under `[[kind]]`.
-pub(super) fn named_passes(text: &str) -> Vec<(&str, std::ops::Range<usize>)> {
+pub(super) fn named_passes(text: &str) -> Vec<(&str, Range<usize>)> {
     let mut found = Vec::new();
     let (mut start, mut in_pass) = (0, false);
     for line in text.split_inclusive('\n') {
@@ -93,41 +66,70 @@ pub(super) fn owner(text: &str, at: usize) -> Option<&str> {
     owner.starts_with(|c: char| c.is_alphabetic() || c == '_').then_some(owner)
 }
 
-/// The members of the block that a shader knows by a name (`uniform Push { float exposure; } push;`), with their declarations.
-pub(super) fn members(text: &str, block: &str) -> Vec<(String, String)> {
-    let named = |(at, _): &(usize, &str)| {
-        let rest = text[at + 1..].trim_start().strip_prefix(block);
-        rest.is_some_and(|rest| rest.trim_start().starts_with([';', '[']))
-    };
-    let Some((end, _)) = text.match_indices('}').find(named) else { return Vec::new() };
-    let Some(start) = text[..end].rfind('{') else { return Vec::new() };
-    let code: String = text[start + 1..end].lines().map(|line| line.split("//").next().unwrap_or("")).collect();
+/// The name of a resource, param or clock in a value: `hit` in `target.hit.size`.
+pub(super) fn bare(word: &str) -> &str {
+    let prefixes = ["param.", "target.", "buffer.", "clock.", "material."];
+    let rest = prefixes.iter().find_map(|prefix| word.strip_prefix(prefix));
+    rest.map_or(word, |rest| rest.split('.').next().unwrap_or(rest))
+}
+
+/// Tables whose names other keys refer to.
+const TABLES: [&str; 8] = ["targets", "buffers", "params", "clocks", "blocks", "loops", "materials", "models"];
+
+/// Where a text declares a name: a table of any kind, a pass, or a key of `[materials]` or `[models]`.
+pub(super) fn declaration(text: &str, name: &str) -> Option<Range<usize>> {
+    let tables = TABLES.iter().flat_map(|kind| declared(text, kind)).chain(named_passes(text));
+    let keys = ["materials", "models"].into_iter().flat_map(|table| keys_of(text, table));
+    tables.chain(keys).find(|(declared, _)| *declared == name).map(|(_, place)| place)
+}
+
+/// Keys of the lines under a header `[table]`.
+pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usize>)> {
     let mut found = Vec::new();
-    for declaration in code.split(';').map(str::trim).filter(|declaration| !declaration.is_empty()) {
-        // The qualifier of a member has commas of its own.
-        let plain = declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')'));
-        for part in plain.map_or(declaration, |(_, rest)| rest).split(',') {
-            let name = part.split('[').next().unwrap_or(part).split_whitespace().next_back();
-            found.extend(name.map(|name| (name.to_owned(), declaration.to_owned())));
+    let (mut start, mut inside) = (0, false);
+    for line in text.split_inclusive('\n') {
+        let trimmed = line.trim();
+        if trimmed.starts_with('[') {
+            inside = trimmed
+                .strip_prefix('[')
+                .and_then(|rest| rest.strip_prefix(table))
+                .is_some_and(|rest| rest.starts_with(']'));
+        } else if let Some((key, _)) = line.split_once('=').filter(|_| inside && !trimmed.starts_with('#')) {
+            let name = key.trim().trim_matches('"');
+            let at = start + line.find(name).unwrap_or(0);
+            found.push((name, at..at + name.len()));
         }
+        start += line.len();
     }
     found
 }
 
-/// Where what the cursor is on is declared: the table of a name, the file of a shader, graph, world or include.
-pub(super) fn definition(document: &Document, at: usize) -> Option<Location> {
+/// Where what the cursor is on is declared: the table of a name, also of one that is inherited; the declaration of a shader's name; the file of a
+/// shader, graph, world or include.
+pub(super) fn definition(documents: &Documents, document: &Document, at: usize) -> Option<Location> {
     let found = word(&document.text, at);
-    let here = |bytes: &std::ops::Range<usize>| {
-        Some(Location { uri: address(&document.project.on_disk(&document.path))?, range: range(&document.text, bytes) })
+    let inside = |text: &ProjectText, bytes: &Range<usize>| {
+        let uri = address(&document.project.on_disk(&text.path)).filter(|_| text.on_disk)?;
+        Some(Location { uri, range: range(&text.text, bytes) })
     };
-    let name = found.strip_prefix("param.").unwrap_or(found);
-    let tables = ["targets", "buffers", "params", "clocks", "blocks", "loops", "materials"];
-    for (declared, place) in
-        tables.iter().flat_map(|kind| declared(&document.text, kind)).chain(named_passes(&document.text))
-    {
-        if declared == name {
-            return here(&place);
+    let in_shaders = |texts: &[ProjectText], name: &str| {
+        let declared = declared_in(texts).find(|(_, declared)| declared.name == name);
+        declared.and_then(|(text, declared)| inside(text, &declared.place))
+    };
+    if document.is_toml() {
+        let texts = graphs(documents, document).into_iter().chain(worlds(documents, document));
+        let name = bare(found);
+        let place = texts.map(|text| (declaration(&text.text, name), text)).find(|(place, _)| place.is_some());
+        if let Some((Some(place), text)) = place {
+            return inside(&text, &place);
         }
+        let shader = shader_of_pass(documents, document, at);
+        if let Some(place) = in_shaders(&shader, found) {
+            return Some(place);
+        }
+    } else if let Some(place) = in_shaders(&shader(documents, document, &document.path), identifier(&document.text, at))
+    {
+        return Some(place);
     }
     // A file: relative to its own folder, or to that of its kind.
     let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));
@@ -137,21 +139,36 @@ pub(super) fn definition(document: &Document, at: usize) -> Option<Location> {
     Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
 }
 
+/// The identifier at a byte of a shader.
+pub(super) fn identifier(text: &str, at: usize) -> &str {
+    let inside = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let start = text[..at].trim_end_matches(inside).len();
+    let end = text[at..].find(|c| !inside(c)).map_or(text.len(), |end| at + end);
+    &text[start..end]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn members_of_a_block_are_found_by_its_name() {
-        let text = "layout(push_constant) uniform Push {\n  float exposure; // in stops; of light\n  layout(offset = 16, row_major) mat4 turn;\n  vec2 a, b[2];\n} push;\n                    buffer List { uint count; } lists[3];\nvoid main() { push.ex";
-        let names = |block| members(text, block).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
-        assert_eq!(names("push"), ["exposure", "turn", "a", "b"]);
-        assert_eq!(names("lists"), ["count"]);
-        assert!(names("pus").is_empty() && names("main").is_empty());
-        assert_eq!(owner(text, text.len()), Some("push"));
+    fn the_owner_of_a_member_is_the_name_before_its_dot() {
         for (text, found) in [("a.b.", Some("b")), ("1.", None), ("push", None), (".", None), ("é.x", Some("é"))] {
             assert_eq!(owner(text, text.len()), found, "{text}");
         }
+    }
+
+    #[test]
+    fn names_in_values_and_keys_of_tables() {
+        for (word, name) in
+            [("target.hit.size", "hit"), ("param.sun", "sun"), ("camera.fov", "camera.fov"), ("hit", "hit")]
+        {
+            assert_eq!(bare(word), name);
+        }
+        let text = "[materials]\nred = { albedo = \"#f00\" }\n# old = 1\n\"b\" = {}\n[materials.c]\n[build]\nno = 1\n";
+        let names: Vec<&str> = keys_of(text, "materials").into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["red", "b"]);
+        assert_eq!(declaration(text, "c").map(|place| &text[place]), Some("c"));
     }
 
     #[test]

@@ -50,7 +50,7 @@ fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMa
     let front = OfflineProject::new(project.clone(), Loader::with_files(Arc::new(overlay))).for_checks();
     let mut paths: BTreeSet<String> = BTreeSet::new();
     for document in documents {
-        if is_toml(&document.path) {
+        if document.is_toml() {
             paths.insert(document.path.clone());
         } else {
             // Which graphs a shader belongs to is known when they are compiled.
@@ -97,10 +97,6 @@ fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMa
             ..Diagnostic::default()
         });
     }
-}
-
-fn is_toml(path: &str) -> bool {
-    std::path::Path::new(path).extension().is_some_and(|extension| extension == "toml")
 }
 
 fn location(project: &Project, texts: &SourceMap, span: &Span) -> Option<Location> {

@@ -74,6 +74,19 @@ impl TomlPlace {
     }
 }
 
+/// The names in front of the one that is typed at a byte, if that is in the header of a table: `targets` in `[targets.co`.
+pub(super) fn header_at(text: &str, at: usize) -> Option<Vec<String>> {
+    // Rows of an array are indented.
+    let line = text.get(..at)?.rsplit('\n').next()?;
+    let inner = line.strip_prefix('[').map(|inner| inner.strip_prefix('[').unwrap_or(inner))?;
+    if inner.contains([']', '=', ',', '"']) || inner.starts_with(|c: char| !c.is_alphabetic()) {
+        return None;
+    }
+    let mut names: Vec<String> = inner.split('.').map(|name| name.trim().to_owned()).collect();
+    names.pop();
+    Some(names)
+}
+
 /// The key and the text of a line `key = "text"`.
 fn written(line: &str) -> Option<(String, String)> {
     let (key, value) = line.split_once('=')?;
@@ -89,7 +102,7 @@ fn header(line: &str) -> Option<Vec<String>> {
     let inner = line.strip_prefix('[')?.trim_start_matches('[').split(']').next()?;
     let names: Vec<String> = inner.split('.').map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect();
     // An array of several lines has brackets at the beginning of lines, too.
-    let is_name = |name: &String| name.chars().all(|c| c.is_alphanumeric() || "_- ".contains(c)) && !name.is_empty();
+    let is_name = |name: &String| name.chars().all(|c| c.is_alphanumeric() || "_- ".contains(c));
     (names.iter().all(is_name) && names[0].chars().next().is_some_and(char::is_alphabetic)).then_some(names)
 }
 
@@ -124,6 +137,11 @@ mod tests {
         assert_eq!(
             place("[targets.color]\nclear = [0.0, |"),
             (names(&["targets", "color"]), Some("clear".into()), false)
+        );
+        assert_eq!(
+            place("[[edits]]\n[tracks.]\n|"),
+            (names(&["tracks", ""]), None, false),
+            "a name that is not typed yet"
         );
         assert_eq!(place("[a]\n# [b] |"), (names(&["a"]), None, false));
         assert_eq!(place("[[build]]\nmin = [\n  [1, 2],\n  |"), (names(&["build"]), None, false));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raxel_diagnostics::{Diagnostic, DiskFiles, Files, SourceMap};
+use raxel_diagnostics::{Diagnostic, DiskFiles, Files, Severity, SourceMap};
 use raxel_graph::checked::Graph;
 use raxel_layouts::Layout;
 use raxel_shader::Compiler;
@@ -25,6 +25,8 @@ pub struct Loader {
     layout: Option<Layout>,
     /// How much work building a world may be.
     effort: Effort,
+    /// How much it matters that a shader does not use what its graph gives it.
+    unused: Severity,
 }
 
 /// Something loaded from files, right or wrong.
@@ -94,7 +96,7 @@ impl Loader {
         let compiler = Compiler::new(shader_files.clone());
         // Files of sources are recorded with the shaders': a graph depends on both.
         let sources = SourceCatalog::new(shader_files.clone());
-        Self { files, shader_files, compiler, sources, layout: None, effort: Effort::Whole }
+        Self { files, shader_files, compiler, sources, layout: None, effort: Effort::Whole, unused: Severity::Error }
     }
 
     /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
@@ -107,6 +109,12 @@ impl Loader {
     #[must_use]
     pub fn with_effort(self, effort: Effort) -> Self {
         Self { effort, ..self }
+    }
+
+    /// Says how much it matters that a shader does not use a binding, a block or a member that its graph gives it: an error by default.
+    #[must_use]
+    pub fn with_unused(self, unused: Severity) -> Self {
+        Self { unused, ..self }
     }
 
     /// The files of the project.
@@ -127,7 +135,8 @@ impl Loader {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
         };
         let files = &*self.shader_files;
-        let result = raxel_graphfile::compile_with(path, files, &self.compiler, &self.sources, &replace, &mut texts);
+        let options = raxel_graphfile::Options { replace: &replace, unused: self.unused };
+        let result = raxel_graphfile::compile_with(path, files, &self.compiler, &self.sources, options, &mut texts);
         Part::new(result, texts, self.shader_files.take())
     }
 

@@ -9,6 +9,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use project::TestProject;
+use raxel_diagnostics::Severity;
 use raxel_graph::checked::Value;
 use raxel_runtime::Options;
 use raxel_runtime::reload::ReloadEvent;
@@ -144,6 +145,73 @@ void main() {
     assert_eq!(run(&equal), (6.0, one));
     let different = [pass("a", &of(2.0)), pass("b", &of(3.0)), pass("c", &of(2.0))];
     assert_eq!(run(&different), (7.0, one + 1));
+}
+
+/// The gesture of live coding: a term is commented out, and in again. Neither costs more than the compilation of its shader, and what the graph
+/// has gathered stays, also where no other pass touches it.
+#[test]
+fn a_term_is_commented_out_and_in_again_without_a_loss() {
+    let shader = |term: &str| {
+        format!(
+            r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D outColor;
+layout(rgba32f) uniform image2D sum;
+layout(push_constant) uniform PC {{ float add; }} pc;
+void main() {{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    vec4 color = vec4(0.0);
+    {term}
+    imageStore(outColor, pixel, color);
+}}
+"
+        )
+    };
+    let whole = "color = imageLoad(sum, pixel) + pc.add; imageStore(sum, pixel, color);";
+    let graph = r#"
+name = "gather"
+present = "color"
+[params.add]
+type = "f32"
+default = 1.0
+[targets.color]
+format = "rgba32f"
+[targets.sum]
+format = "rgba32f"
+[[passes]]
+name = "gather"
+shader = "gather.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color", sum = "sum" }
+push = { add = "param.add" }
+"#;
+    let project = TestProject::new();
+    project.write("graphs/gather.toml", graph);
+    project.write("shaders/gather.comp", &shader(whole));
+    let options = Options {
+        graph: Some("graphs/gather.toml".into()),
+        unused: Severity::Warning,
+        observe: raxel_runtime::Observe::Shown,
+        ..project.options()
+    };
+    let mut session = TestProject::open_with(options);
+    for frame in 1..=3 {
+        assert_eq!(project::red_after_frame(&mut session), frame as f32);
+    }
+    let mut edit = |term: &str| {
+        project.write("shaders/gather.comp", &shader(term));
+        let events = session.wait_reload(Duration::from_secs(60));
+        let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
+        assert_eq!(reloaded.rebuilt.shaders, ["shaders/gather.comp"]);
+        assert!(reloaded.diagnostics.iter().all(|found| !found.is_error()));
+        let codes = reloaded.diagnostics.iter().map(|found| found.code.as_str().to_owned()).collect::<Vec<_>>();
+        (codes, [(); 2].map(|()| project::red_after_frame(&mut session)))
+    };
+    let (said, shown) = edit(&format!("// {whole}"));
+    assert!(said.iter().any(|code| code == "RX0121") && said.iter().any(|code| code == "RX0118"), "{said:?}");
+    assert_eq!(shown, [0.0, 0.0], "the picture goes on without the term");
+    assert_eq!(edit(whole), (Vec::new(), [4.0, 5.0]), "the sum is as it was");
+    project::assert_silent(&session);
 }
 
 #[test]

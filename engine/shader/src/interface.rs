@@ -22,12 +22,23 @@ pub struct Interface {
     pub push_reads: ByteRanges,
     /// Every binding that the shader declares and uses, ordered by (set, binding).
     pub bindings: Vec<Binding>,
+    /// What the shader declares and does not use: it need not be given.
+    pub unused: Unused,
     /// Specialization constants, ordered by id (workgroup-size constants included).
     pub specialization: Vec<SpecConstant>,
     /// Bytes of `shared` variables, with the defaults of specialization constants.
     pub shared_bytes: u64,
     /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
     pub capabilities: Vec<String>,
+}
+
+/// Declarations without a use in the entry point and in what it calls.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Unused {
+    /// Bindings, ordered as those in use.
+    pub bindings: Vec<Binding>,
+    /// The push-constant block.
+    pub push: Option<Block>,
 }
 
 /// Parts of a block, in bytes from its start.

@@ -197,16 +197,23 @@ impl<'t> Message<'t> {
                 (None, _) => diagnostic,
             };
         };
-        let range = self.line.map_or(0..0, |line| place(text, line, self.token));
         let syntax = self.text.starts_with("syntax error");
+        let range = self.line.map_or(0..0, |line| place(text, line, self.token));
+        let range = if self.token.is_none() { self.unexpected(text).unwrap_or(range) } else { range };
         let before = lexer::tokens(text).into_iter().take_while(|token| token.at < range.start).last();
         let label = match self.text.as_str() {
             "undeclared identifier" => "not declared",
             _ if syntax && self.token.is_none() => "noticed here; the mistake may be just above",
             _ => "",
         };
+        let before = before.filter(|_| syntax && self.text.contains("SEMICOLON"));
+        if let Some(end) = before.as_ref().and_then(|before| self.unfinished_include(text, before.at, sources)) {
+            let file = end.file.clone();
+            diagnostic = diagnostic.label(end, "a `;` may be missing here").label(Span::new(self.file, range), label);
+            return sources.with_chain(diagnostic, &file);
+        }
         diagnostic = diagnostic.label(Span::new(self.file, range), label);
-        if let Some(before) = before.filter(|_| syntax && self.text.contains("SEMICOLON")) {
+        if let Some(before) = before {
             let end = before.range().end;
             diagnostic = diagnostic.label(Span::new(self.file, end..end), "a `;` may be missing here");
         }
@@ -222,6 +229,39 @@ impl<'t> Message<'t> {
             diagnostic = diagnostic.help(format!("did you mean `{close}`?"));
         }
         sources.with_chain(diagnostic, self.file)
+    }
+
+    /// Where the token stands that the grammar did not expect: the compiler says its kind and its line.
+    fn unexpected(&self, text: &str) -> Option<Range<usize>> {
+        let kind = self.text.strip_prefix("syntax error, unexpected ")?.split(',').next()?;
+        let word = match kind {
+            "RIGHT_BRACE" => "}".to_owned(),
+            "LEFT_BRACE" => "{".to_owned(),
+            "RIGHT_PAREN" => ")".to_owned(),
+            keyword => keyword.to_ascii_lowercase(),
+        };
+        let tokens = lexer::tokens(text);
+        let wrong = |pair: &&[lexer::Token<'_>]| {
+            let [before, token] = pair else { return false };
+            let value = before.text.starts_with(|c: char| c.is_ascii_digit()) || matches!(before.text, ")" | "]");
+            let is_it = if kind == "IDENTIFIER" {
+                value && token.is_identifier()
+            } else {
+                token.text == word && !matches!(before.text, ";" | "{" | "}")
+            };
+            is_it && Some(lexer::line_of(text, token.at)) == self.line
+        };
+        tokens.windows(2).find(wrong).map(|pair| pair[1].range())
+    }
+
+    /// The end of a file that ends within a statement, if it is included on the line of a byte of the blamed file.
+    fn unfinished_include(&self, text: &str, at: usize, sources: &Sources<'_>) -> Option<Span> {
+        let included = sources.included_on_line(self.file, lexer::line_of(text, at))?;
+        let last = lexer::tokens(&included.text).into_iter().last()?;
+        let line = lexer::line_ranges(&included.text).into_iter().nth(lexer::line_of(&included.text, last.at) - 1)?;
+        let finished = matches!(last.text, ";" | "}") || included.text[line].trim_start().starts_with('#');
+        let end = last.range().end;
+        (!finished).then(|| Span::new(included.name.as_str(), end..end))
     }
 
     /// What the author of an `#error` wrote: the compiler prints its tokens with spaces between them.

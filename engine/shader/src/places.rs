@@ -13,13 +13,13 @@ use crate::sources::Sources;
 /// Fills every `place` that can be found.
 pub(crate) fn fill(interface: &mut Interface, sources: &Sources<'_>) {
     let texts = Index { texts: sources.found.iter().map(|source| Text::new(&source.name, &source.text)).collect() };
-    for binding in &mut interface.bindings {
+    for binding in interface.bindings.iter_mut().chain(&mut interface.unused.bindings) {
         texts.binding(binding);
         if binding.place.is_none() {
             binding.place = sources.world_include(&binding.name).cloned();
         }
     }
-    if let Some(push) = &mut interface.push {
+    for push in interface.push.iter_mut().chain(&mut interface.unused.push) {
         texts.block(push);
     }
     for constant in &mut interface.specialization {

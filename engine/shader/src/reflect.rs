@@ -40,16 +40,18 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
     let mut interface = Interface { local_size: local_size(&spirq, module)?, ..Interface::default() };
     let used = module.used_ids();
     let buffer_blocks = module.buffer_blocks();
-    let mut variables: Vec<_> = spirq.var_reg.iter().filter(|(id, _)| used.contains(*id)).collect();
+    let (mut variables, mut unused): (Vec<_>, Vec<_>) = spirq.var_reg.iter().partition(|(id, _)| used.contains(*id));
     variables.sort_by_key(|(id, _)| **id);
+    unused.sort_by_key(|(id, _)| **id);
     let chains = module.chains(&variables.iter().map(|(id, _)| **id).collect());
+    // Before SPIR-V 1.3 a storage buffer is a uniform whose block is decorated as `BufferBlock`.
+    let class_of = |id: u32, class: StorageClass| match class {
+        StorageClass::Uniform if buffer_blocks.contains(&id) => StorageClass::StorageBuffer,
+        class => class,
+    };
     for (id, variable) in variables {
         let ty = &*variable.ptr_ty.pointee_ty;
-        // Before SPIR-V 1.3 a storage buffer is a uniform whose block is decorated as `BufferBlock`.
-        let class = match variable.ptr_ty.store_cls {
-            StorageClass::Uniform if buffer_blocks.contains(id) => StorageClass::StorageBuffer,
-            class => class,
-        };
+        let class = class_of(*id, variable.ptr_ty.store_cls);
         let name = variable.name.as_deref().filter(|name| !name.is_empty());
         match class {
             StorageClass::PushConstant => {
@@ -70,6 +72,19 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
         }
     }
     interface.bindings.sort_by_key(|binding| (binding.set, binding.binding));
+    for (id, variable) in unused {
+        let ty = &*variable.ptr_ty.pointee_ty;
+        let name = variable.name.as_deref().filter(|name| !name.is_empty());
+        // Whatever is wrong with it: nothing depends on it.
+        match (class_of(*id, variable.ptr_ty.store_cls), ty) {
+            (StorageClass::PushConstant, SpirvType::Struct(ty)) => interface.unused.push = block(ty).ok(),
+            (class @ (StorageClass::Uniform | StorageClass::StorageBuffer | StorageClass::UniformConstant), ty) => {
+                interface.unused.bindings.extend(binding(*id, name, class, ty, &spirq.deco_reg));
+            }
+            _ => {}
+        }
+    }
+    interface.unused.bindings.sort_by_key(|binding| (binding.set, binding.binding));
 
     for (_, constant) in spirq.interp.iter() {
         let Some(id) = constant.spec_id else { continue };

@@ -299,6 +299,13 @@ impl<'f> Sources<'f> {
         notes.into_iter().fold(diagnostic, Diagnostic::note)
     }
 
+    /// The text that is included on a line of a file.
+    pub fn included_on_line(&self, file: &str, line: usize) -> Option<&Source> {
+        let text = self.text(file)?;
+        let is_it = |span: &Span| *span.file == *file && lexer::line_of(text, span.range.start) == line;
+        self.found.iter().find(|source| source.included_at.iter().any(is_it))
+    }
+
     fn included_at(&self, name: &str) -> impl DoubleEndedIterator<Item = &Span> {
         self.source(name).into_iter().flat_map(|source| &source.included_at)
     }

@@ -67,6 +67,23 @@ fn a_missing_semicolon_is_noticed_below() {
     insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float a = 1.0\n    a += 1.0;\n}\n"))]));
 }
 
+/// What the compiler notices is in the file behind.
+#[test]
+fn a_missing_semicolon_at_the_end_of_an_include_is_shown_there() {
+    for include in ["const float STEP = 0.5", "// How far.\n\nconst float STEP = 0.5\n"] {
+        let main = body("#include \"step.glsl\"\nvoid main() { float far = STEP; }\n");
+        let out = said([("shaders/a.comp", main), ("shaders/step.glsl", include.to_owned())]);
+        let line = include.lines().position(|line| line.starts_with("const")).unwrap() + 1;
+        assert!(out.contains(&format!("--> shaders/step.glsl:{line}:23\n")), "{out}");
+        assert!(out.contains("^ a `;` may be missing here"), "{out}");
+    }
+    // What is noticed on the same line is shown where it stands.
+    let main = body("#include \"step.glsl\"\nvoid main() { float far = half_of(2.0); }\n");
+    let include = "float half_of(float x) { return 0.5 * x }".to_owned();
+    let out = said([("shaders/a.comp", main), ("shaders/step.glsl", include)]);
+    assert!(out.contains("--> shaders/step.glsl:1:41\n") && out.contains("a `;` may be missing here"), "{out}");
+}
+
 #[test]
 fn many_errors_are_cut_short() {
     let lines: Vec<String> = (0..30).map(|i| format!("    x{i} = 1;\n")).collect();

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use raxel_control::{Control, Drive, Next};
+use raxel_diagnostics::Severity;
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::reload::Waker;
 use raxel_runtime::{Observe, OpenError, Saves, Session};
@@ -154,6 +155,7 @@ fn open_session(
         options.observe = Observe::Everything;
     }
     options.watch = true;
+    options.unused = Severity::Warning;
     options.saves = Saves::Write;
     options.poll = args.poll;
     options.waker = Some(waker.clone());

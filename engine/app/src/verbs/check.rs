@@ -123,15 +123,14 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
     let over = checked.over.as_ref();
     let unbuilt = checked.unbuilt.map(|reach| reach.chunks);
     if console.format() == Format::Json {
-        console::json(&json!({
-            "reason": "checked",
-            "file": path,
-            "kind": kind.map(FileKind::name),
-            "world": over.and_then(PlannedOver::path),
-            "errors": errors,
-            "warnings": warnings,
-            "unbuilt_chunks": unbuilt,
-        }));
+        let mut summary = json!({ "reason": "checked", "file": path, "errors": errors, "warnings": warnings });
+        let kind = kind.map(|kind| ("kind", json!(kind.name())));
+        let world = over.and_then(PlannedOver::path).map(|world| ("world", json!(world)));
+        let unbuilt = unbuilt.map(|chunks| ("unbuilt_chunks", json!(chunks)));
+        for (key, value) in [kind, world, unbuilt].into_iter().flatten() {
+            summary[key] = value;
+        }
+        console::json(&summary);
         return;
     }
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });

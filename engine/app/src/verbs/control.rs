@@ -1,6 +1,7 @@
 //! `raxel control`: a session without a window that a program drives.
 
 use raxel_control::{Control, Drive};
+use raxel_diagnostics::Severity;
 use raxel_gpu::DeviceOptions;
 use raxel_runtime::Observe;
 use raxel_terminal::args::{OnDevice, Size, size};
@@ -35,6 +36,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.size = args.size.map(|size| size.0).or(manifest.size).unwrap_or(options.size);
     options.step = Some(1.0 / args.fps.or(manifest.fps).unwrap_or(60.0));
     options.watch = true;
+    options.unused = Severity::Warning;
     options.observe = Observe::Everything;
     let mut session = what.open(options, console)?;
     Control::listen(Drive::Requests, || ()).serve(&mut session);

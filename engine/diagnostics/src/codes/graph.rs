@@ -37,7 +37,7 @@ declare! {
     UNFILLABLE = "RX0116";
     /// A written value of another type or shape than is needed.
     LITERAL = "RX0117";
-    /// Values for a block that the shader does not have.
+    /// Values for a block that the shader does not use.
     NO_BLOCK = "RX0118";
     /// A word that is not a type.
     UNKNOWN_TYPE = "RX0119";

@@ -325,7 +325,7 @@ pub struct BoundAccess {
     pub access: Access,
     /// By which way.
     pub usage: Usage,
-    /// Index into the shader's `interface.bindings`; `None` for indirect arguments.
+    /// Index into the shader's `interface.bindings`; `None` for indirect arguments, and for a binding that the shader declares without a use.
     pub binding: Option<u32>,
     /// Sampler of a sampled image.
     pub sampler: Option<Sampler>,

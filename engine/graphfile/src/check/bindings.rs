@@ -15,8 +15,8 @@ use crate::resolve::{Bind, Declared};
 pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {
     let bindings = &context.interface().bindings;
     let entries = &context.pass.bind;
-    let misspelt = unused(context, found);
     let mut accesses = Vec::with_capacity(entries.len());
+    let misspelt = unused(context, &mut accesses, found);
     for (index, binding) in bindings.iter().enumerate() {
         if !supported(context, binding, found) {
             continue;
@@ -44,40 +44,80 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAcc
     accesses
 }
 
-/// Reports entries that the shader has no use for; gives the names that they are likely meant to be.
-fn unused<'c>(context: &'c Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<&'c str> {
-    let bindings = &context.interface().bindings;
+/// Reports entries that the shader has no use for; gives the names that they are likely meant to be. What an entry would access if the shader
+/// used it goes to `accesses`.
+fn unused<'c>(context: &'c Context<'_>, accesses: &mut Vec<BoundAccess>, found: &mut Vec<Diagnostic>) -> Vec<&'c str> {
+    let interface = context.interface();
     let entries = &context.pass.bind;
+    let of_name = |bindings: &'c [Binding], name: &str| bindings.iter().find(|binding| binding.name == name);
     let mut meant = Vec::new();
-    for entry in entries {
+    for entry in entries.iter().filter(|entry| of_name(&interface.bindings, &entry.name.value).is_none()) {
         let name = entry.name.value.as_str();
-        if bindings.iter().any(|binding| binding.name == name) {
+        let shader = &context.shader.request.path;
+        let bound_for = format!("bound for pass `{}`", context.pass.name.value);
+        if let Some(declared) = of_name(&interface.unused.bindings, name) {
+            let message = format!("`{shader}` declares `{name}` and does not use it");
+            let diagnostic =
+                context.unused(codes::graph::BIND_UNUSED, message).label(entry.name.span.clone(), bound_for);
+            let diagnostic = context.in_shader(diagnostic, declared.place.as_ref(), "declared here, without a use");
+            found.push(diagnostic.help(format!("use `{name}` in the shader, or take the entry out")));
+            // Not bound to anything, but there. An entry that does not suit the declaration is an error once the shader uses it.
+            let access = bound(context, 0, declared, entry, &mut Vec::new());
+            accesses.extend(access.map(|access| BoundAccess { binding: None, ..access }));
             continue;
         }
-        let shader = &context.shader.request.path;
-        let diagnostic =
-            Diagnostic::error(codes::graph::BIND_UNUSED, format!("`{shader}` has no binding `{name}` that it uses"))
-                .label(entry.name.span.clone(), format!("bound for pass `{}`", context.pass.name.value));
-        let free = || {
-            let taken = |name: &str| entries.iter().any(|entry| entry.name.value == name);
-            bindings.iter().filter(move |binding| !taken(&binding.name))
-        };
-        // A block may also be named by its type where its instance name is needed.
-        let by_type = free().find(|binding| block(binding).is_some_and(|block| block.name == name));
-        let close = closest(name, free().map(|binding| binding.name.as_str()));
-        let close = free().find(|binding| Some(binding.name.as_str()) == close);
-        found.push(match by_type.or(close) {
-            Some(binding) => {
-                meant.push(binding.name.as_str());
-                let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "the shader's nearest name");
-                diagnostic.help(format!("did you mean `{}`?", binding.name))
-            }
-            None => diagnostic.help(
-                "take the entry out, or use the name in the shader: one that is declared and never used is not there",
-            ),
-        });
+        let message = format!("`{shader}` has no binding `{name}`");
+        if let Some(binding) = nearest(context, entry) {
+            meant.push(binding.name.as_str());
+            let diagnostic =
+                Diagnostic::error(codes::graph::BIND_UNUSED, message).label(entry.name.span.clone(), bound_for);
+            let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "bound to nothing");
+            found.push(diagnostic.help(format!("did you mean `{}`?", binding.name)));
+            continue;
+        }
+        let diagnostic = context.unused(codes::graph::BIND_UNUSED, message).label(entry.name.span.clone(), bound_for);
+        found.push(diagnostic.help(format!("declare `{name}` in the shader and use it, or take the entry out")));
     }
     meant
+}
+
+/// The binding without an entry that an entry without a binding is likely meant for.
+fn nearest<'c>(context: &'c Context<'_>, entry: &Bind) -> Option<&'c Binding> {
+    let entries = &context.pass.bind;
+    let given = |name: &str| {
+        entries.iter().any(|entry| entry.name.value == name)
+            || context.pass.uniforms.iter().any(|block| block.name.value == name)
+    };
+    let free = || context.interface().bindings.iter().filter(move |binding| !given(&binding.name));
+    let name = entry.name.value.as_str();
+    // A block may also be named by its type where its instance name is needed.
+    let by_type = free().find(|binding| block(binding).is_some_and(|block| block.name == name));
+    let close = || {
+        let close = closest(name, free().map(|binding| binding.name.as_str()))?;
+        free().find(|binding| binding.name == close)
+    };
+    // One that was renamed: the only binding without an entry, for the only entry without a binding.
+    let renamed = || {
+        let interface = context.interface();
+        let declared = |name: &str| {
+            interface.bindings.iter().chain(&interface.unused.bindings).any(|binding| binding.name == name)
+        };
+        let strays = entries.iter().filter(|entry| !declared(&entry.name.value)).count();
+        let mut fitting = free().filter(|binding| fits(context, binding, entry));
+        fitting.next().filter(|_| strays == 1 && fitting.next().is_none())
+    };
+    by_type.or_else(close).or_else(renamed)
+}
+
+/// Whether the resource of an entry is of the kind that a binding takes.
+fn fits(context: &Context<'_>, binding: &Binding, entry: &Bind) -> bool {
+    let Some(target) = &entry.target else { return false };
+    match context.graph.resources[target.value.0.0 as usize].item.kind {
+        ResourceKind::Target(_) => {
+            matches!(binding.kind, BindingKind::StorageImage { .. } | BindingKind::SampledImage { .. })
+        }
+        ResourceKind::Buffer(_) => matches!(binding.kind, BindingKind::StorageBuffer(_)),
+    }
 }
 
 fn block(binding: &Binding) -> Option<&Block> {

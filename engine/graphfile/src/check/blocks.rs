@@ -7,7 +7,7 @@ use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::checked::{Fill, Source, UniformBlock};
 use raxel_graph::index32;
 use raxel_graph::value::{ValueType, glsl};
-use raxel_shader::interface::{BindingKind, Block, Member as ShaderMember, Type};
+use raxel_shader::interface::{Binding, BindingKind, Block, Member as ShaderMember, Type};
 
 use super::given::Given;
 use super::{Context, loops};
@@ -26,10 +26,7 @@ pub fn push(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
     let interface = context.interface();
     let Some(block) = &interface.push else {
         if let Some(given) = &context.pass.push {
-            let shader = &context.shader.request.path;
-            let message = format!("pass `{}` declares push constants, but `{shader}` has none", pass.value);
-            let error = Diagnostic::error(codes::graph::NO_BLOCK, message);
-            found.push(error.label(given.name.span.clone(), "no such block in the shader"));
+            found.push(without_push(context, &given.name.span));
         }
         return Vec::new();
     };
@@ -53,6 +50,22 @@ pub fn push(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
         ));
     }
     fills(context, "push constant", block, &given, found)
+}
+
+/// The pass gives push constants to a shader that uses none.
+fn without_push(context: &Context<'_>, given: &Span) -> Diagnostic {
+    let (shader, pass) = (&context.shader.request.path, &context.pass.name.value);
+    let filled = format!("filled for pass `{pass}`");
+    if let Some(block) = &context.interface().unused.push {
+        let message = format!("`{shader}` declares push constants and does not use them");
+        let diagnostic = context.unused(codes::graph::NO_BLOCK, message).label(given.clone(), filled);
+        let place = block.members.first().and_then(|member| member.place.as_ref());
+        let diagnostic = context.in_shader(diagnostic, place, "the first member");
+        return diagnostic.help("use one of them in the shader, or take the block out");
+    }
+    let message = format!("pass `{pass}` gives push constants, but `{shader}` declares none");
+    let diagnostic = context.unused(codes::graph::NO_BLOCK, message).label(given.clone(), filled);
+    diagnostic.help("declare `layout(push_constant) uniform` in the shader, or take the block out")
 }
 
 fn undeclared(context: &Context<'_>, block: &Block) -> Diagnostic {
@@ -84,35 +97,50 @@ pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Unifo
             blocks.push(UniformBlock { binding: index32(index), size: block.size, fills });
         }
     }
+    let is_uniform = |binding: &&Binding| matches!(binding.kind, BindingKind::UniformBuffer(_));
     for given in &context.pass.uniforms {
-        let name = &given.name.value;
-        let index = bindings.iter().position(|binding| binding.name == *name);
-        if index.is_some_and(|index| matches!(bindings[index].kind, BindingKind::UniformBuffer(_))) {
-            continue;
+        let of_name = |binding: &&Binding| binding.name == given.name.value;
+        if !bindings.iter().filter(is_uniform).any(|binding| of_name(&binding)) {
+            found.push(without_uniform(context, &given.name));
         }
-        let diagnostic = Diagnostic::error(
-            codes::graph::NO_BLOCK,
-            format!("`{}` has no uniform block `{name}` that it uses", context.shader.request.path),
-        )
-        .label(given.name.span.clone(), format!("filled for pass `{}`", context.pass.name.value));
-        if let Some(index) = index {
-            let place = bindings[index].place.as_ref();
-            found.push(context.in_shader(diagnostic, place, "this is not a uniform block"));
-            continue;
-        }
-        let blocks = || {
-            bindings.iter().filter_map(|binding| match &binding.kind {
-                BindingKind::UniformBuffer(block) => Some((binding, block)),
-                _ => None,
-            })
-        };
-        let by_type = blocks().find(|(_, block)| block.name == *name).map(|(binding, _)| binding.name.as_str());
-        found.push(match by_type.or_else(|| closest(name, blocks().map(|(binding, _)| binding.name.as_str()))) {
-            Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-            None => diagnostic,
-        });
     }
     blocks
+}
+
+/// The pass fills a uniform block that the shader does not use.
+fn without_uniform(context: &Context<'_>, given: &Spanned<String>) -> Diagnostic {
+    let interface = context.interface();
+    let (shader, name) = (&context.shader.request.path, given.value.as_str());
+    let filled = format!("filled for pass `{}`", context.pass.name.value);
+    let of_name = |binding: &&Binding| binding.name == name;
+    if let Some(binding) = interface.bindings.iter().find(of_name) {
+        let message = format!("`{shader}` has no uniform block `{name}`");
+        let diagnostic = Diagnostic::error(codes::graph::NO_BLOCK, message).label(given.span.clone(), filled);
+        return context.in_shader(diagnostic, binding.place.as_ref(), "this is not a uniform block");
+    }
+    if let Some(binding) = interface.unused.bindings.iter().find(of_name) {
+        let message = format!("`{shader}` declares `{name}` and does not use it");
+        let diagnostic = context.unused(codes::graph::NO_BLOCK, message).label(given.span.clone(), filled);
+        let diagnostic = context.in_shader(diagnostic, binding.place.as_ref(), "declared here, without a use");
+        return diagnostic.help(format!("use `{name}` in the shader, or take the block out"));
+    }
+    let blocks = || {
+        interface.bindings.iter().filter_map(|binding| match &binding.kind {
+            BindingKind::UniformBuffer(block) => Some((binding.name.as_str(), block)),
+            _ => None,
+        })
+    };
+    let message = format!("`{shader}` has no uniform block `{name}`");
+    let by_type = blocks().find(|(_, block)| block.name == name).map(|(name, _)| name);
+    match by_type.or_else(|| closest(name, blocks().map(|(name, _)| name))) {
+        Some(meant) => Diagnostic::error(codes::graph::NO_BLOCK, message)
+            .label(given.span.clone(), filled)
+            .help(format!("did you mean `{meant}`?")),
+        None => context
+            .unused(codes::graph::NO_BLOCK, message)
+            .label(given.span.clone(), filled)
+            .help(format!("declare `{name}` in the shader and use it, or take the block out")),
+    }
 }
 
 /// A member that takes one value, or an array of scalars or vectors that takes a list of them.
@@ -267,18 +295,19 @@ fn absent(context: &Context<'_>, what: &str, leaf: &Leaf<'_>, given: &Given<'_>)
 }
 
 fn extra(context: &Context<'_>, what: &str, block: &Block, member: &Member, meant: Option<&Leaf<'_>>) -> Diagnostic {
-    let diagnostic =
-        Diagnostic::error(codes::graph::MEMBER_EXTRA, format!("the shader has no {what} `{}`", member.path.value))
-            .label(member.path.span.clone(), format!("not in block `{}`", block.name));
+    let message = format!("the shader has no {what} `{}`", member.path.value);
+    let place =
+        |diagnostic: Diagnostic| diagnostic.label(member.path.span.clone(), format!("not in block `{}`", block.name));
+    let error = |message| place(Diagnostic::error(codes::graph::MEMBER_EXTRA, message));
     if let Some(leaf) = meant {
-        let diagnostic = context.in_shader(diagnostic, leaf.place, "the shader's nearest name");
+        let diagnostic = context.in_shader(error(message), leaf.place, "the shader's nearest name");
         return diagnostic.help(format!("did you mean `{}`?", leaf.path));
     }
     match block.members.iter().find(|other| other.name == member.path.value) {
         Some(other) => context
-            .in_shader(diagnostic, other.place.as_ref(), "a struct")
+            .in_shader(error(message), other.place.as_ref(), "a struct")
             .help("give its members one by one, e.g. with a table"),
-        None => diagnostic,
+        None => place(context.unused(codes::graph::MEMBER_EXTRA, message)),
     }
 }
 

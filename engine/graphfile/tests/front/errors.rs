@@ -3,10 +3,14 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
-use raxel_diagnostics::codes;
+use raxel_diagnostics::{Severity, SourceMap, codes};
+use raxel_graph::checked::{Graph, Pass};
+use raxel_graphfile::{Options, compile_with};
+use raxel_shader::Compiler;
 
-use crate::files::Project;
+use crate::files::{Project, sources};
 
 const BASE: &str = "graphs/base.toml";
 const PRIMARY: &str = "shaders/primary.comp";
@@ -135,6 +139,7 @@ const BINDINGS: &[Case] = &[
     ("RX0121", BASE, r#"outDepth = "half_depth""#, r#"outDeph = "half_depth""#),
     ("RX0121", BASE, r#"depth = "half_depth" }"#, r#"depth = "half_depth", everything = "hit" }"#),
     ("RX0121", PYRAMID, "texelFetch(depth, pixel * 4, 0)", "0.0"),
+    ("RX0121", BASE, r#"depth = "half_depth" }"#, r#"near = "half_depth" }"#),
     ("RX0122", BASE, r#"world = "world""#, r#"world = "hit""#),
     ("RX0122", BASE, r#"outHit = "hit""#, r#"outHit = "counters""#),
     ("RX0122", BASE, r#"threads = "hit""#, r#"threads = "counters""#),
@@ -350,6 +355,63 @@ fn every_code_of_the_front_end_has_a_case() {
     let all = codes::graph::ALL.iter().map(|(code, _)| code.as_str()).filter(|code| *code < "RX0170");
     let missing: Vec<&str> = all.filter(|code| !seen.contains(code)).collect();
     assert!(missing.is_empty(), "no case for {missing:?}");
+}
+
+/// A term that is commented out takes its bindings, its block and its members with it. In a running window that is a warning, and every resource is
+/// accessed as before.
+#[test]
+fn what_a_shader_does_not_use_is_a_warning_where_that_is_asked_for() {
+    let compile = |project: &Project, unused: Severity| {
+        let compiler = Compiler::new(Arc::new(project.clone()));
+        let options = Options { unused, ..Options::default() };
+        compile_with(BASE, project, &compiler, &sources(), options, &mut SourceMap::default())
+    };
+    let accesses = |graph: &Graph| -> Vec<_> {
+        let of_pass = |pass: &Pass| {
+            let mut accesses: Vec<_> =
+                pass.accesses.iter().map(|a| (a.resource.0, a.age, a.mips, a.access, a.usage)).collect();
+            accesses.sort_by_key(|access| (access.0, access.1));
+            accesses
+        };
+        graph.passes.iter().map(of_pass).collect()
+    };
+    let push = "layout(push_constant) uniform Push { float bias; } push;\nvoid main() {";
+    let bias = "depth = \"half_depth\" }\npush = { bias = 1.0, slope = 2.0 }";
+    let whole = Project::new().edit(BASE, "depth = \"half_depth\" }", bias).edit(PYRAMID, "void main() {", push).edit(
+        PYRAMID,
+        "texelFetch(depth, pixel * 4, 0)",
+        "texelFetch(depth, pixel * 4, 0) * push.bias",
+    );
+    let (graph, warnings) = compile(&whole, Severity::Warning).expect("only a member too many");
+    assert_eq!(warnings.iter().map(|warning| warning.code.as_str()).collect::<Vec<_>>(), ["RX0111"]);
+
+    let without = whole.edit(PYRAMID, "texelFetch(depth, pixel * 4, 0) * push.bias", "vec4(0.0)");
+    let (less, warnings) = compile(&without, Severity::Warning).expect("only warnings");
+    let said: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
+    let expected = [
+        "`shaders/pyramid.comp` declares `depth` and does not use it",
+        "`shaders/pyramid.comp` declares push constants and does not use them",
+    ];
+    assert_eq!(said, expected);
+    assert_eq!(accesses(&less), accesses(&graph));
+
+    let errors = compile(&without, Severity::Error).expect_err("`raxel check` is strict");
+    let said: Vec<&str> = errors.iter().filter(|error| error.is_error()).map(|error| error.message.as_str()).collect();
+    assert_eq!(said, expected);
+}
+
+/// A base that was emptied is one mistake, and not also everything that the graph over it refers to.
+#[test]
+fn an_empty_graph_is_said_to_be_empty() {
+    let mut project = Project::new();
+    project.put("graphs/over.toml", "extends = \"base.toml\"\n[params.exposure]\ndefault = 2.0\n");
+    for text in ["", "# Nothing.\n"] {
+        project.put(BASE, text);
+        for path in [BASE, "graphs/over.toml"] {
+            let said = project.rendered(path);
+            assert!(said.contains("`graphs/base.toml` is empty") && said.matches("error[").count() == 1, "{said}");
+        }
+    }
 }
 
 #[test]

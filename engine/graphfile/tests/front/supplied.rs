@@ -8,7 +8,7 @@ use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{Extent, Graph, ResourceKind, Usage};
 use raxel_graph::plan::{Lifetime, Limits, Observe, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput};
 use raxel_graph::{EstimatedMemory, plan, print};
-use raxel_graphfile::compile_with;
+use raxel_graphfile::{Options, compile_with};
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
 
@@ -120,7 +120,8 @@ fn a_graph_can_be_compiled_over_another_source() {
     let over = |project: &Project, source: &str| {
         let replace = |known: &str| known.starts_with("world.").then(|| source.to_owned());
         let compiler = Compiler::new(Arc::new(project.clone()));
-        compile_with(PATH, project, &compiler, &sources(), &replace, &mut SourceMap::default())
+        let options = Options { replace: &replace, ..Options::default() };
+        compile_with(PATH, project, &compiler, &sources(), options, &mut SourceMap::default())
     };
     // A shader that follows the layout, as those do that include <raxel/world.glsl>.
     let follows = project()

@@ -26,7 +26,7 @@ pub use edit::EditFailure;
 pub use error::{FrameError, OpenError, ReadError};
 pub use raxel_gpu::Validation;
 
-use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_diagnostics::{Diagnostic, Severity, SourceMap};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Executor, ExecutorOptions, Override};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
@@ -72,6 +72,9 @@ pub struct Options {
     pub pinned: Vec<String>,
     /// What else can be read: everything, or for speed only what is shown. No later frame depends on it.
     pub observe: Observe,
+    /// How much it matters that a shader does not use a binding, a block or a member that its graph gives it. With a warning one may take a term of
+    /// a shader out and put it back while frames run, and no state is lost.
+    pub unused: Severity,
     /// Takes the place of the layout of every buffer that the graph fills with a world; `None` keeps the graph's own.
     pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
@@ -108,6 +111,7 @@ impl Default for Options {
             debug_target: DebugTarget::default(),
             pinned: Vec::new(),
             observe: Observe::Everything,
+            unused: Severity::Error,
             layout: None,
             device: None,
             validation: Validation::Off,

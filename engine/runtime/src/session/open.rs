@@ -32,7 +32,7 @@ impl Session {
         let loader = Loader::new(&project).map_err(|error| {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
         })?;
-        let loader = Arc::new(loader.with_layout(options.layout));
+        let loader = Arc::new(loader.with_layout(options.layout).with_unused(options.unused));
         let (state, device) = load(&project, &options, &loader)?;
         let (mut warnings, texts) = state.diagnostics();
         let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };

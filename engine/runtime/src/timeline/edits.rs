@@ -1,7 +1,7 @@
 //! `[[edits]]`: edits of the world at times of a demo.
 
 use raxel_diagnostics::names::{closest, list};
-use raxel_diagnostics::table::{Node, Table};
+use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_edit::{Brush, Operation, Scene, UNIT, fixed};
 use raxel_language::{Keys, Shape, Value};
@@ -39,6 +39,15 @@ struct Edit {
     /// Seconds from the start.
     #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
     time: Spanned<f64>,
+    #[keys(flatten)]
+    what: What,
+    #[keys(span)]
+    span: Span,
+}
+
+/// An edit that is made at once: one of a demo without a time.
+#[derive(Keys)]
+struct EditNow {
     #[keys(flatten)]
     what: What,
     #[keys(span)]
@@ -225,6 +234,24 @@ impl From<Edit> for EditKey {
         };
         Self { time, operation, material, model: named, span }
     }
+}
+
+/// Reads the edits of the TOML array `edits`, written as in a demo but without times, for a scene. All must be right.
+pub fn operations(text: &str, scene: &Scene) -> Result<Vec<Operation>, Vec<Diagnostic>> {
+    let reporter = Reporter::new("edits");
+    let document = table::parse(text, &reporter);
+    let edits = document.as_ref().and_then(|document| {
+        let root = Table::root(document, &reporter);
+        Vec::<EditNow>::read(&root.need("edits")?, &(), &())
+    });
+    let found = reporter.into_diagnostics();
+    let Some(edits) = edits.filter(|_| found.is_empty()) else { return Err(found) };
+    let at_once = |edit: EditNow| {
+        let time = Spanned::new(0.0, edit.span.clone());
+        EditKey::from(Edit { time, what: edit.what, span: edit.span })
+    };
+    let resolved = edits.into_iter().map(at_once).map(|edit| edit.resolve(scene).map_err(|error| vec![*error]));
+    resolved.collect()
 }
 
 /// Reads the edits: all must be right, and none earlier than the one before it.

@@ -13,5 +13,5 @@ pub use curve::Interpolation;
 pub use demo::{
     CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Place, Track, TrackKeys,
 };
-pub use edits::EditKey;
+pub use edits::{EditKey, operations};
 pub use read::{read, schema};

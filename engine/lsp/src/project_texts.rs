@@ -1,0 +1,163 @@
+//! The texts that a document depends on, unsaved ones included: what a graph extends, the graphs and the world of a demo, the shader of a pass, what
+//! a shader includes.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use raxel_diagnostics::files::join;
+use raxel_shader::library;
+use raxel_terminal::offline::FileKind;
+
+use super::documents::{Document, Documents};
+use super::glsl::{Declaration, declarations};
+
+/// Files that are followed from one document, at most.
+const MOST_FILES: usize = 64;
+
+/// A text of the project, or of the shader library.
+pub(super) struct ProjectText {
+    /// Path in the project; of a library file that the project does not have, its name.
+    pub path: String,
+    pub text: String,
+    /// It is in the project, and not only in the library.
+    pub on_disk: bool,
+}
+
+/// The graphs that a document knows the names of, the nearest first: a graph itself and what it extends, or those of a demo.
+pub(super) fn graphs(documents: &Documents, document: &Document) -> Vec<ProjectText> {
+    let mut paths = match FileKind::of(&document.path) {
+        FileKind::Graph => vec![document.path.clone()],
+        FileKind::Demo => named(&document.text, "graph", "graphs"),
+        FileKind::World | FileKind::Project => Vec::new(),
+    };
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(path) = paths.get(at).cloned().filter(|_| at < MOST_FILES) {
+        at += 1;
+        let Some(text) = documents.text(document, &path) else { continue };
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+        for base in named(&text, "extends", folder) {
+            // Two graphs may share a base, and a broken one may extend itself.
+            if !paths.contains(&base) {
+                paths.push(base);
+            }
+        }
+        found.push(ProjectText { path, text, on_disk: true });
+    }
+    found
+}
+
+/// The worlds that a document knows the materials of: a world itself, or that of a demo.
+pub(super) fn worlds(documents: &Documents, document: &Document) -> Vec<ProjectText> {
+    let paths = match FileKind::of(&document.path) {
+        FileKind::World => vec![document.path.clone()],
+        FileKind::Demo => named(&document.text, "world", "worlds"),
+        FileKind::Graph | FileKind::Project => Vec::new(),
+    };
+    let text = |path: String| documents.text(document, &path).map(|text| ProjectText { path, text, on_disk: true });
+    paths.into_iter().filter_map(text).collect()
+}
+
+/// Paths of the files that lines `key = "file"` of a text name, relative to a folder.
+fn named(text: &str, key: &str, folder: &str) -> Vec<String> {
+    let values = text.lines().filter_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix('='));
+    values.filter_map(|value| join(folder, value.split('"').nth(1)?)).collect()
+}
+
+/// A shader and what it includes, the shader first.
+pub(super) fn shader(documents: &Documents, document: &Document, path: &str) -> Vec<ProjectText> {
+    let mut found: Vec<ProjectText> = Vec::new();
+    let mut seen = BTreeSet::from([path.to_owned()]);
+    let mut wanted = vec![path.to_owned()];
+    while let Some(path) = wanted.pop().filter(|_| found.len() < MOST_FILES) {
+        let in_project = documents.text(document, &path);
+        let library_name = path.strip_prefix("shaders/include/").unwrap_or(&path);
+        let on_disk = in_project.is_some();
+        let Some(text) = in_project.or_else(|| library::text(library_name).map(str::to_owned)) else { continue };
+        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+        for include in includes(&text) {
+            let places = [folder.as_str(), "shaders/include", "shaders"];
+            let paths: Vec<String> = places.iter().filter_map(|folder| join(folder, include)).collect();
+            let is_there = |path: &&String| {
+                documents.text(document, path).is_some()
+                    || library::text(path.strip_prefix("shaders/include/").unwrap_or(path)).is_some()
+            };
+            if let Some(path) = paths.iter().find(is_there)
+                && seen.insert(path.clone())
+            {
+                wanted.push(path.clone());
+            }
+        }
+        found.push(ProjectText { path, text, on_disk });
+    }
+    found
+}
+
+fn includes(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| {
+        let rest = line.trim_start().strip_prefix("#include")?.trim();
+        let inner = rest.strip_prefix('"').or_else(|| rest.strip_prefix('<'))?;
+        inner.split(['"', '>']).next()
+    })
+}
+
+/// Bytes of the pass around a byte of a graph, from its `[[passes]]` to the next.
+pub(super) fn pass_at(text: &str, at: usize) -> Option<Range<usize>> {
+    let line_end = text[at..].find('\n').map_or(text.len(), |end| at + end);
+    let start = text[..line_end].rfind("[[passes]]")?;
+    let end = text[start + 2..].find("\n[[").map_or(text.len(), |end| start + 2 + end);
+    (at <= end).then_some(start..end)
+}
+
+/// The value of a line `key = "value"` of a pass.
+fn value_of<'t>(pass: &'t str, key: &str) -> Option<&'t str> {
+    let line = |line: &'t str| line.trim().strip_prefix(key)?.trim_start().strip_prefix('=')?.split('"').nth(1);
+    pass.lines().find_map(line)
+}
+
+/// The texts of the shader of the pass around a byte of a graph; its base says which if it does not.
+pub(super) fn shader_of_pass(documents: &Documents, document: &Document, at: usize) -> Vec<ProjectText> {
+    let Some(pass) = pass_at(&document.text, at).map(|range| &document.text[range]) else { return Vec::new() };
+    let inherited = || {
+        let name = value_of(pass, "name")?;
+        let graphs = graphs(documents, document);
+        let bases = graphs.iter().filter(|graph| graph.path != document.path);
+        let passes = bases.flat_map(|graph| graph.text.split("[[passes]]").skip(1));
+        let mut same = passes.filter(|pass| value_of(pass, "name") == Some(name));
+        same.find_map(|pass| value_of(pass, "shader").map(str::to_owned))
+    };
+    let Some(file) = value_of(pass, "shader").map(str::to_owned).or_else(inherited) else { return Vec::new() };
+    join("shaders", &file).map_or_else(Vec::new, |path| shader(documents, document, &path))
+}
+
+/// The texts of every shader that the graphs of a document name.
+pub(super) fn shaders_of_graphs(documents: &Documents, document: &Document) -> Vec<ProjectText> {
+    let graphs = graphs(documents, document);
+    let named = graphs.iter().flat_map(|graph| named(&graph.text, "shader", "shaders"));
+    let paths: BTreeSet<String> = named.collect();
+    paths.iter().flat_map(|path| shader(documents, document, path)).collect()
+}
+
+/// Declarations of these texts, each with its text.
+pub(super) fn declared_in(texts: &[ProjectText]) -> impl Iterator<Item = (&ProjectText, Declaration)> {
+    texts.iter().flat_map(|text| declarations(&text.text).into_iter().map(move |declaration| (text, declaration)))
+}
+
+/// What binds a shader's name: graph, pass and the line of the entry, in every graph of the project.
+pub(super) fn bound_by(documents: &Documents, document: &Document, name: &str) -> Vec<String> {
+    let Some(shader) = document.path.strip_prefix("shaders/") else { return Vec::new() };
+    let mut found = Vec::new();
+    for path in document.project.graphs() {
+        let Some(text) = documents.text(document, &path) else { continue };
+        for pass in text.split("[[passes]]").skip(1).filter(|pass| value_of(pass, "shader") == Some(shader)) {
+            let entry = pass.split([',', '{', '\n']).find_map(|entry| {
+                let (key, value) = entry.split_once('=')?;
+                (key.trim() == name).then(|| value.trim().trim_end_matches('}').trim().to_owned())
+            });
+            if let (Some(value), Some(pass)) = (entry, value_of(pass, "name")) {
+                found.push(format!("`{name} = {value}` in pass `{pass}` of `{path}`"));
+            }
+        }
+    }
+    found
+}
