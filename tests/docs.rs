@@ -14,7 +14,7 @@ mod map;
 use std::fmt::Write;
 use std::path::Path;
 
-use common::{Project, repository};
+use common::{Project, markdown, repository};
 use raxel::layouts::LayoutError;
 use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};
@@ -258,8 +258,8 @@ fn the_example_of_the_graph_reference_is_right() {
     let project = Project::empty();
     let text = std::fs::read_to_string(repository().join("docs/graph-file.md")).unwrap();
     let mut graphs = Vec::new();
-    for block in text.split("```").skip(1).step_by(2) {
-        let (_, content) = block.split_once('\n').unwrap();
+    for block in markdown::blocks(&text) {
+        let content = block.text;
         let path = content.lines().next().unwrap().trim_start_matches(['#', '/', ' ']);
         // What names no file is a piece of one.
         if !path.starts_with("graphs/") && !path.starts_with("shaders/") {

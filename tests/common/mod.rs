@@ -5,6 +5,7 @@
 mod child;
 mod display;
 mod faults;
+pub mod markdown;
 mod vulkan;
 
 use std::path::{Path, PathBuf};
