@@ -200,7 +200,7 @@ fn follow(page: &str, cache: &Path) -> Followed {
 fn pictures(page: &str, text: &str, made: &Path, left_out: bool) -> Faults {
     let mut faults = Faults::new();
     for line in markdown::lines(text).into_iter().filter(|line| !line.fenced && line.text.starts_with("![")) {
-        for picture in markdown::links(&line.text).filter(|picture| !picture.contains('/')) {
+        for picture in markdown::links(&line.text).filter(|picture| !picture.contains('/') && !is_figure(picture)) {
             let (from, to) = (made.join(picture), repository().join(page).with_file_name(picture));
             if !from.exists() {
                 let fault = format!("{page}:{}: no command makes {picture}", line.number);
@@ -211,6 +211,11 @@ fn pictures(page: &str, text: &str, made: &Path, left_out: bool) -> Faults {
         }
     }
     faults
+}
+
+/// Figures are drawn by hand.
+fn is_figure(picture: &str) -> bool {
+    Path::new(picture).extension().is_some_and(|extension| extension == "svg")
 }
 
 /// A block with the files that it includes, as mdBook puts them in.
