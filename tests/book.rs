@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use common::markdown::{self, Block};
+use common::markdown::{self, Block, pages};
 use common::{Run, output, repository};
 use rayon::prelude::*;
 
@@ -42,20 +42,6 @@ fn read(path: &str) -> String {
 #[track_caller]
 fn fails_with(faults: &Faults) {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-/// The pages of a folder of the repository and those below it.
-fn pages(folder: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    for entry in std::fs::read_dir(repository().join(folder)).unwrap() {
-        let path = format!("{folder}/{}", entry.unwrap().file_name().to_str().unwrap());
-        if repository().join(&path).is_dir() {
-            found.extend(pages(&path));
-        } else if Path::new(&path).extension().is_some_and(|extension| extension == "md") {
-            found.insert(path);
-        }
-    }
-    found
 }
 
 /// The pages that the contents list.

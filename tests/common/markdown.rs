@@ -1,5 +1,6 @@
 //! Markdown as far as tests read it: lines, fenced blocks, links and headings.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::repository;
@@ -121,4 +122,18 @@ pub fn dead_links(page: &str) -> (Vec<String>, usize) {
         }
     }
     (dead, count)
+}
+
+/// The pages of a folder of the repository and those below it.
+pub fn pages(folder: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for entry in std::fs::read_dir(repository().join(folder)).unwrap() {
+        let path = format!("{folder}/{}", entry.unwrap().file_name().to_str().unwrap());
+        if repository().join(&path).is_dir() {
+            found.extend(pages(&path));
+        } else if Path::new(&path).extension().is_some_and(|extension| extension == "md") {
+            found.insert(path);
+        }
+    }
+    found
 }
