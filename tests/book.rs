@@ -8,6 +8,7 @@
 //! | `sh exits=3` | the last command must end with this exit code |
 //! | `sh needs=ffmpeg` | runs the commands where this program is installed |
 //! | `sh no-run=display` | leaves the commands out; [`REASONS`] has the reasons that count |
+//! | `toml` | parses it |
 //! | `text said` | the commands before it have printed these lines; a line `…` stands for any |
 //!
 //! Pictures of a page are what its commands have made: `RAXEL_WRITE_DOCS=1 cargo test --profile checked --test book` writes them beside the page.
@@ -126,6 +127,11 @@ fn follow(page: &str, cache: &Path) -> Followed {
     for block in markdown::blocks(&text) {
         let at = |line: usize| format!("{page}:{line}");
         if let Some(file) = block.value("file").or(block.value("append")) {
+            // Readers do not see the words behind a fence.
+            let above = text.lines().take(block.number - 1).filter(|line| !line.is_empty()).last().unwrap_or_default();
+            if !above.contains(&format!("`{file}`")) {
+                followed.faults.push(format!("{}: the line above does not name {file}", at(block.number)));
+            }
             let path = shell.folder().join(file);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             let before = match block.value("append") {
@@ -163,6 +169,11 @@ fn follow(page: &str, cache: &Path) -> Followed {
                     // What follows on the page needs what was to be made here.
                     return followed;
                 }
+            }
+        } else if block.language() == "toml" {
+            // A piece of a file that the reader is to write.
+            if let Err(error) = block.text.parse::<toml::Table>() {
+                followed.faults.push(format!("{}: {error}", at(block.number)));
             }
         } else if block.info.iter().any(|word| word == "said") {
             for (index, line) in block.text.lines().enumerate() {
