@@ -77,7 +77,7 @@ fn table(session: &mut Session) -> [u32; 3] {
     let mut word = |buffer: &str, at: u64| {
         u32::from_le_bytes(session.read_buffer(buffer, at..at + 4).unwrap().try_into().unwrap())
     };
-    [word("fit", 0), word("queue", 48), word("queue", 12)]
+    [word("fit", 44), word("queue", 48), word("queue", 12)]
 }
 
 /// Hills of steps that are narrower than a pixel, with room in the table for a part of what the picture sees.

@@ -7,8 +7,8 @@
 #include <raxel/random.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(r16f) uniform readonly image2D before;
-layout(r16f) uniform writeonly image2D outLight;
+layout(r32f) uniform readonly image2D before;
+layout(r32f) uniform writeonly image2D outLight;
 layout(rgba16f) uniform writeonly image2D outColor;
 uniform sampler3D noise;  // x, y, time
 

@@ -3,7 +3,7 @@
 #include <raxel/world.glsl>
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(r16f) uniform writeonly image3D outOpen;
+layout(rgba16f) uniform writeonly image3D outOpen;
 
 layout(push_constant) uniform Push {
     ivec3 world_min;

@@ -7,7 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430) buffer Count { uint count; uint lost; };
 layout(std430) writeonly buffer Pixels { uint pixels[]; };
 layout(rgba32i) uniform writeonly iimage2D outHit;
-layout(rg16f) uniform writeonly image2D outPlace;
+layout(rg32f) uniform writeonly image2D outPlace;
 layout(rgba16f) uniform writeonly image2D outColor;
 
 layout(push_constant) uniform Push {

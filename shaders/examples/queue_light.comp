@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 layout(std430) readonly buffer Count { uint count; };
 layout(std430) readonly buffer Pixels { uint pixels[]; };
 layout(rgba32i) uniform readonly iimage2D hits;
-layout(rg16f) uniform readonly image2D places;
+layout(rg32f) uniform readonly image2D places;
 // Not `writeonly`: the sky between the queued pixels stays.
 layout(rgba16f) uniform image2D color;
 

@@ -17,8 +17,8 @@ const uint SIDE = 8u, PIXELS = SIDE * SIDE;
 layout(local_size_x = SIDE, local_size_y = SIDE) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
-layout(rgba32i) uniform readonly iimage2D hitsBefore;
-layout(rg32f) uniform readonly image2D sunBefore;
+uniform isampler2D hitsBefore;
+uniform sampler2D sunBefore;
 layout(rg32f) uniform writeonly image2D outSun;
 #ifdef PANES
 #include <raxel/light/body.glsl>
@@ -54,9 +54,9 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, float t) {
     for (int i = 0; i < 4; ++i) {
         ivec2 tap = base + ivec2(i & 1, i >> 1);
         if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, size))) continue;
-        if (imageLoad(hitsBefore, tap) != hit) continue;
+        if (texelFetch(hitsBefore, tap, 0) != hit) continue;
         float w = ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y);
-        old += w * imageLoad(sunBefore, tap).xy;
+        old += w * texelFetch(sunBefore, tap, 0).xy;
         weight += w;
     }
     return weight > 1e-3 ? old / weight : vec2(0.0);

@@ -5,6 +5,7 @@
 mod child;
 mod display;
 mod faults;
+mod lesser;
 pub mod markdown;
 mod vulkan;
 
@@ -14,6 +15,7 @@ use std::process::{Command, Output, Stdio};
 pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
 pub use faults::{CALLS, Fault, Faults};
+pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, SMALL};
 pub use vulkan::before_vulkan;
 
 /// The root of the repository.
@@ -94,7 +96,7 @@ impl Project {
     pub fn shipped() -> Self {
         let project = Self::empty();
         for folder in ["graphs", "shaders", "worlds"] {
-            copy(&repository().join(folder), &project.path(folder));
+            project.copy_folder(folder);
         }
         project
     }
@@ -104,6 +106,12 @@ impl Project {
         let project = Self::empty();
         copy(&repository().join(folder), project.root());
         project
+    }
+
+    /// Adds a folder of the repository.
+    pub fn copy_folder(&self, folder: &str) -> &Self {
+        copy(&repository().join(folder), &self.path(folder));
+        self
     }
 
     /// A project without a file.

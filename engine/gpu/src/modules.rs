@@ -39,6 +39,8 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
         C::ImageBuffer,
         C::ImageQuery,
         C::DerivativeControl,
+        // Which of the formats an image can have, the device says of each.
+        C::StorageImageExtendedFormats,
         C::DeviceGroup,
     ];
     let by_feature = [
@@ -47,7 +49,6 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
         (C::Float64, core.shader_float64),
         (C::StorageImageReadWithoutFormat, core.shader_storage_image_read_without_format),
         (C::StorageImageWriteWithoutFormat, core.shader_storage_image_write_without_format),
-        (C::StorageImageExtendedFormats, core.shader_storage_image_extended_formats),
         (C::StorageImageArrayDynamicIndexing, core.shader_storage_image_array_dynamic_indexing),
         (C::SampledImageArrayDynamicIndexing, core.shader_sampled_image_array_dynamic_indexing),
         (C::StorageBufferArrayDynamicIndexing, core.shader_storage_buffer_array_dynamic_indexing),

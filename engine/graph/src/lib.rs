@@ -10,7 +10,7 @@ mod back;
 mod ir;
 pub mod print;
 
-pub use back::{EstimatedMemory, Phase, dump, plan};
+pub use back::{EstimatedMemory, Need, Phase, dump, needs, plan};
 pub use ir::index::index32;
 pub use ir::supply::{Catalog, FileContents, FileImage, ImageRequest, Refusal, SourceLayout};
 pub use ir::value::ValueType;

@@ -6,8 +6,8 @@
 #include "air_slices.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba16f) uniform readonly image3D sunBySlice;
-layout(rgba16f) uniform readonly image3D skyBySlice;
+uniform sampler3D sunBySlice;
+uniform sampler3D skyBySlice;
 layout(rgba16f) uniform writeonly image3D outSun;
 layout(rgba16f) uniform writeonly image3D outSky;
 layout(rgba16f) uniform writeonly image3D outAir;
@@ -34,7 +34,7 @@ void main() {
         ivec3 slice = ivec3(column, i);
         float length = slice_depth(float(i + 1) / float(size.z)) - slice_depth(float(i) / float(size.z));
         float height = camera_height + slice_place(slice, size) * dir.y;
-        vec4 of_sun = imageLoad(sunBySlice, slice), of_sky = imageLoad(skyBySlice, slice);
+        vec4 of_sun = texelFetch(sunBySlice, slice, 0), of_sky = texelFetch(skyBySlice, slice, 0);
         imageStore(outSun, slice, of_sun);
         imageStore(outSky, slice, of_sky);
         vec3 lit = of_sun.rgb, above = of_sky.rgb;

@@ -11,8 +11,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
-layout(rgba16f) uniform readonly image2D seen;
-layout(rgba32f) uniform readonly image2D before;   // light, frames
+uniform sampler2D seen;
+uniform sampler2D before;   // light, frames
 layout(rgba32f) uniform writeonly image2D outAverage;
 layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
@@ -31,7 +31,7 @@ vec3 released(vec3 light) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outAverage);
     if (any(greaterThanEqual(pixel, size))) return;
-    vec3 now = pressed(imageLoad(seen, pixel).rgb);
+    vec3 now = pressed(texelFetch(seen, pixel, 0).rgb);
     vec3 result = now;
     float frames = 1.0;
     bool water = false;
@@ -39,14 +39,14 @@ void main() {
     int word = imageLoad(hits, pixel).w;
     if (word >= 0 && hit_face(word) == RX_FACE_POS_Y) water = rx_material_properties(hit_material(word)).transparency > 0.0;
     if (frame.still >= 512u && !water) {
-        vec4 old = imageLoad(before, pixel);
+        vec4 old = texelFetch(before, pixel, 0);
         imageStore(outAverage, pixel, old);
         imageStore(outPicture, pixel, vec4(old.rgb, 1.0));
         return;
     }
 #endif
     if (frame.still > 0u) {
-        vec4 old = imageLoad(before, pixel);
+        vec4 old = texelFetch(before, pixel, 0);
         frames = min(old.w, water ? MOST_ON_WATER : float(frame.still)) + 1.0;
         // What came from the frames in motion has little weight against what follows.
         result = mix(pressed(old.rgb), now, 1.0 / frames);
@@ -60,7 +60,7 @@ void main() {
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
             vec3 mean = vec3(0.0), square = vec3(0.0);
             for (int i = 0; i < 9; ++i) {
-                vec3 c = pressed(imageLoad(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1)).rgb);
+                vec3 c = pressed(texelFetch(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1), 0).rgb);
                 mean += c / 9.0;
                 square += c * c / 9.0;
             }
@@ -69,7 +69,7 @@ void main() {
             vec2 part = at - 0.5 - vec2(base);
             vec4 old = vec4(0.0);
             for (int i = 0; i < 4; ++i) {
-                vec4 tap = imageLoad(before, clamp(base + ivec2(i & 1, i >> 1), ivec2(0), size - 1));
+                vec4 tap = texelFetch(before, clamp(base + ivec2(i & 1, i >> 1), ivec2(0), size - 1), 0);
                 old += ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y) * vec4(pressed(tap.rgb), tap.w);
             }
             if (old.w > 0.0) {

@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform readonly image2D radiance;
-layout(rgba16f) uniform readonly image2D gloss;
+uniform sampler2D gloss;
 uniform sampler3D air;
 layout(rgba16f) uniform writeonly image2D outSeen;
 layout(push_constant) uniform Push { float clouds; } push;
@@ -28,7 +28,7 @@ void main() {
         float disc = smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun));
         color += (1.0 - cover) * disc * 15.0 * sun_irradiance(sun);
     } else {
-        vec4 coat = imageLoad(gloss, pixel);
+        vec4 coat = texelFetch(gloss, pixel, 0);
         color = color * coat.a + coat.rgb;
         float depth = imageLoad(places, pixel).z;
         float slice = slice_of(depth) - 0.5 / 32.0;

@@ -12,7 +12,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
-layout(rg32f) uniform readonly image2D sun;
+uniform sampler2D sun;
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Light { vec4 light[]; };
 layout(rgba16f) uniform writeonly image2D outGloss;
@@ -165,7 +165,7 @@ void main() {
             RxBodyEnd end;
             bool ground = rx_walk_body(seen.xyz, from.frac, inward, hit_material(seen.w), DEEPEST, end) && end.material != 0u;
             uint slot = imageLoad(slots, pixel).x;
-            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
+            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (texelFetch(sun, pixel, 0).x / RX_PI);
             vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * end.t : 80.0));
             vec3 below = ground ? rx_material_properties(end.material).albedo : vec3(0.0);
             // What the body itself scatters back.

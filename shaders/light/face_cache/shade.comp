@@ -8,9 +8,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
-layout(rg32f) uniform readonly image2D sun;
+uniform sampler2D sun;
 #ifdef PANES
-layout(rgba16f) uniform readonly image2D stained;
+uniform sampler2D stained;
 #endif
 layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(std430) readonly buffer Asked { uint asked[]; };
@@ -68,9 +68,9 @@ void main() {
             kept = push.smooth_faces ? blended(slot, hit.xyz, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
             pick[slot] = 0u;
         }
-        vec3 sunlight = sun_irradiance(to_sun) * (imageLoad(sun, pixel).x / RX_PI);
+        vec3 sunlight = sun_irradiance(to_sun) * (texelFetch(sun, pixel, 0).x / RX_PI);
 #ifdef PANES
-        sunlight += sun_irradiance(to_sun) * imageLoad(stained, pixel).rgb / RX_PI;
+        sunlight += sun_irradiance(to_sun) * texelFetch(stained, pixel, 0).rgb / RX_PI;
 #endif
         other = frame.lamp_strength * material.emission + sunlight;
         color = material.albedo * (kept + other);

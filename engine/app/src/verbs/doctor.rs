@@ -1,6 +1,8 @@
 //! `raxel doctor`: whether this machine has what raxel needs, and what to do about what it lacks.
 
-use std::path::Path;
+mod graph;
+
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -23,8 +25,14 @@ use serde_json::json;
 
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Exit code 4 when there is no suitable device.")]
+#[command(
+    after_help = "Exit code 4 when there is no suitable device, 3 when it does not run the graph.\n\nExample: raxel doctor --graph graphs/beauty.toml"
+)]
 pub(crate) struct Args {
+    /// Also say what this graph needs of the device, and whether it runs.
+    #[arg(long, value_name = "GRAPH")]
+    graph: Option<PathBuf>,
+
     #[command(flatten)]
     pub messages: Messages,
 
@@ -73,13 +81,13 @@ impl Report<'_> {
     }
 
     fn bad(&mut self, what: &str, failure: Failure) {
-        self.line(Grade::Bad, what, failure.message.as_deref().unwrap_or_default());
+        self.line(Grade::Bad, what, failure.message.as_deref().unwrap_or("does not run: the errors are above"));
         self.failure.get_or_insert(failure);
     }
 }
 
 pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
-    let Args { messages: _, on: _ } = args;
+    let Args { graph, messages: _, on: _ } = args;
     let mut report = Report { console, failure: None };
     report.line(Grade::Good, "raxel", env!("CARGO_PKG_VERSION"));
 
@@ -122,6 +130,10 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             }
             Err(failure) => report.bad("rendering", failure),
         }
+    }
+
+    if let (Some(graph), Ok(device)) = (graph, &device) {
+        graph::judge(graph, device, options, &mut report)?;
     }
 
     report.line(Grade::Good, "cache", &cache());

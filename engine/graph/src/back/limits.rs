@@ -2,9 +2,9 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
-use raxel_shader::interface::BindingKind;
 
 use crate::back::cull::Cull;
+use crate::back::needs;
 use crate::back::sizes::{self, groups, local_size, specialization};
 use crate::ir::checked::{
     BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Source, Target, Value,
@@ -404,28 +404,8 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
 }
 
 fn bindings(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
-    let limits = &limits.bindings;
-    let mut counts = [0_u64; 4];
-    for binding in &pass.shader.interface.bindings {
-        let kind = match binding.kind {
-            BindingKind::StorageBuffer(_) => 0,
-            BindingKind::StorageImage { .. } => 1,
-            BindingKind::SampledImage { .. } => 2,
-            BindingKind::UniformBuffer(_) => 3,
-            BindingKind::Unsupported(_) => continue,
-        };
-        counts[kind] += u64::from(binding.count.max(1));
-    }
-    let [buffers, images, sampled, blocks] = counts;
-    let kinds = [
-        (buffers, "storage buffers", limits.storage_buffers, "maxPerStageDescriptorStorageBuffers"),
-        (images, "storage images", limits.storage_images, "maxPerStageDescriptorStorageImages"),
-        (sampled, "sampled images", limits.sampled_images, "maxPerStageDescriptorSampledImages"),
-        (blocks, "uniform blocks", limits.uniform_buffers, "maxPerStageDescriptorUniformBuffers"),
-        (counts.iter().sum(), "resources", limits.resources, "maxPerStageResources"),
-    ];
-    for (count, what, limit, name) in kinds {
-        if count > limit.into() {
+    for (what, count, (name, limit)) in needs::bindings(pass, &limits.bindings) {
+        if count > limit {
             let message = format!("pass `{}` binds {count} {what}, but the device allows {limit}", pass.name);
             found.push(
                 Diagnostic::error(codes::graph::TOO_MANY_BINDINGS, message)

@@ -8,6 +8,7 @@ mod dump;
 mod lifetimes;
 mod limits;
 mod memory;
+mod needs;
 mod order;
 mod poison;
 mod sizes;
@@ -17,6 +18,7 @@ mod varies;
 
 pub use dump::Phase;
 pub use memory::EstimatedMemory;
+pub use needs::{Need, needs};
 
 use std::sync::Arc;
 

@@ -1,0 +1,86 @@
+//! What the passes of a plan need of a device.
+
+use raxel_shader::interface::BindingKind;
+
+use crate::back::sizes::local_size;
+use crate::ir::checked::Pass;
+use crate::ir::plan::{BindingLimits, Limits, Plan};
+
+/// How much of something one pass needs, and how much a device has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Need {
+    /// What is counted, e.g. `storage buffers`.
+    pub what: &'static str,
+    /// Vulkan's name of the limit.
+    pub limit: &'static str,
+    /// How much the pass needs.
+    pub needs: u64,
+    /// How much the device has.
+    pub has: u64,
+    /// Name of the pass.
+    pub pass: String,
+}
+
+impl Need {
+    /// Whether the device has it.
+    pub fn is_met(&self) -> bool {
+        self.needs <= self.has
+    }
+}
+
+/// What a plan needs of each limit of a device: of all its passes the one that needs most.
+pub fn needs(plan: &Plan, limits: &Limits) -> Vec<Need> {
+    let mut most: Vec<Need> = Vec::new();
+    for planned in &plan.passes {
+        let pass = plan.graph.pass(planned.pass);
+        let local = local_size(pass, &planned.specialization);
+        let of_workgroups = [
+            ("workgroup threads", local.iter().map(|&side| u64::from(side)).product(), {
+                ("maxComputeWorkGroupInvocations", u64::from(limits.workgroup_invocations))
+            }),
+            ("shared bytes", pass.shader.interface.shared_bytes, {
+                ("maxComputeSharedMemorySize", u64::from(limits.shared_memory))
+            }),
+            ("pushed bytes", pass.shader.interface.push.as_ref().map_or(0, |block| block.size.into()), {
+                ("maxPushConstantsSize", u64::from(limits.push_constants))
+            }),
+        ];
+        let of_pass = |(what, needs, (limit, has))| Need { what, limit, needs, has, pass: pass.name.clone() };
+        for need in bindings(pass, &limits.bindings).into_iter().chain(of_workgroups).map(of_pass) {
+            match most.iter_mut().find(|known| known.what == need.what) {
+                Some(known) if known.needs < need.needs => *known = need,
+                Some(_) => {}
+                None => most.push(need),
+            }
+        }
+    }
+    most.retain(|need| need.needs > 0);
+    most
+}
+
+/// What is counted, how many of it a pass binds, and the limit: Vulkan's name and what a device has.
+pub(crate) type Count = (&'static str, u64, (&'static str, u64));
+
+/// Resources that a pass binds, by kind.
+pub(crate) fn bindings(pass: &Pass, limits: &BindingLimits) -> [Count; 5] {
+    let mut counts = [0_u64; 4];
+    for binding in &pass.shader.interface.bindings {
+        let kind = match binding.kind {
+            BindingKind::StorageBuffer(_) => 0,
+            BindingKind::StorageImage { .. } => 1,
+            BindingKind::SampledImage { .. } => 2,
+            BindingKind::UniformBuffer(_) => 3,
+            BindingKind::Unsupported(_) => continue,
+        };
+        counts[kind] += u64::from(binding.count.max(1));
+    }
+    let [buffers, images, sampled, blocks] = counts;
+    let kind = |what, count, limit, has: u32| (what, count, (limit, u64::from(has)));
+    [
+        kind("storage buffers", buffers, "maxPerStageDescriptorStorageBuffers", limits.storage_buffers),
+        kind("storage images", images, "maxPerStageDescriptorStorageImages", limits.storage_images),
+        kind("sampled images", sampled, "maxPerStageDescriptorSampledImages", limits.sampled_images),
+        kind("uniform blocks", blocks, "maxPerStageDescriptorUniformBuffers", limits.uniform_buffers),
+        kind("resources", counts.iter().sum(), "maxPerStageResources", limits.resources),
+    ]
+}

@@ -1,0 +1,102 @@
+//! Devices that can less than the one that the tests run on (`common/lesser.rs`): a graph that fits is drawn, and what does not fit is refused with
+//! the limit's name. Never does the driver see what it says it cannot do, and the validation layer stays silent.
+//!
+//! `cargo test --profile checked --test devices -- --ignored` tries every graph that ships.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use common::{EXCEEDED, LEAST, Lesser, METAL, Project, Run, SMALL, command, output};
+
+/// What a device lacks: a format, a feature or memory; threads in a workgroup, shared bytes, bindings.
+const REFUSED: [&str; 4] = ["RX0410", "RX0175", "RX0176", "RX0183"];
+
+/// The shipped project, behind a library that lowers the device.
+fn behind(lesser: &Lesser) -> (Project, std::path::PathBuf) {
+    let project = Project::shipped();
+    project.copy_folder("textures");
+    let library = lesser.library(&project);
+    (project, library)
+}
+
+fn run((project, library): &(Project, std::path::PathBuf), arguments: &[&str]) -> Run {
+    let mut command = command(project.root(), arguments);
+    output(command.env("LD_PRELOAD", library)).into()
+}
+
+/// Whether a graph runs on the device; if not, it says why.
+fn fits(shipped: &(Project, std::path::PathBuf), graph: &str) -> bool {
+    let run = run(shipped, &["render", graph, "--size", "32x18", "--validate", "-o", "out.png"]);
+    assert_ne!(run.code, EXCEEDED, "{graph}: {}", run.stderr);
+    if run.code == 0 {
+        return true;
+    }
+    assert_eq!(run.code, 3, "{graph}: {}", run.stderr);
+    assert!(REFUSED.iter().any(|code| run.stderr.contains(code)), "{graph}: {}", run.stderr);
+    false
+}
+
+/// Graphs that run on whatever has Vulkan 1.3.
+const EVERYWHERE: [&str; 4] =
+    ["graphs/primary.toml", "graphs/inspect.toml", "graphs/examples/queue.toml", "graphs/examples/world_size.toml"];
+
+#[test]
+fn graphs_without_demands_run_on_the_least_device() {
+    let shipped = behind(&LEAST);
+    for graph in EVERYWHERE {
+        assert!(fits(&shipped, graph), "{graph}");
+    }
+    assert!(!fits(&shipped, "graphs/light/face_cache.toml"));
+}
+
+#[test]
+fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
+    let shipped = behind(&SMALL);
+    let good = run(&shipped, &["doctor", "--graph", "graphs/primary.toml", "--format", "json"]).exits(0).json();
+    let graph = good.iter().find(|line| line["what"] == "graph").unwrap();
+    assert_eq!(graph["state"], "ok", "{good:?}");
+    let poor = run(&shipped, &["doctor", "--graph", "graphs/beauty.toml", "--format", "json"]).exits(3).json();
+    let state = |what: &str| poor.iter().find(|line| line["what"] == what).map(|line| line["state"].clone()).unwrap();
+    assert_eq!(state("storage buffers"), "bad", "{poor:?}");
+    assert_eq!(state("storage images"), "ok", "{poor:?}");
+    assert_eq!(state("graph"), "bad", "{poor:?}");
+}
+
+#[test]
+fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
+    let shipped = behind(&LEAST);
+    let run = run(&shipped, &["stress", "--rays", "2e3", "--scenes", "dust"]);
+    assert_ne!(run.code, EXCEEDED, "{}", run.stderr);
+    assert!([0, 3, 4].contains(&run.code), "{} {}\n{}", run.code, run.stdout, run.stderr);
+}
+
+/// Every graph that ships.
+fn every_graph(lesser: &Lesser, most_refused: usize) {
+    let shipped = behind(lesser);
+    let graphs = shipped
+        .0
+        .files()
+        .into_iter()
+        .filter(|path| path.starts_with("graphs/") && path.ends_with(".toml") && !path.contains("/base/"));
+    let refused: Vec<String> = graphs.filter(|graph| !fits(&shipped, graph)).collect();
+    println!("{} refuses {}: {}", lesser.name, refused.len(), refused.join(" "));
+    assert!(refused.len() <= most_refused, "{refused:?}");
+}
+
+#[test]
+#[ignore = "minutes: every shipped graph"]
+fn every_graph_runs_or_is_refused_by_the_least_device() {
+    every_graph(&LEAST, 30);
+}
+
+#[test]
+#[ignore = "minutes: every shipped graph"]
+fn every_graph_runs_or_is_refused_by_a_small_device() {
+    every_graph(&SMALL, 20);
+}
+
+#[test]
+#[ignore = "minutes: every shipped graph"]
+fn every_graph_runs_or_is_refused_over_metal() {
+    every_graph(&METAL, 4);
+}
