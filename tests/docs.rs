@@ -4,8 +4,7 @@
 //! RAXEL_WRITE_DOCS=1 cargo test --profile checked --test docs
 //! ```
 //!
-//! writes the generated parts: everything after `## Every key`, the figures about layouts, the index of diagnostics, and the diagnostic of the
-//! README's tour.
+//! writes the generated parts: everything after `## Every key`, the figures about layouts, and the index of diagnostics.
 
 mod common;
 #[path = "docs/map.rs"]
@@ -14,7 +13,7 @@ mod map;
 use std::fmt::Write;
 use std::path::Path;
 
-use common::{Project, repository};
+use common::{Project, markdown, repository};
 use raxel::layouts::LayoutError;
 use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};
@@ -258,8 +257,8 @@ fn the_example_of_the_graph_reference_is_right() {
     let project = Project::empty();
     let text = std::fs::read_to_string(repository().join("docs/graph-file.md")).unwrap();
     let mut graphs = Vec::new();
-    for block in text.split("```").skip(1).step_by(2) {
-        let (_, content) = block.split_once('\n').unwrap();
+    for block in markdown::blocks(&text) {
+        let content = block.text;
         let path = content.lines().next().unwrap().trim_start_matches(['#', '/', ' ']);
         // What names no file is a piece of one.
         if !path.starts_with("graphs/") && !path.starts_with("shaders/") {
@@ -275,30 +274,6 @@ fn the_example_of_the_graph_reference_is_right() {
         project.raxel(&["check", graph]).exits(0);
         project.raxel(&["render", graph, "--frames", "2", "--size", "40x30", "-o", "p.png", "--validate"]).exits(0);
     }
-}
-
-#[test]
-fn the_readme_quotes_what_is_there() {
-    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
-    for (path, line) in [
-        ("graphs/primary.toml", "[params.sun_elevation]"),
-        ("graphs/primary.toml", "default = 32.0"),
-        ("shaders/primary.comp", "vec3 surface(Seen seen, RxMaterial material, vec3 sun) {"),
-    ] {
-        let file = std::fs::read_to_string(repository().join(path)).unwrap();
-        assert!(readme.contains(line) && file.contains(line), "{path}: {line}");
-    }
-    for picture in ["docs/valley.png", "docs/window.png", "docs/edit.gif"] {
-        assert!(readme.contains(picture) && repository().join(picture).is_file(), "{picture}");
-    }
-    // The diagnostic that the tour promises.
-    let project = Project::shipped();
-    project.edit("graphs/primary.toml", "[targets.color]\nformat = \"rgba16f\"", "[targets.color]\nformat = \"rgba8\"");
-    let said = project.raxel(&["check", "graphs/primary.toml"]).exits(3).stdout;
-    let said = said.split("\n\n").next().unwrap();
-    let (head, rest) = readme.split_once("```text\n").unwrap();
-    let (_, tail) = rest.split_once("\n```").unwrap();
-    settle("README.md", &format!("{head}```text\n{}\n```{tail}", said.trim_end()));
 }
 
 /// A JSON schema as Markdown tables.

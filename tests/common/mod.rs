@@ -6,6 +6,7 @@ mod child;
 mod display;
 mod faults;
 mod lesser;
+pub mod markdown;
 mod vulkan;
 
 use std::path::{Path, PathBuf};

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use raxel::rivals;
 
+use crate::common::markdown::{self, spans};
 use crate::common::{raxel, repository};
 
 const PAGES: [&str; 2] = ["ARCHITECTURE.md", "CONTRIBUTING.md"];
@@ -24,21 +25,8 @@ fn fails_with(faults: &Faults) {
 
 /// The lines of a page with their numbers, and whether each is inside a fenced block.
 fn lines(page: &str) -> Vec<(usize, bool, String)> {
-    let mut fenced = false;
-    let mut found = Vec::new();
-    for (number, line) in read(page).lines().enumerate() {
-        if line.starts_with("```") {
-            fenced = !fenced;
-        } else {
-            found.push((number + 1, fenced, line.to_owned()));
-        }
-    }
-    found
-}
-
-/// The code spans of a line.
-fn spans(line: &str) -> impl Iterator<Item = &str> {
-    line.split('`').skip(1).step_by(2)
+    let lines = markdown::lines(&read(page)).into_iter();
+    lines.map(|line| (line.number, line.fenced, line.text)).collect()
 }
 
 /// The Rust sources at a path or below it, and the launcher.
@@ -115,39 +103,17 @@ fn paths_and_names_are_there() {
     assert!(paths > 150 && names > 80, "{paths} paths and {names} names were found");
 }
 
-/// The anchor of a heading, as GitHub makes it.
-fn anchor(heading: &str) -> String {
-    let kept = heading.trim().to_lowercase();
-    kept.chars().filter(|c| c.is_alphanumeric() || "-_ ".contains(*c)).map(|c| if c == ' ' { '-' } else { c }).collect()
-}
-
 #[test]
 fn links_lead_somewhere() {
     let (mut faults, mut links) = (Faults::new(), 0);
-    for page in PAGES.into_iter().chain(["README.md"]) {
-        for (number, _, line) in lines(page).into_iter().filter(|(_, fenced, _)| !fenced) {
-            for target in line.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-                if target.contains("://") {
-                    continue;
-                }
-                links += 1;
-                let (path, heading) = target.split_once('#').map_or((target, None), |(path, at)| (path, Some(at)));
-                let file = if path.is_empty() { page } else { path };
-                if !repository().join(file).exists() {
-                    faults.push(format!("{page}:{number}: {file} does not exist"));
-                } else if let Some(heading) = heading {
-                    let there = lines(file).iter().any(|(_, fenced, line)| {
-                        !fenced && line.starts_with('#') && anchor(line.trim_start_matches('#')) == heading
-                    });
-                    if !there {
-                        faults.push(format!("{page}:{number}: {file} has no heading #{heading}"));
-                    }
-                }
-            }
-        }
+    let roots = PAGES.into_iter().chain(["README.md"]).map(str::to_owned);
+    for page in roots.chain(markdown::pages("docs")) {
+        let (dead, count) = markdown::dead_links(&page);
+        faults.extend(dead);
+        links += count;
     }
     fails_with(&faults);
-    assert!(links > 40, "{links} links");
+    assert!(links > 300, "{links} links");
 }
 
 /// Words in italics call rows of the tables in `ARCHITECTURE.md` by their first column.

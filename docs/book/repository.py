@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""A preprocessor of mdBook: links to files of the repository that the book does not show lead to the repository's own pages.
+
+A link from docs/graph-file.md to ../graphs/examples/mips.toml works on GitHub. In the book, whose root is docs/, it would lead nowhere.
+The address of the repository is $RAXEL_REPOSITORY, or, in a workflow, that of GitHub.
+"""
+
+import json
+import os
+import posixpath
+import re
+import sys
+
+LINK = re.compile(r"(?<=\]\()([^)\s#]*)(#[^)\s]*)?(?=\))")
+PICTURES = (".png", ".gif", ".svg", ".jpg", ".mp4")
+
+
+def address():
+    server, name = os.environ.get("GITHUB_SERVER_URL"), os.environ.get("GITHUB_REPOSITORY")
+    return os.environ.get("RAXEL_REPOSITORY") or (f"{server}/{name}/blob/main" if server and name else "")
+
+
+def chapters(items):
+    for item in items:
+        if chapter := item.get("Chapter") if isinstance(item, dict) else None:
+            yield chapter
+            yield from chapters(chapter["sub_items"])
+
+
+def rewritten(text, page, pages, repository):
+    """The text of a page with links to files outside the book led to the repository."""
+
+    def place(match):
+        target, anchor = match.group(1), match.group(2) or ""
+        if not target or "://" in target:
+            return match.group(0)
+        inside = posixpath.normpath(posixpath.join(posixpath.dirname(page), target))
+        if inside in pages or (not inside.startswith("..") and inside.endswith(PICTURES)):
+            return match.group(0)
+        return f"{repository}/{posixpath.normpath(posixpath.join('docs', inside))}{anchor}"
+
+    # Code is left as it is.
+    parts = re.split(r"(^```.*?^```$)", text, flags=re.S | re.M)
+    return "".join(part if part.startswith("```") else LINK.sub(place, part) for part in parts)
+
+
+def main():
+    if sys.argv[1:2] == ["supports"]:
+        return
+    _, book = json.load(sys.stdin)
+    all_chapters = list(chapters(book.get("sections", book.get("items", []))))
+    pages = {chapter["path"] for chapter in all_chapters if chapter.get("path")}
+    repository = address()
+    for chapter in all_chapters:
+        if chapter.get("path") and repository:
+            chapter["content"] = rewritten(chapter["content"], chapter["path"], pages, repository)
+    json.dump(book, sys.stdout)
+
+
+main()
