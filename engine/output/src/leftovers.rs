@@ -61,5 +61,6 @@ fn ignored_signals() -> u64 {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
+/// Nothing: this system has no signals.
 #[cfg(not(unix))]
 pub fn watch_signals() {}
