@@ -94,7 +94,7 @@ fn code_5_means_that_the_device_was_lost_or_did_not_answer() {
     );
     project.write("graphs/slow.toml", graph).write("shaders/spin.comp", shader);
     let run = project.raxel(&["render", "-o", "a.png", "--size", "64x64", "--watchdog", "0.08"]).exits(5);
-    assert!(run.stderr.contains("`spin`"), "{}", run.stderr);
+    assert!(run.stderr.contains("`spin`") && run.stderr.contains("--watchdog SECONDS"), "{}", run.stderr);
     assert_eq!(project.files(), ["graphs/slow.toml", "shaders/spin.comp"], "nothing is written");
 }
 

@@ -142,15 +142,14 @@ const FEATURES: i32 = -2;
 impl Lesser {
     /// Makes the library in a folder of the project; the environment of a program that runs with it.
     pub fn library(&self, project: &Project) -> PathBuf {
-        let patches: String = self
-            .patches()
-            .iter()
-            .map(|(of, at, how, value)| format!("    {{ {of}, {at}, {}, {value}u }},\n", *how as u32))
-            .collect();
+        let mut patches = String::new();
+        for (of, at, how, value) in self.patches() {
+            patches += &format!("    {{ {of}, {at}, {}, {value}u }},\n", how as u32);
+        }
         let list = |formats: &[vk::Format]| {
             formats.iter().map(|format| format.as_raw().to_string()).collect::<Vec<_>>().join(", ")
         };
-        let values = [
+        let limits = [
             ("STORAGE_BUFFERS", self.storage_buffers),
             ("STORAGE_IMAGES", self.storage_images),
             ("SAMPLED_IMAGES", self.sampled_images),
@@ -164,8 +163,10 @@ impl Lesser {
             ("EXTENSIONS", u32::from(self.extensions)),
             ("TIMESTAMPS", u32::from(self.timestamps)),
         ];
-        let values: String =
-            values.iter().map(|(name, value)| format!("static const unsigned {name} = {value}u;\n")).collect();
+        let mut values = String::new();
+        for (name, value) in limits {
+            values += &format!("static const unsigned {name} = {value}u;\n");
+        }
         let formats = format!(
             "static const int stored_everywhere[] = {{ {} }};\nstatic const int unfiltered[] = {{ {} }};\n",
             list(STORED_EVERYWHERE),

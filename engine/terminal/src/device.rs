@@ -30,8 +30,15 @@ impl From<ExecuteError> for Failure {
     fn from(error: ExecuteError) -> Self {
         match error {
             ExecuteError::Gpu(error) => error.into(),
-            ExecuteError::DeviceLost { .. } => Failure::new(Exit::DeviceLost, error.to_string())
-                .help("a loop in the pass named above may not end, or run too long for the driver"),
+            ExecuteError::DeviceLost { timed_out, .. } => {
+                let failure = Failure::new(Exit::DeviceLost, error.to_string())
+                    .help("a loop in the pass named above may not end, or run too long for the driver");
+                if timed_out {
+                    failure.help("a slow or busy machine may need more time: `--watchdog SECONDS` gives it")
+                } else {
+                    failure
+                }
+            }
             ExecuteError::Format { .. } | ExecuteError::Capability { .. } => {
                 Failure::new(Exit::NoDevice, error.to_string())
             }
