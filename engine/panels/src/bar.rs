@@ -7,7 +7,7 @@ use egui::{Color32, RichText, Ui};
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
-use crate::view::{PassState, Problem, Shown, Status, View};
+use crate::view::{FirstPicture, PassState, Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
@@ -54,7 +54,7 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         let text = format!("{} off until {whose}", listed(&off));
         ui.label(RichText::new(text).color(RED)).on_hover_text(PassState::Off.reason());
     }
-    if status.starting {
+    if status.picture == FirstPicture::Awaited {
         ui.label(RichText::new("making the first picture").weak());
     }
     if status.refused {

@@ -101,7 +101,7 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
     let map = inspected.map.or(inspected.used);
     let chosen = map.map_or(0, |map| map.channel as usize).min(inspected.channels.len().saturating_sub(1));
     let channel = inspected.channels.get(chosen).copied().unwrap_or_default();
-    Grid::new("statistics").num_columns(4).show(ui, |ui| {
+    Grid::new("statistics").num_columns(3).show(ui, |ui| {
         ui.weak("values");
         ui.monospace(found.count.to_string());
         ui.end_row();
@@ -135,14 +135,16 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
 /// Buttons that pin the texel before and the next one of which a count speaks.
 #[expect(clippy::cast_possible_truncation, reason = "there are four channels")]
 fn jumps(ui: &mut Ui, any: bool, (sought, index, channel): (Sought, usize, &str), actions: &mut Vec<Action>) {
-    for (sign, which, forward) in [("<", "previous", false), (">", "next", true)] {
-        let name = format!("{which} {} in {channel}", sought.word());
-        let button = ui.add_enabled(any, Button::new(sign).small());
-        button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, any, &name));
-        if button.on_hover_text(format!("Pins the {name}")).clicked() {
-            actions.push(Action::Find { sought, channel: index as u32, forward });
+    ui.horizontal(|ui| {
+        for (sign, which, forward) in [("<", "previous", false), (">", "next", true)] {
+            let name = format!("{which} {} in {channel}", sought.word());
+            let button = ui.add_enabled(any, Button::new(sign).small());
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, any, &name));
+            if button.on_hover_text(format!("Pins the {name}")).clicked() {
+                actions.push(Action::Find { sought, channel: index as u32, forward });
+            }
         }
-    }
+    });
 }
 
 fn histogram(ui: &mut Ui, found: &Statistics) {

@@ -55,12 +55,22 @@ pub struct Status {
     pub busy: Option<(Option<String>, u64)>,
     /// Something that was just done, or could not be done.
     pub notice: Option<String>,
-    /// There was no picture yet.
-    pub starting: bool,
+    /// Whether there is a picture yet.
+    pub picture: FirstPicture,
     /// Project path of the graph's file.
     pub graph_file: String,
     /// Project paths of the files that the window wrote last, as long as that can be undone.
     pub written: Vec<String>,
+}
+
+/// How far a window that was opened has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FirstPicture {
+    /// There was none yet.
+    Awaited,
+    /// There was one.
+    #[default]
+    Shown,
 }
 
 /// A resource at a point of the frame.

@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Effect, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Sought, Timeline, Track, Use,
-    WorldExtent,
+    Brush, Effect, FirstPicture, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Sought, Timeline,
+    Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -599,7 +599,7 @@ fn a_device_that_works_for_long_can_be_interrupted() {
 fn a_window_without_a_picture_says_that_it_makes_one() {
     let mut harness = Window::new(&[]).harness(1280.0, 720.0);
     assert!(harness.query_by_label("making the first picture").is_none());
-    harness.state_mut().status.starting = true;
+    harness.state_mut().status.picture = FirstPicture::Awaited;
     harness.run_steps(2);
     harness.get_by_label("making the first picture");
 }

@@ -6,7 +6,7 @@ use raxel_control::{Control, Next};
 use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
-use raxel_panels::view::{Editing, Status, World};
+use raxel_panels::view::{Editing, FirstPicture, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::present::{PresentError, Presented};
@@ -23,8 +23,8 @@ use super::presenting::{Open, Pictures};
 use super::problem_log::problems;
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
-    GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush, outline,
-    panel_data,
+    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush,
+    outline, panel_data,
 };
 
 impl Open {
@@ -116,7 +116,7 @@ impl Viewer<'_> {
 
     /// Shows the panels over a plain ground until the first picture is there, which may take the driver seconds.
     fn greet(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        if std::mem::replace(&mut self.greeted, true) {
+        if std::mem::replace(&mut self.ground, Ground::Shown) == Ground::Shown {
             return Ok(());
         }
         self.draw_panels(event_loop);
@@ -211,7 +211,7 @@ impl Viewer<'_> {
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
             busy: self.busy.clone(),
-            starting: self.presented == 0,
+            picture: if self.presented == 0 { FirstPicture::Awaited } else { FirstPicture::Shown },
             graph_file: self.session.graph_path().to_owned(),
             written: self.last_write.iter().map(|written| written.file.clone()).collect(),
             notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),

@@ -143,6 +143,16 @@ enum NextFrame {
     Captured,
 }
 
+/// What a window shows before the first picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Ground {
+    /// Nothing: it is as the window system has made it.
+    #[default]
+    Unshown,
+    /// The panels over one colour.
+    Shown,
+}
+
 struct Viewer<'a> {
     args: Args,
     /// A program that drives the session too.
@@ -197,8 +207,8 @@ struct Viewer<'a> {
     /// So it has in this frame, and in the one before.
     long: [bool; 2],
     presented: u64,
-    /// The window shows something, though there may be no picture yet.
-    greeted: bool,
+    /// What the window shows before the first picture.
+    ground: Ground,
     complained: bool,
     failure: Option<Failure>,
 }
@@ -352,7 +362,7 @@ impl<'a> Viewer<'a> {
             busy: None,
             long: [false; 2],
             presented: 0,
-            greeted: false,
+            ground: Ground::default(),
             complained: false,
             failure: None,
         })

@@ -168,7 +168,7 @@ pub fn inspected() -> Inspected {
         pinned: Some(Texel { at: [20, 30], values: vec![["NaN".to_owned(), "0x7e00".to_owned()]; 2] }),
         zoom: Some(Zoom {
             colors: (0..Zoom::SIDE * Zoom::SIDE)
-                .map(|index| (index % Zoom::SIDE > 1).then_some([index as u8 * 2, 90, 160]))
+                .map(|index| (index % Zoom::SIDE > 1).then_some([90, 160, 220]))
                 .collect(),
         }),
         table: Some(Table {
