@@ -134,6 +134,52 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
 }
 
 #[test]
+fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
+    let display = Display::start();
+    let project = Project::shipped();
+    project.write(".raxel/window.toml", "right = { open = \"inspect\", size = 100.0 }\nleft = {}\nbottom = {}\n");
+    let log_path = project.path("log");
+    let mut child = Running::start(
+        command(
+            project.root(),
+            &["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--validate"],
+        )
+        .env("DISPLAY", &display.name)
+        .env_remove("WAYLAND_DISPLAY")
+        .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    // Left of all that a panel covers here, and below the bar.
+    let picture = |pixels: Vec<[u8; 3]>| -> Vec<[u8; 3]> {
+        (40..180).flat_map(|y| pixels[y * 320..y * 320 + 100].to_vec()).collect()
+    };
+    let expected = picture(rendered(&project, "normal"));
+    let shown = || picture(display.pixels(320, 180));
+    eventually("the first picture", || shown() == expected);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    let drag = |from: &str, by: &[&str]| {
+        display.xdotool(&["mousemove", from, "120", "mousedown", "1"]);
+        for to in by {
+            std::thread::sleep(Duration::from_millis(200));
+            display.xdotool(&["mousemove", to, "120"]);
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        display.xdotool(&["mouseup", "1"]);
+    };
+    // The ground of a panel is dark, and hides the picture nearly.
+    let covered = |x: usize| display.pixels(320, 180)[150 * 320 + x].iter().all(|part| *part < 60);
+    eventually("the panel", || covered(300) && !covered(160));
+    // A press just outside of the panel takes hold of its edge.
+    drag("217", &["200", "150"]);
+    eventually("the panel is wider", || covered(160));
+    assert!(shown() == expected, "the camera stays");
+    drag("60", &["50", "40"]);
+    eventually("a drag in the picture turns the camera", || shown() != expected);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
+#[test]
 fn frames_of_a_demo_are_counted() {
     let display = Display::start();
     let arguments = ["run", "worlds/valley.demo.toml", "--size", "160x90", "--frames", "5", "--validate", "-v"];
@@ -473,7 +519,8 @@ fn a_window_goes_on_after_the_loss_of_a_device() {
         press(&display, "Escape", "it leaves", || child.ended());
         assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
     }
-    assert!(log(&log_path).contains("the device was lost and is open again"), "{}", log(&log_path));
+    let said = log(&log_path);
+    assert!(said.contains("the device was lost and is open again") && said.contains("start over at `init`"), "{said}");
 }
 
 /// How a window loses its server.

@@ -7,8 +7,8 @@ pub struct Suspect {
     pub pass: String,
     /// The name of the pass of the file.
     pub declared: String,
-    /// Key of the shader that it ran, which may have been edited since.
-    pub shader: [u8; 32],
+    /// What the files said of it when it was planned; they may have been edited since. As [`raxel_graph::checked::Graph::declaration`] has it.
+    pub declaration: String,
 }
 
 /// An error of the executor.

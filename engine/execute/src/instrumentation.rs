@@ -58,8 +58,11 @@ impl Instrumentation {
     pub(super) fn suspect(&self, slot: usize, frame: u64, recorded: &[u32]) -> Option<Suspect> {
         let pass = *recorded.iter().find(|pass| self.is_running(slot, **pass as usize, frame))?;
         let (graph, id) = (&self.plan.graph, self.plan.passes.get(pass as usize)?.pass);
-        let pass = graph.pass(id);
-        Some(Suspect { pass: pass.name.clone(), declared: graph.declared_name(id).to_owned(), shader: pass.shader.key })
+        Some(Suspect {
+            pass: graph.pass(id).name.clone(),
+            declared: graph.declared_name(id).to_owned(),
+            declaration: graph.declaration(id),
+        })
     }
 
     /// Whether a pass that was recorded in a frame has begun and not finished. False where nothing is known of it.

@@ -32,6 +32,19 @@ fn text_of_a_chain_that_shares_memory() {
 }
 
 #[test]
+fn a_pass_of_a_clock_counts_once_however_often_it_is_planned() {
+    let mut hand = Hand::new("clocked");
+    let clock = hand.clock("sim", 4);
+    hand.target("state", Format::Rgba16f, |_, history| *history = 1);
+    hand.graph.resources[0].clock = Some(clock);
+    hand.target("color", Format::Rgba16f, |_, _| {});
+    hand.pass("simulate", &["r state@1", "w state"]).every = Some(raxel_graph::checked::Every::Clock(clock));
+    hand.pass("shade", &["r state", "w color"]);
+    let text = print::text(&hand.plan("color").unwrap());
+    assert!(text.lines().nth(1).is_some_and(|line| line.starts_with("2 of 2 passes, ")), "{text}");
+}
+
+#[test]
 fn json() {
     let json = print::json(&showcase().plan("color").unwrap());
     serde_json::from_str::<serde_json::Value>(&json).unwrap();

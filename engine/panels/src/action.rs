@@ -1,6 +1,15 @@
 //! What the user asks for.
 
-use crate::view::{Brush, Lane, Map, Shown};
+use crate::view::{Brush, Lane, Map, Shown, Sought};
+
+/// The file that values of params are written into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WriteTo {
+    /// The graph's own: what it inherits is overridden there.
+    Own,
+    /// The one that each default stands in, which other graphs may extend as well.
+    Declared,
+}
 
 /// One thing that a panel asks the window to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +30,21 @@ pub enum Action {
     SetParam(String, Vec<f64>),
     /// Bring a param back to the value in its file.
     ResetParam(String),
-    /// Write the values of these params into the graph's file.
-    WriteParams(Vec<String>),
+    /// Write the values of these params into a file.
+    WriteParams(Vec<String>, WriteTo),
+    /// Put the files that were written last back as they were.
+    UndoWrite,
+    /// Pin a texel of what is shown; `None` pins none.
+    Pin(Option<[u32; 2]>),
+    /// Pin the next texel whose channel has what is looked for, or the one before.
+    Find {
+        /// What is looked for.
+        sought: Sought,
+        /// The channel.
+        channel: u32,
+        /// The next one in order of rows, else the one before.
+        forward: bool,
+    },
     /// Stop or start the clock.
     Pause,
     /// Let one frame pass.
@@ -37,7 +59,7 @@ pub enum Action {
     Copy(String),
     /// Open a place, `path:line:column`, in the user's editor.
     Edit(String),
-    /// Give up the pass that the device works on, and switch it off until its shader changes.
+    /// Give up the pass that the device works on, and switch it off until its shader or its part of the graph changes.
     Cancel,
     /// Put the demo at so many seconds.
     Seek(f64),

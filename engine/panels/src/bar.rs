@@ -7,7 +7,7 @@ use egui::{Color32, RichText, Ui};
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
-use crate::view::{PassState, Problem, Shown, Status, View};
+use crate::view::{FirstPicture, PassState, Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
@@ -50,9 +50,12 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     }
     let off: Vec<&str> = view.passes.iter().filter(|pass| pass.state == PassState::Off).map(|pass| pass.name).collect();
     if !off.is_empty() {
-        let whose = if off.len() == 1 { "its shader changes" } else { "their shaders change" };
+        let whose = if off.len() == 1 { "its shader or graph changes" } else { "their shaders or graph change" };
         let text = format!("{} off until {whose}", listed(&off));
         ui.label(RichText::new(text).color(RED)).on_hover_text(PassState::Off.reason());
+    }
+    if status.picture == FirstPicture::Awaited {
+        ui.label(RichText::new("making the first picture").weak());
     }
     if status.refused {
         ui.label(RichText::new("refused: showing the plan before").color(YELLOW));
@@ -60,12 +63,22 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     if let Some((pass, seconds)) = &status.busy {
         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
         ui.label(RichText::new(format!("the device works{on} for {seconds} s")).color(YELLOW));
-        if ui.button("Cancel").on_hover_text("Give the pass up until its shader changes; Delete").clicked() {
+        if ui
+            .button("Cancel")
+            .on_hover_text("Give the pass up until its shader or its part of the graph changes; Delete")
+            .clicked()
+        {
             actions.push(Action::Cancel);
         }
     }
     if let Some(notice) = &status.notice {
         ui.label(RichText::new(notice).weak());
+    }
+    if !status.written.is_empty() {
+        let hint = format!("Puts {} back as before the window wrote it", status.written.join(", "));
+        if ui.button("Undo write").on_hover_text(hint).clicked() {
+            actions.push(Action::UndoWrite);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use egui::containers::panel::PanelState;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align2, CentralPanel, Color32, Context, FontId, Frame, Id, RichText, ScrollArea, SidePanel, TextStyle,
+    Align2, CentralPanel, Color32, Context, FontId, Frame, Id, Pos2, Rect, RichText, ScrollArea, SidePanel, TextStyle,
     TopBottomPanel, Ui, Vec2,
 };
 
@@ -38,6 +38,8 @@ pub struct Panels {
     displaced: Option<Panel>,
     /// Points of the window when it was drawn last.
     room: Vec2,
+    /// Where a press takes hold of the edge of a dock. Half of it lies over the picture.
+    edges: Vec<Rect>,
 }
 
 /// A pass whose output is looked at while the pointer rests on it.
@@ -59,6 +61,11 @@ impl Panels {
         self.layout.visible = !self.layout.visible;
     }
 
+    /// Whether a press at this point, in points from the top left, resizes a dock. It must not drag the camera as well.
+    pub fn is_edge(&self, at: Pos2) -> bool {
+        self.layout.visible && self.edges.iter().any(|edge| edge.contains(at))
+    }
+
     /// Draws what is open, and gives what the user asks for, in order. While nothing is visible only an open question is ended.
     pub fn show(&mut self, ctx: &Context, view: &View<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
@@ -77,7 +84,11 @@ impl Panels {
         self.follow_window(ctx);
         if self.layout.visible {
             brush::outline(ctx, &view.world.editing.outline);
+            if let Some(found) = view.inspected.filter(|_| self.layout.is_open(Panel::Inspect)) {
+                inspect::mark(ctx, found);
+            }
             self.bar(ctx, view, &mut actions);
+            self.edges.clear();
             for side in self.sides(ctx) {
                 self.dock(ctx, view, side, (&mut actions, &mut hovered));
             }
@@ -191,27 +202,44 @@ impl Panels {
         (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
     ) {
         let Some(panel) = self.layout.dock(side).open else { return };
+        let below = self.layout.dock(side).below;
         if panel == Panel::Timeline && view.timeline.is_none() {
             return;
         }
         let (size, room) = (self.layout.dock(side).size, ctx.content_rect().size());
         let id = dock_id(panel);
-        let content = |ui: &mut Ui| self.content(ui, view, panel, (actions, hovered));
-        let shown = match side {
+        let content = |ui: &mut Ui| {
+            if let Some(below) = below {
+                let (id, most) = (Id::new(("below", below.title())), (ui.available_height() - 60.0).max(20.0));
+                let lower = TopBottomPanel::bottom(id).resizable(true).frame(Frame::NONE);
+                let lower = lower.default_height(ui.available_height() / 2.0).height_range(20.0..=most);
+                lower.show_inside(ui, |ui| self.content(ui, view, below, (&mut *actions, &mut *hovered)));
+            }
+            self.content(ui, view, panel, (actions, hovered));
+        };
+        let rect = match side {
             Side::Left | Side::Right => {
                 let dock = if side == Side::Left { SidePanel::left(id) } else { SidePanel::right(id) };
                 // Some of the picture stays in sight, whatever the window's size.
                 let most = (room.x * 0.7).max(60.0);
                 let dock = dock.frame(frame(ctx)).default_width(size.min(most)).width_range(60.0_f32.min(most)..=most);
-                dock.show(ctx, content).response.rect.width()
+                dock.show(ctx, content).response.rect
             }
             Side::Bottom => {
                 let most = (room.y * 0.6).max(40.0);
                 let dock = TopBottomPanel::bottom(id).resizable(true).frame(frame(ctx));
                 let dock = dock.default_height(size.min(most)).height_range(40.0_f32.min(most)..=most);
-                dock.show(ctx, content).response.rect.height()
+                dock.show(ctx, content).response.rect
             }
         };
+        let (edge, shown) = match side {
+            Side::Left => (Rect::from_min_max(rect.right_top(), rect.right_bottom()), rect.width()),
+            Side::Right => (Rect::from_min_max(rect.left_top(), rect.left_bottom()), rect.width()),
+            Side::Bottom => (Rect::from_min_max(rect.left_top(), rect.right_top()), rect.height()),
+        };
+        let interaction = ctx.style().interaction.clone();
+        // egui gives a press beside a widget to the nearest one within a radius.
+        self.edges.push(edge.expand(interaction.resize_grab_radius_side + interaction.interact_radius));
         // A size that the window forced is not what the user chose.
         if ctx.input(|input| input.pointer.any_down()) {
             self.layout.dock_mut(side).size = shown;

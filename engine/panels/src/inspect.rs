@@ -1,12 +1,16 @@
-//! What the shown resource holds: mip, layer, channel, range, distribution, the texel under the cursor, the rows of a buffer.
+//! What the shown resource holds: mip, layer, channel, range, distribution, the texel under the cursor and a pinned one, the rows of a
+//! buffer.
 
-use egui::{Align2, Color32, ComboBox, DragValue, Grid, Rect, RichText, Sense, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align2, Button, Color32, ComboBox, Context, DragValue, Grid, LayerId, Rect, RichText, Sense, Stroke, StrokeKind,
+    Ui, Vec2, pos2, vec2,
+};
 
 use crate::action::Action;
 use crate::bar::{RED, text_of};
 use crate::docks::caption;
 use crate::statistics::{BINS, Statistics};
-use crate::view::{Inspected, Map, Shown, Table, View};
+use crate::view::{Inspected, Map, Shown, Sought, Table, Texel, View, Zoom};
 
 /// Points between columns of numbers, and between their rows.
 const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
@@ -24,10 +28,10 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         mapping(ui, found, actions);
     }
     if let Some(statistics) = &found.statistics {
-        numbers(ui, found, statistics);
+        numbers(ui, found, statistics, actions);
         histogram(ui, statistics);
     }
-    texel(ui, found);
+    texels(ui, found, actions);
     if let Some(table) = &found.table {
         rows(ui, table, actions);
     }
@@ -93,27 +97,51 @@ fn mapping(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     }
 }
 
-fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics) {
-    Grid::new("statistics").num_columns(2).show(ui, |ui| {
-        let [low, high] = found.range;
+fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut Vec<Action>) {
+    let map = inspected.map.or(inspected.used);
+    let chosen = map.map_or(0, |map| map.channel as usize).min(inspected.channels.len().saturating_sub(1));
+    let channel = inspected.channels.get(chosen).copied().unwrap_or_default();
+    Grid::new("statistics").num_columns(3).show(ui, |ui| {
         ui.weak("values");
-        ui.monospace(format!("{low} to {high}"));
+        ui.monospace(found.count.to_string());
         ui.end_row();
+        let [low, high] = found.range;
+        let any = found.nan + found.infinite < found.count;
+        for (sought, value) in [(Sought::Smallest, low), (Sought::Largest, high)] {
+            ui.weak(sought.word());
+            ui.monospace(value.to_string());
+            jumps(ui, any, (sought, chosen, channel), actions);
+            ui.end_row();
+        }
         ui.weak("mean");
         ui.monospace(format!("{:.6}", found.mean));
         ui.end_row();
-        ui.weak("NaN, infinite");
-        let text =
-            RichText::new(format!("{} NaN, {} infinite of {}", found.nan, found.infinite, found.count)).monospace();
-        ui.label(if found.nan + found.infinite > 0 { text.color(RED) } else { text });
-        ui.end_row();
         // Who looks for a NaN need not try the channels one by one.
-        let chosen = inspected.map.or(inspected.used).map_or(0, |map| map.channel as usize);
-        for (index, (name, [nan, infinite])) in inspected.channels.iter().zip(&inspected.not_finite).enumerate() {
-            if index != chosen && nan + infinite > 0 {
-                ui.weak(format!("in {name}"));
-                ui.label(RichText::new(format!("{nan} NaN, {infinite} infinite")).monospace().color(RED));
+        for (index, (name, counts)) in inspected.channels.iter().zip(&inspected.not_finite).enumerate() {
+            for (sought, count) in [Sought::Nan, Sought::Infinite].into_iter().zip(*counts) {
+                if count == 0 && index != chosen {
+                    continue;
+                }
+                ui.weak(format!("{} in {name}", sought.word()));
+                let text = RichText::new(count.to_string()).monospace();
+                ui.label(if count > 0 { text.color(RED) } else { text });
+                jumps(ui, count > 0, (sought, index, name), actions);
                 ui.end_row();
+            }
+        }
+    });
+}
+
+/// Buttons that pin the texel before and the next one of which a count speaks.
+#[expect(clippy::cast_possible_truncation, reason = "there are four channels")]
+fn jumps(ui: &mut Ui, any: bool, (sought, index, channel): (Sought, usize, &str), actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        for (sign, which, forward) in [("<", "previous", false), (">", "next", true)] {
+            let name = format!("{which} {} in {channel}", sought.word());
+            let button = ui.add_enabled(any, Button::new(sign).small());
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, any, &name));
+            if button.on_hover_text(format!("Pins the {name}")).clicked() {
+                actions.push(Action::Find { sought, channel: index as u32, forward });
             }
         }
     });
@@ -138,22 +166,88 @@ fn histogram(ui: &mut Ui, found: &Statistics) {
     caption(ui, area.right_top() + vec2(-3.0, 1.0), Align2::RIGHT_TOP, &format!("{high}"));
 }
 
-fn texel(ui: &mut Ui, found: &Inspected) {
-    let Some(([x, y], values)) = &found.cursor else {
-        if found.table.is_none() {
+/// The pinned texel, the one under the cursor, and what lies around.
+fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
+    let [width, height] = found.extent;
+    if width == 0 || height == 0 {
+        return;
+    }
+    ui.horizontal(|ui| {
+        let Some(pinned) = &found.pinned else {
+            if ui.button("Pin a texel").on_hover_text("P pins the one under the cursor").clicked() {
+                actions
+                    .push(Action::Pin(Some(found.cursor.as_ref().map_or([width / 2, height / 2], |texel| texel.at))));
+            }
+            return;
+        };
+        let mut at = pinned.at;
+        let label = ui.label("pinned");
+        for (place, size) in at.iter_mut().zip(found.extent) {
+            ui.add(DragValue::new(place).range(0..=size - 1).speed(0.2)).labelled_by(label.id);
+        }
+        if at != pinned.at {
+            actions.push(Action::Pin(Some(at)));
+        }
+        if ui.button("Unpin").on_hover_text("P").clicked() {
+            actions.push(Action::Pin(None));
+        }
+    });
+    if let Some(pinned) = &found.pinned {
+        texel(ui, "pinned texel", found, pinned);
+    }
+    match &found.cursor {
+        Some(cursor) => {
+            ui.label(format!("texel {}, {}", cursor.at[0], cursor.at[1]));
+            texel(ui, "texel", found, cursor);
+        }
+        None if found.pinned.is_none() => {
             ui.weak("The texel under the cursor is shown here.");
         }
-        return;
-    };
-    ui.label(format!("texel {x}, {y}"));
-    Grid::new("texel").num_columns(3).spacing(COLUMNS).show(ui, |ui| {
-        for (name, [value, bits]) in found.channels.iter().zip(values) {
+        None => {}
+    }
+    if let Some(zoom) = &found.zoom {
+        squares(ui, zoom);
+    }
+}
+
+fn texel(ui: &mut Ui, id: &str, found: &Inspected, texel: &Texel) {
+    Grid::new(id).num_columns(3).spacing(COLUMNS).show(ui, |ui| {
+        for (name, [value, bits]) in found.channels.iter().zip(&texel.values) {
             ui.weak(*name);
             ui.monospace(value);
             ui.monospace(bits);
             ui.end_row();
         }
     });
+}
+
+/// Texels as squares, the one in the middle framed.
+fn squares(ui: &mut Ui, zoom: &Zoom) {
+    let cell = (ui.available_width() / Zoom::SIDE as f32).clamp(4.0, 16.0).floor();
+    let (response, painter) = ui.allocate_painter(Vec2::splat(cell * Zoom::SIDE as f32), Sense::hover());
+    let square = |index: u32| {
+        let (x, y) = (index % Zoom::SIDE, index / Zoom::SIDE);
+        Rect::from_min_size(response.rect.min + vec2(x as f32, y as f32) * cell, Vec2::splat(cell))
+    };
+    for (index, color) in (0..).zip(&zoom.colors) {
+        let color = color.map_or(Color32::from_black_alpha(120), |[r, g, b]| Color32::from_rgb(r, g, b));
+        painter.rect_filled(square(index), 0.0, color);
+    }
+    let middle = square(Zoom::SIDE * Zoom::SIDE / 2).expand(1.0);
+    painter.rect_stroke(middle, 0.0, Stroke::new(3.0, Color32::from_black_alpha(160)), StrokeKind::Outside);
+    painter.rect_stroke(middle, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
+}
+
+/// Marks the pinned texel in the picture, below all panels.
+pub(crate) fn mark(ctx: &Context, found: &Inspected) {
+    let Some(pinned) = &found.pinned else { return };
+    let area = ctx.content_rect();
+    let place = |axis: usize| (pinned.at[axis] as f32 + 0.5) / found.extent[axis].max(1) as f32;
+    let center = area.min + area.size() * vec2(place(0), place(1));
+    let painter = ctx.layer_painter(LayerId::background());
+    for (width, color) in [(3.5, Color32::from_black_alpha(160)), (1.5, Color32::WHITE)] {
+        painter.circle_stroke(center, 9.0, Stroke::new(width, color));
+    }
 }
 
 fn rows(ui: &mut Ui, table: &Table, actions: &mut Vec<Action>) {

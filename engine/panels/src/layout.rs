@@ -77,13 +77,16 @@ pub struct Dock {
     /// The panel that is open there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open: Option<Panel>,
+    /// A second one, below it; never at the bottom of the window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<Panel>,
     /// Points: its width at the sides, its height at the bottom.
     pub size: f32,
 }
 
 impl Default for Dock {
     fn default() -> Self {
-        Self { open: None, size: 280.0 }
+        Self { open: None, below: None, size: 280.0 }
     }
 }
 
@@ -108,10 +111,10 @@ impl Default for Layout {
         Self {
             visible: true,
             zoom: 1.0,
-            left: Dock { open: Some(Panel::Passes), size: 350.0 },
-            right: Dock { open: Some(Panel::Params), size: 340.0 },
+            left: Dock { open: Some(Panel::Passes), size: 350.0, ..Dock::default() },
+            right: Dock { open: Some(Panel::Params), size: 340.0, ..Dock::default() },
             // Only a demo has one.
-            bottom: Dock { open: Some(Panel::Timeline), size: 200.0 },
+            bottom: Dock { open: Some(Panel::Timeline), size: 200.0, ..Dock::default() },
         }
     }
 }
@@ -128,6 +131,10 @@ impl Layout {
             [(Side::Left, &mut layout.left), (Side::Right, &mut layout.right), (Side::Bottom, &mut layout.bottom)]
         {
             dock.open = dock.open.filter(|panel| panel.side() == side);
+            let fits = |panel: &Panel| {
+                panel.side() == side && side != Side::Bottom && dock.open.is_some_and(|open| open != *panel)
+            };
+            dock.below = dock.below.filter(fits);
             dock.size = if dock.size.is_finite() { dock.size.clamp(80.0, 4000.0) } else { Dock::default().size };
         }
         Ok(layout)
@@ -161,18 +168,30 @@ impl Layout {
 
     /// Whether a panel is open.
     pub fn is_open(&self, panel: Panel) -> bool {
-        self.visible && self.dock(panel.side()).open == Some(panel)
+        let dock = self.dock(panel.side());
+        self.visible && (dock.open == Some(panel) || dock.below == Some(panel))
     }
 
-    /// Opens a panel in the place of another on its side.
+    /// Opens a panel: at the bottom in the place of the one that is there, at a side below it. A third one takes the place of the lower.
     pub fn open(&mut self, panel: Panel) {
-        self.dock_mut(panel.side()).open = Some(panel);
+        let dock = self.dock_mut(panel.side());
+        if panel.side() == Side::Bottom || dock.open.is_none() {
+            dock.open = Some(panel);
+        } else if dock.open != Some(panel) {
+            dock.below = Some(panel);
+        }
     }
 
     /// Opens a panel, or closes it.
     pub fn toggle(&mut self, panel: Panel) {
         let dock = self.dock_mut(panel.side());
-        dock.open = if dock.open == Some(panel) { None } else { Some(panel) };
+        if dock.open == Some(panel) {
+            dock.open = dock.below.take();
+        } else if dock.below == Some(panel) {
+            dock.below = None;
+        } else {
+            self.open(panel);
+        }
     }
 }
 
@@ -187,6 +206,25 @@ mod tests {
         layout.open(Panel::Problems);
         assert_eq!(Layout::read(&layout.write()), Ok(layout));
         assert_eq!(Layout::read(""), Ok(Layout::default()));
+    }
+
+    #[test]
+    fn a_side_has_room_for_two_and_the_bottom_for_one() {
+        let mut layout = Layout::default();
+        layout.open(Panel::Inspect);
+        assert!(layout.is_open(Panel::Params) && layout.is_open(Panel::Inspect));
+        layout.open(Panel::Inspect);
+        layout.open(Panel::World);
+        assert_eq!((layout.right.open, layout.right.below), (Some(Panel::Params), Some(Panel::World)));
+        assert_eq!(Layout::read(&layout.write()), Ok(layout.clone()));
+        layout.toggle(Panel::Params);
+        assert_eq!((layout.right.open, layout.right.below), (Some(Panel::World), None));
+        layout.open(Panel::Problems);
+        assert_eq!((layout.bottom.open, layout.bottom.below), (Some(Panel::Problems), None));
+        for text in ["right = { below = \"world\" }", "left = { open = \"passes\", below = \"passes\" }"] {
+            let layout = Layout::read(text).unwrap();
+            assert_eq!((layout.left.below, layout.right.below), (None, None), "{text}");
+        }
     }
 
     #[test]

@@ -21,7 +21,7 @@ mod turns;
 pub mod view;
 mod world;
 
-pub use action::Action;
+pub use action::{Action, WriteTo};
 pub use docks::Panels;
 pub use layout::{Dock, Layout, Panel, Side};
 pub use samples::Samples;

@@ -2,11 +2,14 @@
 
 use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
-use crate::action::Action;
+use crate::action::{Action, WriteTo};
 use crate::view::{Kind, Param, View};
 
 /// Integers of so few values are chosen from a list.
 const LISTED: f64 = 8.0;
+
+/// In a narrower panel a label stands above its slider, in a line of its own.
+const BESIDE: f32 = 250.0;
 
 /// Points that the word `demo` needs behind a label.
 const DRIVEN: f32 = 44.0;
@@ -22,9 +25,22 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         params.iter().filter(|param| is_changed(param)).map(|param| param.name.clone()).collect();
     ui.horizontal_wrapped(|ui| {
         let some = !changed.is_empty();
-        let hint = "Writes the changed values into the graph's file; comments stay";
+        let own = &view.status.graph_file;
+        let hint = format!("Writes {} into {own}; comments stay", changed.join(", "));
         if ui.add_enabled(some, Button::new("Write to file")).on_hover_text(hint).clicked() {
-            actions.push(Action::WriteParams(changed.clone()));
+            actions.push(Action::WriteParams(changed.clone(), WriteTo::Own));
+        }
+        let inherited: Vec<&Param> = params.iter().filter(|param| is_changed(param) && param.file != *own).collect();
+        if !inherited.is_empty() {
+            let hint = inherited.iter().map(|param| format!("{} into {}", param.name, param.file));
+            let hint = format!(
+                "Writes {}, for every graph that extends it; \"Write to file\" overrides it in {own}",
+                hint.collect::<Vec<_>>().join(", ")
+            );
+            if ui.button("Write to base").on_hover_text(hint).clicked() {
+                let names = inherited.iter().map(|param| param.name.clone()).collect();
+                actions.push(Action::WriteParams(names, WriteTo::Declared));
+            }
         }
         if ui.add_enabled(some, Button::new("Reset all")).on_hover_text("Back to the values of the file").clicked() {
             actions.extend(changed.iter().cloned().map(Action::ResetParam));
@@ -149,22 +165,19 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
 }
 
 fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> String) -> bool {
-    let Some([low, high]) = param.range else {
+    let Some(range) = param.range else {
         let label = ui.label(&param.label);
         return ui.add(drag(param, component)).labelled_by(label.id).on_hover_text(hint()).changed();
     };
     ui.spacing_mut().slider_width = 90.0;
-    let mut slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits);
-    slider = slider.suffix(suffix(param));
-    slider = match (param.step, param.kind) {
-        (Some(step), _) => slider.step_by(step),
-        (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
-        (None, _) => slider.smart_aim(true),
-    };
-    if param.kind != Kind::Float {
-        slider = slider.integer();
+    if ui.available_width() < BESIDE {
+        let both = ui.vertical(|ui| {
+            let label = ui.add(Label::new(&param.label).wrap()).on_hover_text(hint());
+            ui.add(slider(param, range, component)).labelled_by(label.id).on_hover_text(hint()).changed()
+        });
+        return both.inner;
     }
-    let slider = ui.add(slider);
+    let slider = ui.add(slider(param, range, component));
     // A label that is too long for the panel ends in dots; what follows it stays in sight.
     let room = ui.available_width() - if param.driven { DRIVEN } else { 0.0 };
     let label = ui.scope(|ui| {
@@ -172,6 +185,16 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
         ui.add(Label::new(&param.label).truncate())
     });
     slider.labelled_by(label.inner.on_hover_text(hint()).id).on_hover_text(hint()).changed()
+}
+
+fn slider<'v>(param: &Param, [low, high]: [f64; 2], component: &'v mut f64) -> Slider<'v> {
+    let slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits).suffix(suffix(param));
+    let slider = match (param.step, param.kind) {
+        (Some(step), _) => slider.step_by(step),
+        (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
+        (None, _) => slider.smart_aim(true),
+    };
+    if param.kind == Kind::Float { slider } else { slider.integer() }
 }
 
 fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {

@@ -3,6 +3,7 @@
 use egui::{Grid, RichText, Sense, Ui};
 
 use crate::action::Action;
+use crate::bar::text_of;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
 use crate::view::{Pass, PassState, Shown, View};
@@ -21,8 +22,8 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, (actions, hovered): (&mut Vec<A
         ui.weak("ms");
         ui.weak("p95");
         ui.end_row();
-        for pass in &view.passes {
-            row(ui, view, pass, longest, (actions, hovered));
+        for (index, pass) in view.passes.iter().enumerate() {
+            row(ui, view, (index, pass), longest, (actions, hovered));
             ui.end_row();
         }
     });
@@ -34,15 +35,19 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, (actions, hovered): (&mut Vec<A
 fn row(
     ui: &mut Ui,
     view: &View<'_>,
-    pass: &Pass<'_>,
+    (index, pass): (usize, &Pass<'_>),
     longest: f32,
     (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
 ) {
     let output = pass.output.and_then(|index| view.resources.get(index));
     // What is left out has no place in the frame after which something could be shown.
     let after = pass.state.is_planned().then(|| pass.after.to_owned());
-    let target = output.map(|resource| Shown::after(resource.name.clone(), after));
-    let locked = target.is_some() && target.as_ref() == Some(&view.status.locked);
+    let target = output.map(|resource| {
+        // A pass of a loop writes another mip in each round.
+        let used = resource.uses.get(index).copied().unwrap_or_default();
+        Shown::after(resource.name.clone(), after).part(used)
+    });
+    let locked = target.as_ref().is_some_and(|target| view.status.locked.is_at(target));
     let name = match pass.state {
         PassState::Ran => RichText::new(pass.name),
         _ => RichText::new(pass.name).weak(),
@@ -55,7 +60,8 @@ fn row(
             ui.label(format!("workgroups {}", pass.groups));
         }
         if let Some(output) = output {
-            ui.label(format!("shows {} ({}); a click locks it", output.name, output.about));
+            let shown = target.as_ref().map(text_of).unwrap_or_default();
+            ui.label(format!("shows {shown} ({}); a click locks it", output.about));
         }
         ui.weak(pass.place);
     });

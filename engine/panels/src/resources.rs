@@ -75,7 +75,7 @@ fn matrix(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
 fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect: Rect, actions: &mut Vec<Action>) {
     let pass = &view.passes[row];
     let used = resource.uses.get(row).copied().unwrap_or_default();
-    let after = Shown::after(resource.name.clone(), Some(pass.after.to_owned()));
+    let after = Shown::after(resource.name.clone(), Some(pass.after.to_owned())).part(used);
     let name = format!("{} after {}", resource.name, pass.name);
     let response = ui.interact(rect, ui.id().with(("cell", row, &resource.name)), Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &name));
@@ -105,7 +105,9 @@ fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect:
     } else if response.secondary_clicked()
         && let Some(before) = before
     {
-        actions.push(Action::Show(Shown::after(resource.name.clone(), Some(before.after.to_owned()))));
+        // The same part as after it, to be compared.
+        let before = Shown::after(resource.name.clone(), Some(before.after.to_owned()));
+        actions.push(Action::Show(before.part(used)));
     }
     response.on_hover_ui(|ui| {
         ui.label(name);

@@ -1,14 +1,21 @@
 //! The last measurements of something, and what is usual among them.
 
 use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
 /// Measurements that are kept: four seconds at sixty frames a second.
 const KEPT: usize = 240;
 
+/// What is usual is found among the measurements of so long before the newest: where frames are slow, older ones say what was.
+const RECENT: Duration = Duration::from_secs(4);
+
+/// But among so many of them, however long they took.
+const FEWEST: usize = 3;
+
 /// A window over the last measurements, in the order in which they came.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
-    kept: VecDeque<f32>,
+    kept: VecDeque<(f32, Instant)>,
     /// The only one that is kept is to give way to the next.
     warming: bool,
 }
@@ -20,8 +27,13 @@ impl Samples {
     }
 
     /// Adds one; the oldest goes when there are too many. What is no finite number is left out.
-    #[expect(clippy::cast_possible_truncation, reason = "a graph of 32-bit floats is enough to look at")]
     pub fn push(&mut self, value: f64) {
+        self.push_at(value, Instant::now());
+    }
+
+    /// Adds one that was measured at a time, not before the one added last.
+    #[expect(clippy::cast_possible_truncation, reason = "a graph of 32-bit floats is enough to look at")]
+    fn push_at(&mut self, value: f64, at: Instant) {
         if !value.is_finite() {
             return;
         }
@@ -29,7 +41,7 @@ impl Samples {
             self.kept.pop_front();
             self.warming = false;
         }
-        self.kept.push_back(value as f32);
+        self.kept.push_back((value as f32, at));
     }
 
     /// Forgets all.
@@ -39,32 +51,40 @@ impl Samples {
 
     /// From the oldest to the newest.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
-        self.kept.iter().copied()
+        self.kept.iter().map(|(value, _)| *value)
     }
 
     /// The newest.
     pub fn last(&self) -> Option<f32> {
-        self.kept.back().copied()
+        self.kept.back().map(|(value, _)| *value)
     }
 
-    /// The middle one by size.
+    /// The middle one by size of the recent ones.
     pub fn median(&self) -> Option<f32> {
         self.quantile(0.5)
     }
 
-    /// The one that 95 of 100 do not exceed.
+    /// The one that 95 of 100 recent ones do not exceed.
     pub fn p95(&self) -> Option<f32> {
         self.quantile(0.95)
     }
 
-    /// The nearest-rank quantile: the smallest measurement that a share `q` of all do not exceed.
+    /// The recent ones, from the newest to the oldest.
+    fn recent(&self) -> impl Iterator<Item = f32> + '_ {
+        let newest = self.kept.back().map(|(_, at)| *at);
+        let is_recent = move |at: Instant| newest.is_some_and(|newest| newest.saturating_duration_since(at) <= RECENT);
+        let kept = self.kept.iter().rev().enumerate();
+        kept.take_while(move |(age, (_, at))| *age < FEWEST || is_recent(*at)).map(|(_, (value, _))| *value)
+    }
+
+    /// The nearest-rank quantile: the smallest recent measurement that a share `q` of them do not exceed.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a rank is at most the number of samples"
     )]
     fn quantile(&self, q: f64) -> Option<f32> {
-        let mut sorted: Vec<f32> = self.iter().collect();
+        let mut sorted: Vec<f32> = self.recent().collect();
         let rank = ((sorted.len() as f64 * q).ceil() as usize).max(1) - 1;
         if rank >= sorted.len() {
             return None;
@@ -97,6 +117,22 @@ mod tests {
         samples.push(20.0);
         samples.push(22.0);
         assert_eq!((samples.median(), samples.p95(), samples.iter().len()), (Some(20.0), Some(22.0), 2));
+    }
+
+    #[test]
+    fn slow_frames_are_not_outvoted_by_what_was_minutes_ago() {
+        let (mut samples, start) = (Samples::default(), Instant::now());
+        let mut second = 0;
+        let mut push = |samples: &mut Samples, value| {
+            second += 1;
+            samples.push_at(value, start + Duration::from_secs(second));
+        };
+        (0..100).for_each(|_| push(&mut samples, 10.0));
+        (0..3).for_each(|_| push(&mut samples, 900.0));
+        assert_eq!((samples.median(), samples.p95(), samples.iter().len()), (Some(900.0), Some(900.0), 103));
+        // A frame that takes longer than that does not stand alone.
+        samples.push_at(7.0, start + Duration::from_secs(1000));
+        assert_eq!((samples.median(), samples.last()), (Some(900.0), Some(7.0)));
     }
 
     #[test]

@@ -55,6 +55,22 @@ pub struct Status {
     pub busy: Option<(Option<String>, u64)>,
     /// Something that was just done, or could not be done.
     pub notice: Option<String>,
+    /// Whether there is a picture yet.
+    pub picture: FirstPicture,
+    /// Project path of the graph's file.
+    pub graph_file: String,
+    /// Project paths of the files that the window wrote last, as long as that can be undone.
+    pub written: Vec<String>,
+}
+
+/// How far a window that was opened has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FirstPicture {
+    /// There was none yet.
+    Awaited,
+    /// There was one.
+    #[default]
+    Shown,
 }
 
 /// A resource at a point of the frame.
@@ -76,6 +92,12 @@ impl Shown {
     /// A resource right after a pass.
     pub fn after(resource: impl Into<String>, pass: Option<String>) -> Self {
         Self { resource: resource.into(), after: pass, ..Self::default() }
+    }
+
+    /// The part of it that a pass touches.
+    #[must_use]
+    pub fn part(self, used: Use) -> Self {
+        Self { mip: used.mip, layer: used.layer, ..self }
     }
 
     /// Whether it is the same resource at the same point, of which another mip or layer may be seen.
@@ -202,7 +224,7 @@ impl PassState {
             }
             PassState::NotDue => "It was not due in the last frame: `every` says when it runs.",
             PassState::Off => {
-                "It is switched off: the device was lost while it ran. A change of its shader switches it on."
+                "It is switched off: the device was lost while it ran. A change of its shader, or of its part of the graph, switches it on."
             }
             PassState::Unused => "It is left out: nothing that is shown depends on what it writes.",
             PassState::Condition => "It is left out: its `when` does not hold.",
@@ -241,6 +263,10 @@ pub struct Use {
     pub reads: bool,
     /// It writes.
     pub writes: bool,
+    /// The first mip that it writes, or else reads.
+    pub mip: u32,
+    /// The first layer that it writes, or else reads.
+    pub layer: u32,
 }
 
 /// A target or a buffer.
@@ -304,6 +330,8 @@ pub struct Param {
     pub color: bool,
     /// A demo drives it.
     pub driven: bool,
+    /// Project path of the file that its default stands in: the graph's, or one that the graph extends.
+    pub file: String,
     /// Path and line of its declaration.
     pub place: String,
 }
@@ -377,10 +405,62 @@ pub struct Inspected {
     pub statistics: Option<Statistics>,
     /// Of each channel, how many values are NaN and how many are infinite.
     pub not_finite: Vec<[u64; 2]>,
-    /// The texel under the cursor: its place and, for each channel, the value, the value as an integer where it is one, and its bits.
-    pub cursor: Option<([u32; 2], Vec<[String; 2]>)>,
+    /// Texels across and down; `[0, 0]` of a buffer.
+    pub extent: [u32; 2],
+    /// The texel under the cursor.
+    pub cursor: Option<Texel>,
+    /// The texel that the user has pinned, in what is shown now.
+    pub pinned: Option<Texel>,
+    /// The texels around the pinned one, or else around the one under the cursor.
+    pub zoom: Option<Zoom>,
     /// Rows of a buffer.
     pub table: Option<Table>,
+}
+
+/// One texel.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Texel {
+    /// From the top left.
+    pub at: [u32; 2],
+    /// Of each channel its value, as an integer where it is one, and its bits.
+    pub values: Vec<[String; 2]>,
+}
+
+/// A square of texels around one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Zoom {
+    /// The colours of [`Zoom::SIDE`] rows of as many texels, sRGB-encoded; `None` outside of the picture.
+    pub colors: Vec<Option<[u8; 3]>>,
+}
+
+impl Zoom {
+    /// Texels across and down; odd, so that one is in the middle.
+    pub const SIDE: u32 = 11;
+}
+
+/// What texels can be looked for by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sought {
+    /// NaN.
+    Nan,
+    /// Plus or minus infinity.
+    Infinite,
+    /// The smallest finite value.
+    Smallest,
+    /// The largest finite value.
+    Largest,
+}
+
+impl Sought {
+    /// A word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Sought::Nan => "NaN",
+            Sought::Infinite => "infinite",
+            Sought::Smallest => "smallest",
+            Sought::Largest => "largest",
+        }
+    }
 }
 
 /// Elements of a buffer.

@@ -1,13 +1,13 @@
 //! The panels, driven by their accessibility tree: what a user sees by name, clicks, and what comes of it.
 
 use egui::Vec2;
-use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Effect, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Timeline, Track, WorldExtent,
+    Brush, Effect, FirstPicture, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Sought, Timeline,
+    Track, Use, WorldExtent,
 };
-use raxel_panels::{Action, Layout, Panel, Panels};
+use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
 mod window;
 
@@ -31,6 +31,16 @@ fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
     // One for each event, and more for what opens to find its size.
     harness.run_steps(6);
     harness.state().actions.iter().filter(|action| !matches!(action, Action::Peek(_))).cloned().collect()
+}
+
+/// Where the lines of a label with this text are.
+fn texts(harness: &Harness<'_, Window>, text: &str) -> Vec<egui::Rect> {
+    let label = egui::accesskit::Role::Label;
+    harness
+        .query_all_by_value(text)
+        .filter(|node| node.accesskit_node().role() == label)
+        .map(|node| node.rect())
+        .collect()
 }
 
 #[test]
@@ -74,6 +84,22 @@ fn a_pass_is_locked_by_a_click_and_says_why_it_did_not_run() {
 }
 
 #[test]
+fn a_pass_shows_the_part_that_it_writes() {
+    let mut window = Window::new(&[Panel::Passes, Panel::Inspect]);
+    window.resources[0].uses[0] = Use { writes: true, mip: 3, layer: 1, ..Use::default() };
+    let mut harness = window.harness(1280.0, 720.0);
+    let shown = Shown { mip: 3, layer: 1, ..Shown::after("depth", Some("hit".to_owned())) };
+    assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
+    // Another mip of the same point is still locked.
+    harness.state_mut().status.locked = Shown { mip: 2, ..shown.clone() };
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "hit"), [Action::ShowDefault]);
+    harness.state_mut().panels.layout.open(Panel::Resources);
+    harness.run_steps(3);
+    assert_eq!(click(&mut harness, "depth after hit"), [Action::Show(shown)]);
+}
+
+#[test]
 fn the_output_of_a_pass_shows_while_the_pointer_rests_on_it() {
     let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);
     harness.get_by_label("hit").hover();
@@ -100,8 +126,23 @@ fn params_are_set_reset_and_written() {
     let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
     assert_eq!(click(&mut harness, "fog"), [Action::SetParam("fog".to_owned(), vec![1.0])]);
     assert_eq!(click(&mut harness, "reset exposure"), [Action::ResetParam("exposure".to_owned())]);
-    assert_eq!(click(&mut harness, "Write to file"), [Action::WriteParams(vec!["exposure".to_owned()])]);
+    assert_eq!(click(&mut harness, "Write to file"), [Action::WriteParams(vec!["exposure".to_owned()], WriteTo::Own)]);
+    assert!(harness.query_by_label("Write to base").is_none(), "the graph's own file declares it");
     assert_eq!(click(&mut harness, "Reset all"), [Action::ResetParam("exposure".to_owned())]);
+    // A param of a base is overridden in the graph's own file, or written into the base for all graphs over it.
+    harness.state_mut().params[0].file = "graphs/base.toml".to_owned();
+    harness.run_steps(2);
+    let exposure = || vec!["exposure".to_owned()];
+    assert_eq!(click(&mut harness, "Write to file"), [Action::WriteParams(exposure(), WriteTo::Own)]);
+    assert_eq!(click(&mut harness, "Write to base"), [Action::WriteParams(exposure(), WriteTo::Declared)]);
+    harness.get_by_label("Write to base").hover();
+    harness.run_steps(60);
+    assert!(harness.query_by_label_contains("exposure into graphs/base.toml").is_some());
+    // What was written can be undone.
+    assert!(harness.query_by_label("Undo write").is_none());
+    harness.state_mut().status.written = vec!["graphs/base.toml".to_owned()];
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Undo write"), [Action::UndoWrite]);
     // What is as the file has it, or is the demo's, is neither written nor reset.
     harness.state_mut().params[0].driven = true;
     harness.run_steps(2);
@@ -203,10 +244,13 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     window.inspected = Some(inspected());
     let mut harness = window.harness(1280.0, 720.0);
     for said in [
-        "1 NaN, 1 infinite of 3",
-        "in g",
-        "2 NaN, 0 infinite",
+        "NaN in r",
+        "infinite in r",
+        "NaN in g",
+        "2",
         "texel 3, 4",
+        "pinned",
+        "0x7e00",
         "0x3400",
         "count u32",
         "42",
@@ -215,6 +259,16 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     ] {
         assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
     }
+    // A count of nothing takes one nowhere, and is said of the chosen channel only.
+    assert!(harness.query_by_label("infinite in g").is_none());
+    let find = |sought, channel, forward| [Action::Find { sought, channel, forward }];
+    assert_eq!(click(&mut harness, "next NaN in g"), find(Sought::Nan, 1, true));
+    assert_eq!(click(&mut harness, "previous infinite in r"), find(Sought::Infinite, 0, false));
+    assert_eq!(click(&mut harness, "next largest in r"), find(Sought::Largest, 0, true));
+    assert_eq!(click(&mut harness, "Unpin"), [Action::Pin(None)]);
+    harness.state_mut().inspected.as_mut().unwrap().pinned = None;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Pin a texel"), [Action::Pin(Some([3, 4]))]);
     let own = Map { map: 0, range: None, channel: 0 };
     assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
     assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
@@ -398,10 +452,65 @@ fn a_long_label_ends_within_its_panel() {
         .map(|driven| Param { label: label.to_owned(), driven, ..param("most", vec![1.0], vec![1.0]) })
         .to_vec();
     let harness = window.harness(1280.0, 720.0);
-    for found in harness.query_all_by_label(label).filter(|node| node.accesskit_node().role() == Role::Label) {
-        assert!(found.rect().right() <= 1280.0, "{:?}", found.rect());
-    }
+    let labels = texts(&harness, label);
+    assert!(labels.len() == 2 && labels.iter().all(|rect| rect.right() <= 1280.0), "{labels:?}");
     assert!(harness.get_by_label("demo").rect().right() <= 1280.0);
+}
+
+#[test]
+fn a_narrow_panel_of_params_leaves_labels_whole() {
+    let label = "Light of the sun at noon";
+    let width = |size: f32| {
+        let mut window = Window::new(&[Panel::Params]);
+        window.panels.layout.right.size = size;
+        window.params = vec![Param { label: label.to_owned(), ..param("sun", vec![1.0], vec![1.0]) }];
+        let harness = window.harness(1280.0, 720.0);
+        let [found] = texts(&harness, label)[..] else { panic!() };
+        assert!(found.right() <= 1280.0, "{found:?}");
+        found.width()
+    };
+    assert!((width(200.0) - width(600.0)).abs() < 1.0, "{} {}", width(200.0), width(600.0));
+}
+
+#[test]
+fn a_press_that_resizes_a_dock_is_not_the_pictures() {
+    for (panel, across) in [(Panel::Inspect, true), (Panel::Passes, true), (Panel::Timeline, false)] {
+        let harness = || {
+            let mut window = Window::new(&[panel]);
+            window.timeline = Some(Timeline { duration: 10.0, ..Timeline::default() });
+            window.harness(1280.0, 720.0)
+        };
+        let size = |harness: &Harness<'_, Window>| harness.state().panels.layout.dock(panel.side()).size;
+        // The edge is where presses are taken in the middle of the side.
+        let at = |along: f32| if across { egui::pos2(along, 400.0) } else { egui::pos2(600.0, along) };
+        let still = harness();
+        let taken: Vec<f32> =
+            (0..1280).map(|along| along as f32).filter(|along| still.state().panels.is_edge(at(*along))).collect();
+        let middle = f32::midpoint(taken[0], taken[taken.len() - 1]);
+        let inwards = if panel.side() == raxel_panels::Side::Left { 1.0 } else { -1.0 };
+        for outside in 0..16 {
+            let mut harness = harness();
+            let from = middle + inwards * outside as f32;
+            let before = size(&harness);
+            drag(&mut harness, at(from), at(from + 60.0 * inwards));
+            let resized = (size(&harness) - before).abs() > 10.0;
+            let edge = still.state().panels.is_edge(at(from));
+            assert!(edge || !resized, "{panel:?}: {outside} points outside resizes and is not taken");
+            assert!(outside > 0 || resized, "{panel:?}: its edge resizes");
+        }
+    }
+}
+
+#[test]
+fn two_panels_share_a_side() {
+    let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
+    click(&mut harness, "Inspect");
+    let y = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect().center().y;
+    let inspect = |harness: &Harness<'_, Window>| texts(harness, "It is being read.")[0].center().y;
+    assert!(y(&harness, "Write to file") < 100.0 && inspect(&harness) > 300.0, "{}", inspect(&harness));
+    click(&mut harness, "Params");
+    assert!(harness.query_by_label("Write to file").is_none());
+    assert!(inspect(&harness) < 100.0);
 }
 
 #[test]
@@ -487,15 +596,24 @@ fn a_device_that_works_for_long_can_be_interrupted() {
 }
 
 #[test]
+fn a_window_without_a_picture_says_that_it_makes_one() {
+    let mut harness = Window::new(&[]).harness(1280.0, 720.0);
+    assert!(harness.query_by_label("making the first picture").is_none());
+    harness.state_mut().status.picture = FirstPicture::Awaited;
+    harness.run_steps(2);
+    harness.get_by_label("making the first picture");
+}
+
+#[test]
 fn a_pass_that_is_off_is_named_in_the_bar() {
     let mut harness = Window::new(&[]).harness(1280.0, 720.0);
     assert!(harness.query_by_label_contains("off until").is_none());
     harness.state_mut().passes[0].1 = PassState::Off;
     harness.run_steps(2);
-    harness.get_by_label("`hit` is off until its shader changes");
+    harness.get_by_label("`hit` is off until its shader or graph changes");
     harness.state_mut().passes[1].1 = PassState::Off;
     harness.run_steps(2);
-    harness.get_by_label("`hit` and 1 more are off until their shaders change");
+    harness.get_by_label("`hit` and 1 more are off until their shaders or graph change");
 }
 
 #[test]

@@ -126,7 +126,7 @@ fn full(panel: Panel) -> Window {
         ("tone", PassState::Unused, None),
     ];
     let uses = |marks: &str| {
-        let used = |mark| Use { reads: matches!(mark, 'r' | 'b'), writes: matches!(mark, 'w' | 'b') };
+        let used = |mark| Use { reads: matches!(mark, 'r' | 'b'), writes: matches!(mark, 'w' | 'b'), ..Use::default() };
         marks.chars().map(used).collect()
     };
     let resource = |name: &str, about: &str, bytes, memory: &str, marks| Resource {

@@ -7,6 +7,7 @@ mod project;
 use std::time::Duration;
 
 use project::TestProject;
+use raxel_execute::Progress;
 use raxel_runtime::Options;
 use raxel_runtime::reload::ReloadEvent;
 
@@ -61,6 +62,54 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    assert_eq!(session.switched_off().count(), 0);
+    session.frame().unwrap();
+    assert_eq!(project::red(&mut session), 0.5);
+}
+
+/// A shader that is as slow as the graph says.
+fn counted() -> String {
+    slow(128)
+        .replace("void main()", "layout(push_constant) uniform PC { int rounds; } pc;\nvoid main()")
+        .replace("i < 60000", "i < pc.rounds")
+        .replace("vec4(x)", "vec4(pc.rounds < 2 ? 0.5 : x)")
+}
+
+#[test]
+fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_before() {
+    let project = TestProject::new();
+    let graph = |rounds: u32, about: &str| {
+        format!("{}[passes.push]\nrounds = {{ type = \"i32\", value = {rounds} }}\n", project::FILL_GRAPH).replacen(
+            "name = \"fill\"",
+            &format!("name = \"fill\"\nabout = \"{about}\""),
+            1,
+        )
+    };
+    project.write("shaders/fill.comp", &counted());
+    project.write("graphs/fill.toml", &graph(1, "quick"));
+    // Only `cancel` gives this device up, however slow the machine is.
+    let mut session =
+        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+    let reload = |session: &mut raxel_runtime::Session, text: &str| {
+        project.write("graphs/fill.toml", text);
+        let events = session.wait_reload(Duration::from_secs(60));
+        assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    };
+    session.frame().unwrap();
+    session.wait().unwrap();
+    reload(&mut session, &graph(60_000, "slow"));
+    session.frame().unwrap();
+    let began = std::time::Instant::now();
+    // The marks say that the pass has begun.
+    while !matches!(session.wait_picture(Duration::from_millis(20)), Ok(Progress::Working { pass: Some(_), .. })) {
+        assert!(began.elapsed() < Duration::from_secs(60), "the slow pass is not slow");
+    }
+    session.cancel().unwrap();
+    assert_eq!(losses(&session.poll_reload()), [(Some("fill"), true)]);
+    // The pass is below the line that changes, and is still the one that hung.
+    reload(&mut session, &graph(60_000, "slow, as another line says"));
+    assert_eq!(session.switched_off().collect::<Vec<_>>(), ["fill"]);
+    reload(&mut session, &graph(1, "mended"));
     assert_eq!(session.switched_off().count(), 0);
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.5);

@@ -1,15 +1,16 @@
 //! What keys and panels ask for.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
 use raxel_execute::moment::Moment;
-use raxel_graph::checked::{BufferSize, ResourceKind};
+use raxel_graph::checked::{BufferSize, ResourceKind, Value};
 use raxel_output::{self as output, Pending, shown};
-use raxel_panels::Action;
-use raxel_panels::view::{Brush, Effect};
+use raxel_panels::view::{Brush, Effect, Sought};
+use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::from_components;
@@ -21,6 +22,7 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
+use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
 
 /// How long a message stays in the bar.
@@ -49,6 +51,7 @@ impl Viewer<'_> {
             Command::RecordKey => self.perform(Action::RecordKey, event_loop),
             Command::HandBack => self.session.hand_back(),
             Command::CopyCamera => self.perform(Action::CopyCamera, event_loop),
+            Command::Pin => self.pin(),
             Command::Cancel => self.cancel(event_loop),
             Command::Screenshot => match self.screenshot() {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
@@ -92,7 +95,10 @@ impl Viewer<'_> {
                 let reset = self.session.unset_param(&name);
                 self.said(reset);
             }
-            Action::WriteParams(names) => self.write_params(&names),
+            Action::WriteParams(names, to) => self.write_params(&names, to),
+            Action::UndoWrite => self.undo_write(),
+            Action::Pin(at) => self.inspector.pin(at),
+            Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
             Action::Pause => self.run_command(Command::Pause, event_loop),
             Action::Step => self.run_command(Command::Step, event_loop),
             Action::Reset => self.reset(),
@@ -211,32 +217,66 @@ impl Viewer<'_> {
         }
     }
 
-    /// Writes the values of params where they are declared.
-    fn write_params(&mut self, names: &[String]) {
-        let mut done: Vec<String> = Vec::new();
-        for name in names {
-            let Some(param) = self.session.params().iter().find(|param| param.name == *name).cloned() else { continue };
-            let Ok(value) = self.session.param(name) else { continue };
-            let path = self.session.project().on_disk(&param.place.file);
-            match write_back::edit(&path, |text| write_back::with_param(text, name, &value)) {
-                Ok(()) => {
-                    self.written.push(name.clone());
-                    done.push(format!("{name} to {}", param.place.file));
+    /// Writes the values of params into the graph's own file, or where each default stands.
+    fn write_params(&mut self, names: &[String], to: WriteTo) {
+        let mut files: BTreeMap<String, Vec<(String, Value)>> = BTreeMap::new();
+        for param in self.session.params().iter().filter(|param| names.contains(&param.name)) {
+            let Ok(value) = self.session.param(&param.name) else { continue };
+            let file = match to {
+                WriteTo::Own => self.session.graph_path().to_owned(),
+                WriteTo::Declared => self.data.default_file(param),
+            };
+            files.entry(file).or_default().push((param.name.clone(), value));
+        }
+        let mut written = Vec::new();
+        for (file, params) in files {
+            let edited = write_back::edit(self.session.project(), &file, |text| {
+                params.iter().try_fold(text.to_owned(), |text, (name, value)| match to {
+                    WriteTo::Own => write_back::with_override(&text, name, value),
+                    WriteTo::Declared => write_back::with_param(&text, name, value),
+                })
+            });
+            let names: Vec<String> = params.into_iter().map(|(name, _)| name).collect();
+            match edited {
+                Ok(change) => {
+                    self.notice(format!("wrote {} to {file}", names.join(", ")));
+                    self.written.extend(names);
+                    written.extend(change);
                 }
                 Err(error) => self.warn(error),
             }
         }
-        if !done.is_empty() {
-            self.notice(format!("wrote {}", done.join(", ")));
+        self.note_write(written);
+    }
+
+    /// Notes what was written, to be undone.
+    fn note_write(&mut self, written: impl IntoIterator<Item = Written>) {
+        let written: Vec<Written> = written.into_iter().collect();
+        if !written.is_empty() {
+            self.last_write = written;
+        }
+    }
+
+    /// Puts the files of the last write back as they were.
+    fn undo_write(&mut self) {
+        for written in std::mem::take(&mut self.last_write) {
+            match written.undo() {
+                Ok(()) => self.notice(format!("{} is as before", written.file)),
+                Err(error) => self.warn(error),
+            }
         }
     }
 
     fn write_camera(&mut self, name: &str) {
         let Some(path) = self.session.world().path.clone() else { return };
         let camera = *self.session.camera();
-        let on_disk = self.session.project().on_disk(&path);
-        match write_back::edit(&on_disk, |text| write_back::with_camera(text, name, &camera)) {
-            Ok(()) => self.notice(format!("wrote camera `{name}` to {path}")),
+        let edited =
+            write_back::edit(self.session.project(), &path, |text| write_back::with_camera(text, name, &camera));
+        match edited {
+            Ok(written) => {
+                self.note_write(written);
+                self.notice(format!("wrote camera `{name}` to {path}"));
+            }
             Err(error) => self.warn(error),
         }
     }
@@ -252,10 +292,27 @@ impl Viewer<'_> {
         };
         let (file, camera) = (demo.file.clone(), *self.session.camera());
         let time = demo.local_time(self.session.clock().now().map_or(Moment::START, |now| now.time));
-        let on_disk = self.session.project().on_disk(&file);
-        match write_back::edit(&on_disk, |text| change(text, time, &camera)) {
-            Ok(()) => self.notice(format!("{done}, in {file}")),
+        match write_back::edit(self.session.project(), &file, |text| change(text, time, &camera)) {
+            Ok(written) => {
+                self.note_write(written);
+                self.notice(format!("{done}, in {file}"));
+            }
             Err(error) => self.warn(error),
+        }
+    }
+
+    /// Pins the next texel of what is looked for, or the one before, and says when there is none.
+    fn find(&mut self, sought: Sought, channel: u32, forward: bool) {
+        if !self.inspector.find(sought, channel, forward) {
+            self.notice(format!("no value of this channel is {}", sought.word()));
+        }
+    }
+
+    /// Pins the texel under the cursor, or no texel any more.
+    fn pin(&mut self) {
+        let cursor = self.controls.cursor().map(|pixel| self.session.viewport().to_output(pixel));
+        if !self.panels.layout.is_open(Panel::Inspect) || !self.inspector.pin_under(cursor, self.session.size()) {
+            self.notice("open Inspect to pin a texel".to_owned());
         }
     }
 

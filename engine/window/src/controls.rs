@@ -30,6 +30,8 @@ pub enum Command {
     NextMaterial,
     /// Show or hide the panels.
     Panels,
+    /// Pin the texel under the cursor, or none any more.
+    Pin,
     /// Put the camera where it began.
     Home,
     /// Write the camera to stdout and to the clipboard.
@@ -57,6 +59,7 @@ right button    the brush: digs a ball out of the world; with Shift, places one;
 Home            back to where the camera began
 C               the camera as the lines of a world's file, on stdout and on the clipboard
 K  G            the camera as a key in the demo's file;  give the camera back to the demo
+P               pin the texel under the cursor in Inspect, and let go of it
 Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
@@ -90,6 +93,12 @@ impl Controls {
     /// Voxels that the camera flies in a second.
     pub fn speed(&self) -> f64 {
         self.speed
+    }
+
+    /// The speed in words, with two significant digits or whole voxels.
+    pub fn speed_text(&self) -> String {
+        let decimals = if self.speed < 1.0 { 2 } else { usize::from(self.speed < 10.0) };
+        format!("flies at {:.decimals$} voxels a second", self.speed)
     }
 
     /// Sets the voxels a second.
@@ -141,6 +150,7 @@ impl Controls {
             Key::Character(text) if text.eq_ignore_ascii_case("z") && modifiers.control_key() => Command::Undo,
             Key::Character(text) if text.eq_ignore_ascii_case("y") && modifiers.control_key() => Command::Redo,
             Key::Character(text) if text.eq_ignore_ascii_case("k") && !modifiers.control_key() => Command::RecordKey,
+            Key::Character(text) if text.eq_ignore_ascii_case("p") && !modifiers.control_key() => Command::Pin,
             Key::Character(text) if text.eq_ignore_ascii_case("g") && !modifiers.control_key() => Command::HandBack,
             Key::Character(text) if text.eq_ignore_ascii_case("c") && !modifiers.control_key() => Command::CopyCamera,
             Key::Character(text) if text.eq_ignore_ascii_case("r") && !modifiers.control_key() => Command::Reset,
@@ -176,6 +186,11 @@ impl Controls {
     pub fn release_all(&mut self) {
         self.held.clear();
         self.dragging = false;
+    }
+
+    /// Where the cursor is, in pixels from the top left.
+    pub fn pointer(&self) -> Option<[f64; 2]> {
+        self.cursor
     }
 
     /// The pixel under the cursor.
@@ -254,5 +269,17 @@ mod tests {
         assert!(SPEEDS.contains(&c.speed()));
         c.release_all();
         assert_eq!(c.fly().0, FlyInput::default());
+    }
+
+    #[test]
+    fn the_wheel_says_the_speed() {
+        let mut c = Controls::default();
+        c.set_speed(48.0);
+        c.wheel(1.0);
+        assert_eq!(c.speed_text(), "flies at 58 voxels a second");
+        c.set_speed(1.5);
+        assert_eq!(c.speed_text(), "flies at 1.5 voxels a second");
+        c.set_speed(0.1);
+        assert_eq!(c.speed_text(), "flies at 0.10 voxels a second");
     }
 }

@@ -6,7 +6,7 @@ use raxel_control::{Control, Next};
 use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
-use raxel_panels::view::{Editing, Status, World};
+use raxel_panels::view::{Editing, FirstPicture, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::present::{PresentError, Presented};
@@ -21,9 +21,10 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use super::brush::Stroke;
 use super::presenting::{Open, Pictures};
 use super::problem_log::problems;
-use super::reload_log::history_cleared;
+use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
-    GROUND, MEANWHILE, MENDED, NextFrame, PATIENCE, REFRESH, SLICE, STILL, Viewer, brush, outline, panel_data,
+    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush,
+    outline, panel_data,
 };
 
 impl Open {
@@ -52,6 +53,7 @@ impl Viewer<'_> {
         if self.window.is_none() {
             return Ok(());
         }
+        self.greet(event_loop)?;
         if self.unshown && !self.show(event_loop)? {
             return self.draw_meanwhile(event_loop);
         }
@@ -112,6 +114,24 @@ impl Viewer<'_> {
         Ok(())
     }
 
+    /// Shows the panels over a plain ground until the first picture is there, which may take the driver seconds.
+    fn greet(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        if std::mem::replace(&mut self.ground, Ground::Shown) == Ground::Shown {
+            return Ok(());
+        }
+        self.draw_panels(event_loop);
+        let visible = self.panels.layout.visible;
+        let Some(Open { presenter, overlay, .. }) = &mut self.window else { return Ok(()) };
+        let presented =
+            overlay.present(presenter, |presenter, frame| presenter.present_blank(GROUND, visible.then_some(frame)));
+        match presented {
+            Ok(_) => Ok(()),
+            // The next presentation finds the loss, too.
+            Err(error) if error.is_device_lost() => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
     /// Runs a frame, captured if that was asked for.
     fn next_report(&mut self) -> std::result::Result<FrameReport, FrameError> {
         if std::mem::take(&mut self.next_runs) == NextFrame::Plain {
@@ -170,7 +190,7 @@ impl Viewer<'_> {
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
             ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
             // Which pass is off is said beside it, for as long as it is.
-            ReloadEvent::DeviceRebuilt { .. } => self.notice("the device was opened anew".to_owned()),
+            ReloadEvent::DeviceRebuilt { .. } => self.notice(format!("the device was opened anew; {STARTED_OVER}")),
         }
     }
 
@@ -191,6 +211,9 @@ impl Viewer<'_> {
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
             busy: self.busy.clone(),
+            picture: if self.presented == 0 { FirstPicture::Awaited } else { FirstPicture::Shown },
+            graph_file: self.session.graph_path().to_owned(),
+            written: self.last_write.iter().map(|written| written.file.clone()).collect(),
             notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),
         };
         let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
@@ -229,7 +252,7 @@ impl Viewer<'_> {
             frame: self.data.frame(&self.session, self.fps_cap),
             passes: self.data.passes(&self.session),
             resources,
-            params: panel_data::params(&self.session),
+            params: self.data.params(&self.session),
             problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
@@ -335,7 +358,7 @@ impl Viewer<'_> {
                 Ok(true)
             }
             Progress::Working { pass, elapsed } => {
-                if elapsed >= PATIENCE {
+                if elapsed >= if self.presented == 0 { PATIENCE_AT_FIRST } else { PATIENCE } {
                     // Where each frame takes long, it is said of the first.
                     let said = self.long.contains(&true);
                     self.long[0] = true;

@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 use raxel_execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
-use raxel_panels::view::{Inspected, Map, Shown, Table};
+use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel};
 use raxel_panels::{Statistics, not_finite, view};
 use raxel_runtime::Session;
 use raxel_shader::interface::ScalarKind;
 
 use super::elements::Elements;
-use super::panel_data;
+use super::{locate, panel_data};
 
 /// Shortest time between two copies of something that changes.
 const EVERY: Duration = Duration::from_millis(250);
@@ -50,6 +50,8 @@ pub struct Inspector {
     first: u64,
     /// The whole buffer is to be written to a file when it is there.
     writing: bool,
+    /// The pinned texel, and the extent of the picture that it was pinned in.
+    pinned: Option<([u32; 2], [u32; 2])>,
     seen: Inspected,
 }
 
@@ -109,6 +111,45 @@ impl Inspector {
     /// Forgets the user's way of showing when another resource is shown.
     pub fn shows(&mut self, map: Option<Map>) {
         self.map = map;
+    }
+
+    /// The picture that was copied last.
+    fn picture(&self) -> Option<&Texels> {
+        match &self.found.as_ref()?.captured {
+            Captured::Texels(texels) => Some(texels),
+            Captured::Bytes { .. } => None,
+        }
+    }
+
+    /// The pinned texel in a picture, which may have another extent than the one it was pinned in.
+    fn pinned_in(&self, texels: &Texels) -> Option<[u32; 2]> {
+        self.pinned.map(|(at, extent)| locate::scaled(at, extent, extent_of(texels)))
+    }
+
+    /// Pins a texel of what is shown; it stays while other resources and passes are shown.
+    pub fn pin(&mut self, at: Option<[u32; 2]>) {
+        let extent = self.picture().map(extent_of);
+        self.pinned = at.zip(extent);
+    }
+
+    /// Pins the texel under a pixel of the output, or lets go of the one that is pinned. False when there is no picture under it.
+    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2]) -> bool {
+        if self.pinned.take().is_some() {
+            return true;
+        }
+        let at = self.picture().zip(pixel).and_then(|(texels, pixel)| texel_under(texels, pixel, output));
+        self.pin(at);
+        at.is_some()
+    }
+
+    /// Pins the next texel whose channel has what is looked for, or the one before. False when there is none.
+    pub fn find(&mut self, sought: Sought, channel: u32, forward: bool) -> bool {
+        let found =
+            self.picture().and_then(|texels| locate::next(texels, channel, sought, self.pinned_in(texels), forward));
+        if found.is_some() {
+            self.pin(found);
+        }
+        found.is_some()
     }
 
     /// Rows of a buffer from here on.
@@ -201,7 +242,13 @@ impl Inspector {
                 });
                 seen.statistics = found.statistics.as_ref().and_then(|(_, statistics)| statistics.clone());
                 seen.not_finite.clone_from(&found.not_finite);
-                seen.cursor = cursor.and_then(|pixel| texel(texels, pixel, session.size()));
+                seen.extent = extent_of(texels);
+                let under = cursor.and_then(|pixel| texel_under(texels, pixel, session.size()));
+                seen.cursor = under.and_then(|at| texel(texels, at));
+                let pinned = self.pinned_in(texels);
+                seen.pinned = pinned.and_then(|at| texel(texels, at));
+                let display = seen.used.map(|used| self.display(graph, used));
+                seen.zoom = pinned.or(under).zip(display).map(|(at, display)| locate::zoom(texels, at, &display));
             }
             Captured::Bytes { start, total, bytes } => {
                 if let Some(elements) = Elements::of(graph, &found.shown.resource) {
@@ -233,18 +280,27 @@ fn graphs_map(graph: &Graph, shown: &Shown) -> Map {
     Map { map, range: Some(display.range), channel: display.channel }
 }
 
-/// The texel that a pixel of the output shows: its channels, and their bits in hexadecimal.
+fn extent_of(texels: &Texels) -> [u32; 2] {
+    [texels.width, texels.height]
+}
+
+/// The place of the texel that a pixel of the output shows.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "the pixel is inside the output, so that the texel is inside the extent"
 )]
-fn texel(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<([u32; 2], Vec<[String; 2]>)> {
-    let extent = [texels.width, texels.height];
+fn texel_under(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<[u32; 2]> {
+    let extent = extent_of(texels);
     let mut at = [0; 2];
     for axis in 0..2 {
         let pixel = u64::try_from(pixel[axis]).ok().filter(|&pixel| pixel < u64::from(output[axis]))?;
         at[axis] = (pixel * u64::from(extent[axis]) / u64::from(output[axis].max(1))) as u32;
     }
+    Some(at)
+}
+
+/// A texel: its channels, and their bits in hexadecimal.
+fn texel(texels: &Texels, at: [u32; 2]) -> Option<Texel> {
     let (floats, bits) = texels.texel(at)?;
     let channels = texels.format.channels() as usize;
     let integers = texels.integer(at);
@@ -256,7 +312,7 @@ fn texel(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<([u32; 2]
         };
         [value, format!("0x{:x}", bits[channel])]
     });
-    Some((at, values.collect()))
+    Some(Texel { at, values: values.collect() })
 }
 
 #[cfg(test)]
@@ -269,13 +325,39 @@ mod tests {
     fn the_texel_under_a_pixel_is_exact() {
         let bytes = [1.5_f32, f32::NAN, -0.0, 2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
         let texels = Texels { format: Format::R32f, width: 2, height: 2, bytes };
-        let at = |x, y| texel(&texels, [x, y], [8, 8]).map(|(at, values)| (at, values[0].clone()));
+        let under =
+            |texels: &Texels, pixel, output| texel_under(texels, pixel, output).and_then(|at| texel(texels, at));
+        let at = |x, y| under(&texels, [x, y], [8, 8]).map(|texel| (texel.at, texel.values[0].clone()));
         assert_eq!(at(0, 0), Some(([0, 0], ["1.5".to_owned(), "0x3fc00000".to_owned()])));
         assert_eq!(at(7, 3).unwrap().1[0], "NaN");
         assert_eq!(at(3, 4), Some(([0, 1], ["-0".to_owned(), "0x80000000".to_owned()])));
         assert_eq!((at(8, 0), at(-1, 0)), (None, None));
         let texels = Texels { format: Format::Rg16i, width: 1, height: 1, bytes: vec![0xff, 0xff, 2, 0] };
-        let (_, values) = texel(&texels, [0, 0], [1, 1]).unwrap();
-        assert_eq!(values, [["-1", "0xffff"], ["2", "0x2"]].map(|pair| pair.map(str::to_owned)));
+        let texel = under(&texels, [0, 0], [1, 1]).unwrap();
+        assert_eq!(texel.values, [["-1", "0xffff"], ["2", "0x2"]].map(|pair| pair.map(str::to_owned)));
+    }
+
+    #[test]
+    fn a_nan_is_pinned_and_the_pin_stays_where_it_is_in_another_picture() {
+        let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let picture = |width, values: &[f32]| {
+            let texels = Texels { format: Format::R32f, width, height: 2, bytes: bytes(values) };
+            let captured = Captured::Texels(texels);
+            Some(Found { shown: Shown::default(), captured, statistics: None, not_finite: Vec::new() })
+        };
+        let mut inspector = Inspector { found: picture(2, &[1.0, 2.0, f32::NAN, 4.0]), ..Inspector::default() };
+        let pinned = |inspector: &Inspector| inspector.pinned_in(inspector.picture().unwrap());
+        assert!(inspector.find(Sought::Nan, 0, true));
+        assert_eq!(pinned(&inspector), Some([0, 1]));
+        assert!(!inspector.find(Sought::Infinite, 0, true));
+        assert_eq!(pinned(&inspector), Some([0, 1]), "what is not there moves nothing");
+        // Twice as wide: the same place.
+        inspector.found = picture(4, &[0.0; 8]);
+        assert_eq!(pinned(&inspector), Some([1, 1]));
+        assert!(inspector.pin_under(None, [8, 8]), "let go of");
+        assert_eq!(pinned(&inspector), None);
+        assert!(!inspector.pin_under(None, [8, 8]), "nothing is under the cursor");
+        assert!(inspector.pin_under(Some([7, 0]), [8, 8]));
+        assert_eq!(pinned(&inspector), Some([3, 0]));
     }
 }

@@ -14,6 +14,7 @@ mod error_window;
 mod frame;
 mod inspector;
 mod layout_file;
+mod locate;
 pub mod lost_display;
 mod outline;
 mod overlay;
@@ -53,6 +54,7 @@ use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
 use self::reload_log::ReloadLog;
 use self::title::Title;
+use self::write_back::Written;
 use raxel_control::Control;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -82,6 +84,9 @@ const SLICE: Duration = Duration::from_millis(8);
 
 /// The device may work so long before the pass that it works on is named.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// The same before the first picture: a driver may still compile then, and that is no reason to give a pass up.
+const PATIENCE_AT_FIRST: Duration = Duration::from_secs(8);
 
 /// A pass whose shader was edited while the device worked on it for longer than this is given up: opening the device anew takes about a
 /// second, and what the frame shows is of no use any more.
@@ -138,6 +143,16 @@ enum NextFrame {
     Captured,
 }
 
+/// What a window shows before the first picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Ground {
+    /// Nothing: it is as the window system has made it.
+    #[default]
+    Unshown,
+    /// The panels over one colour.
+    Shown,
+}
+
 struct Viewer<'a> {
     args: Args,
     /// A program that drives the session too.
@@ -157,6 +172,8 @@ struct Viewer<'a> {
     before_peek: Option<DebugTarget>,
     /// Params whose values were written to a file that was not read again yet.
     written: Vec<String>,
+    /// What the window wrote into files last.
+    last_write: Vec<Written>,
     /// Editors that were opened.
     editors: Editors,
     /// Whether the demo starts over, if the user has chosen.
@@ -190,6 +207,8 @@ struct Viewer<'a> {
     /// So it has in this frame, and in the one before.
     long: [bool; 2],
     presented: u64,
+    /// What the window shows before the first picture.
+    ground: Ground,
     complained: bool,
     failure: Option<Failure>,
 }
@@ -218,6 +237,8 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
             Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
             None => false,
         };
+        let pressed = matches!(event, WindowEvent::MouseInput { state: ElementState::Pressed, .. });
+        let taken = taken || (pressed && self.is_on_edge());
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resize(size),
@@ -243,6 +264,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / 50.0,
                 });
+                self.notice(self.controls.speed_text());
                 self.redraw();
             }
             WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } if !taken => {
@@ -320,6 +342,7 @@ impl<'a> Viewer<'a> {
             notice: None,
             before_peek: None,
             written: Vec::new(),
+            last_write: Vec::new(),
             editors: Editors::default(),
             looped: None,
             next_runs: NextFrame::default(),
@@ -339,6 +362,7 @@ impl<'a> Viewer<'a> {
             busy: None,
             long: [false; 2],
             presented: 0,
+            ground: Ground::default(),
             complained: false,
             failure: None,
         })
@@ -397,6 +421,12 @@ impl<'a> Viewer<'a> {
         }
     }
 
+    /// Whether the cursor is where a press resizes a dock.
+    fn is_on_edge(&self) -> bool {
+        let at = self.window.as_ref().zip(self.controls.pointer());
+        at.is_some_and(|(open, pixel)| self.panels.is_edge(open.overlay.point(pixel)))
+    }
+
     fn resize(&mut self, size: PhysicalSize<u32>) {
         if let Some(open) = &mut self.window {
             open.presenter.resize([size.width, size.height]);
@@ -428,6 +458,7 @@ impl<'a> Viewer<'a> {
             generation: self.reloads.shown,
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
+            starting: self.presented == 0,
             busy: self.busy.clone(),
             off: self.data.off(&self.session),
             caption: self.caption(),

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use egui::epaint::ClippedPrimitive;
-use egui::{Context, FullOutput, Popup, TexturesDelta, ViewportId};
+use egui::{Context, FullOutput, Popup, Pos2, TexturesDelta, ViewportId, pos2};
 use egui_winit::State;
 use raxel_overlay::{meshes, patch, texture};
 use raxel_panels::{Action, turns};
@@ -55,6 +55,12 @@ impl Overlay {
         let closes = Popup::is_any_open(&self.context)
             && matches!(event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Escape));
         self.state.on_window_event(window, event).consumed || closes
+    }
+
+    /// A pixel of the window in points, as the panels count.
+    #[expect(clippy::cast_possible_truncation, reason = "pixels of a window are small numbers")]
+    pub fn point(&self, [x, y]: [f64; 2]) -> Pos2 {
+        pos2(x as f32, y as f32) / self.context.pixels_per_point()
     }
 
     /// Whether the pointer is over a panel.

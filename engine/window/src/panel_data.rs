@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{SourceMap, Span, render};
@@ -9,7 +10,7 @@ use raxel_edit::Scene;
 use raxel_edit::query::CastHit;
 use raxel_execute::moment::Moment;
 use raxel_execute::{FrameReport, PassOutcome};
-use raxel_graph::checked::{BufferSize, Graph, PassId, Resource, ResourceKind, Value};
+use raxel_graph::checked::{BoundAccess, BufferSize, Graph, PassId, Resource, ResourceId, ResourceKind, Value};
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::size::Size;
 use raxel_panels::view::{
@@ -22,6 +23,8 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
 use raxel_world::{Material, srgb_from_linear};
+
+use super::write_back;
 
 /// Times of frames and passes, and what the running plan is made of.
 #[derive(Default)]
@@ -50,6 +53,8 @@ struct Described {
     resources: Vec<view::Resource>,
     memory: u64,
     saved: u64,
+    /// The file that the default of each param stands in.
+    defaults: HashMap<String, String>,
 }
 
 /// A pass of the plan's graph, planned or not.
@@ -110,7 +115,7 @@ impl PanelData {
 
     fn describe(&mut self, session: &Session, plan: &Arc<Plan>) {
         if self.plan.as_ref().is_none_or(|known| !Arc::ptr_eq(&known.plan, plan)) {
-            self.plan = Some(Arc::new(Described::new(plan, session.texts())));
+            self.plan = Some(Arc::new(Described::new(session.graph(), plan, session.texts())));
         }
     }
 
@@ -157,6 +162,17 @@ impl PanelData {
     pub fn resources(&self) -> &[view::Resource] {
         let described = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref());
         described.map_or(&[], |described| &described.resources)
+    }
+
+    /// The params with their values.
+    pub fn params(&self, session: &Session) -> Vec<Param> {
+        params(session, |param| self.default_file(param))
+    }
+
+    /// Project path of the file that the default of a param stands in.
+    pub fn default_file(&self, param: &raxel_graph::checked::Param) -> String {
+        let known = self.plan.as_ref().and_then(|described| described.defaults.get(&param.name));
+        known.cloned().unwrap_or_else(|| param.place.file.to_string())
     }
 
     /// Times, memory, scale.
@@ -215,10 +231,10 @@ fn loading(session: &Session) -> Option<Loading> {
 
 impl Described {
     #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its passes in 32 bits")]
-    fn new(plan: &Arc<Plan>, texts: &SourceMap) -> Described {
-        let graph = &plan.graph;
-        let rows: Vec<Row> = (0..graph.passes.len() as u32).flat_map(|id| rows(plan, PassId(id), texts)).collect();
-        let resources = (0..graph.resources.len()).map(|index| resource(plan, index, &rows, texts)).collect();
+    fn new(graph: &Graph, plan: &Arc<Plan>, texts: &SourceMap) -> Described {
+        let ids = (0..plan.graph.passes.len() as u32).map(PassId);
+        let rows: Vec<Row> = ids.flat_map(|id| rows(graph, plan, id, texts)).collect();
+        let resources = (0..graph.resources.len()).map(|index| resource(graph, plan, (index, &rows), texts)).collect();
         let own = |desc: &ResourceDesc| matches!(desc, ResourceDesc::Image(_) | ResourceDesc::Buffer(_));
         let (mut apart, mut shared) = (0, 0);
         for planned in plan.resources.iter().filter(|planned| own(&planned.desc)) {
@@ -229,8 +245,20 @@ impl Described {
             }
         }
         let blocks: u64 = plan.blocks.iter().map(|block| block.size).sum();
-        Described { plan: plan.clone(), rows, resources, memory: apart + blocks, saved: shared.saturating_sub(blocks) }
+        let (memory, saved) = (apart + blocks, shared.saturating_sub(blocks));
+        Described { plan: plan.clone(), rows, resources, memory, saved, defaults: defaults(graph, texts) }
     }
+}
+
+/// For each param the file that its default stands in: the first of the graph and what it extends that has one.
+fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
+    let mut found = HashMap::new();
+    for file in graph.files.iter().filter(|file| Path::new(file).extension().is_some_and(|end| end == "toml")) {
+        for name in texts.get(file).map(|text| write_back::defaults(text)).unwrap_or_default() {
+            found.entry(name).or_insert_with(|| file.clone());
+        }
+    }
+    found
 }
 
 /// What became of the pass of a row.
@@ -248,15 +276,16 @@ fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
 }
 
 /// A row for each tick in which a pass may run, or the one that says why it does not.
-fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
+fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     let pass = plan.graph.pass(id);
+    let written = accesses(graph, plan, id).find(|(_, access)| access.access.writes());
     let row = |name, groups, planned| Row {
         pass: id,
         name,
         after: pass.name.clone(),
         groups,
         place: place(&pass.place, texts),
-        output: pass.accesses.iter().find(|access| access.access.writes()).map(|access| access.resource.0 as usize),
+        output: written.map(|(resource, _)| resource.0 as usize),
         planned,
     };
     let planned = plan.passes.iter().enumerate().filter(|(_, planned)| planned.pass == id);
@@ -278,10 +307,16 @@ fn rows(plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     vec![row(pass.name.clone(), String::new(), Err(reason))]
 }
 
-fn resource(plan: &Plan, index: usize, rows: &[Row], texts: &SourceMap) -> view::Resource {
+/// What a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
+fn accesses<'p>(graph: &'p Graph, plan: &'p Plan, id: PassId) -> impl Iterator<Item = (ResourceId, &'p BoundAccess)> {
+    let declared = &graph.pass(plan.graph.declared(id)).accesses;
+    declared.iter().map(|access| access.resource).zip(&plan.graph.pass(id).accesses)
+}
+
+fn resource(graph: &Graph, plan: &Plan, (index, rows): (usize, &[Row]), texts: &SourceMap) -> view::Resource {
     let found = &plan.graph.resources[index];
     let planned = plan.resources.iter().find(|planned| planned.resource.0 as usize == index);
-    let uses = rows.iter().map(|row| used(&plan.graph, row, index)).collect();
+    let uses = rows.iter().map(|row| used(accesses(graph, plan, row.pass), index)).collect();
     let (mut bytes, mut memory, mut block) = (0, "not created".to_owned(), None);
     if let Some(planned) = planned {
         bytes = planned.memory.size * u64::from(planned.copies);
@@ -308,12 +343,18 @@ fn resource(plan: &Plan, index: usize, rows: &[Row], texts: &SourceMap) -> view:
     }
 }
 
-fn used(graph: &Graph, row: &Row, resource: usize) -> Use {
-    let accesses = graph.pass(row.pass).accesses.iter().filter(|access| access.resource.0 as usize == resource);
-    accesses.fold(Use::default(), |used, access| Use {
-        reads: used.reads || access.access.reads(),
-        writes: used.writes || access.access.writes(),
-    })
+/// How a pass with these accesses touches a resource.
+fn used<'p>(accesses: impl Iterator<Item = (ResourceId, &'p BoundAccess)>, resource: usize) -> Use {
+    let touched: Vec<&BoundAccess> =
+        accesses.filter(|(id, _)| id.0 as usize == resource).map(|(_, access)| access).collect();
+    let written = touched.iter().find(|access| access.access.writes());
+    let part = written.or(touched.first());
+    Use {
+        reads: touched.iter().any(|access| access.access.reads()),
+        writes: written.is_some(),
+        mip: part.map_or(0, |access| access.mips.0),
+        layer: part.map_or(0, |access| access.layers.0),
+    }
 }
 
 /// `rgba16f 1280 × 720, 2 layers`.
@@ -374,7 +415,7 @@ pub fn debug_target(shown: &Shown) -> DebugTarget {
 }
 
 /// The params with their values.
-pub fn params(session: &Session) -> Vec<Param> {
+fn params(session: &Session, file_of: impl Fn(&raxel_graph::checked::Param) -> String) -> Vec<Param> {
     let drives = session.demo_drives();
     let tracks =
         |name: &str| session.demo().is_some_and(|demo| demo.tracks.iter().any(|track| track.param.value == name));
@@ -392,6 +433,7 @@ pub fn params(session: &Session) -> Vec<Param> {
         choices: param.choices.clone(),
         color: param.color,
         driven: drives && tracks(&param.name),
+        file: file_of(param),
         place: place(&param.place, session.texts()),
     };
     session.params().iter().map(param).collect()
@@ -463,6 +505,47 @@ mod tests {
 
     use super::*;
 
+    /// A session over these files, as a window has it.
+    fn open(folder: &tempfile::TempDir, files: &[(&str, &str)]) -> Session {
+        for (path, text) in files {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        let project = Some(folder.path().to_owned());
+        let options = Options { project, size: [8, 8], observe: Observe::Shown, ..Options::default() };
+        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    const PYRAMID: &str = "name = \"pyramid\"\npresent = \"p\"\n[targets.p]\nformat = \"r32f\"\nmips = 4\n\
+        [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"p\" }\nbind = { c = \"p\" }\n\
+        [loops.mips]\ncount = { mips = \"p\" }\n\
+        [[passes]]\nname = \"down\"\nloop = \"mips\"\nshader = \"copy.comp\"\ndispatch = { threads = \"p\", mip = \"loop.next\" }\n\
+        bind = { i = { target = \"p\", mip = \"loop.index\" }, c = { target = \"p\", mip = \"loop.next\" } }\n";
+
+    #[test]
+    fn a_pass_of_a_loop_shows_the_mip_that_it_writes_and_keeps_running() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = [("graphs/pyramid.toml", PYRAMID), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)];
+        let (mut session, mut data) = (open(&folder, &files), PanelData::default());
+        let mut frame = |session: &mut Session| {
+            let report = session.frame().unwrap();
+            session.wait().unwrap();
+            data.note(session, &report);
+            let passes: Vec<_> = data.passes(session).iter().map(|p| (p.name.to_owned(), p.state, p.output)).collect();
+            (passes, data.resources().to_vec())
+        };
+        session.set_debug_target_text("p,mip=3").unwrap();
+        let (passes, resources) = frame(&mut session);
+        let row = passes.iter().position(|(name, ..)| name == "down[2]").unwrap();
+        let output = &resources[passes[row].2.unwrap()];
+        let shown = Shown::after("p", Some("down[2]".to_owned())).part(output.uses[row]);
+        assert_eq!((shown.mip, output.uses[row].reads, output.uses[row].writes), (3, true, true));
+        session.set_debug_target(debug_target(&shown)).unwrap();
+        let (passes, _) = frame(&mut session);
+        assert!(passes.iter().all(|(_, state, _)| state.is_planned()), "{passes:?}");
+    }
+
     const GRAPH: &str = "name = \"two\"\npresent = \"b\"\n[targets.a]\nformat = \"r32f\"\n[targets.b]\nformat = \"r32f\"\n\
         [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
         [[passes]]\nname = \"second\"\nshader = \"copy.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
@@ -473,17 +556,74 @@ mod tests {
         void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(c, at, imageLoad(i, at)); }\n";
 
     #[test]
+    fn a_round_that_changes_names_shows_what_it_wrote() {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = "name = \"relax\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\n[targets.b]\nformat = \"r32f\"\n\
+            [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+            [loops.steps]\ncount = 2\nswap = [[\"a\", \"b\"]]\n\
+            [[passes]]\nname = \"step\"\nloop = \"steps\"\nshader = \"add.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
+        let add = COPY.replace("imageLoad(i, at)", "imageLoad(i, at) + 1.0");
+        let files = [("graphs/relax.toml", graph), ("shaders/fill.comp", FILL), ("shaders/add.comp", &add)];
+        let (mut session, mut data) = (open(&folder, &files), PanelData::default());
+        let mut inspector = crate::inspector::Inspector::default();
+        let report = session.frame().unwrap();
+        data.note(&mut session, &report);
+        for (round, written) in [("step[0]", 1.5), ("step[1]", 2.5)] {
+            let passes = data.passes(&session);
+            let output = passes.iter().find(|pass| pass.name == round).and_then(|pass| pass.output).unwrap();
+            let shown = Shown::after(&data.resources()[output].name, Some(round.to_owned()));
+            session.set_debug_target(debug_target(&shown)).unwrap();
+            for _ in 0..2 {
+                inspector.ask(&mut session);
+                let report = session.frame().unwrap();
+                session.wait().unwrap();
+                inspector.take(&mut session, &report);
+            }
+            let seen = inspector.view(&session, data.resources(), None).unwrap();
+            assert_eq!(seen.statistics.as_ref().map(|found| found.range), Some([written; 2]), "{round}");
+        }
+    }
+
+    #[test]
+    fn passes_are_timed_while_what_they_write_is_inspected() {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = "name = \"two\"\npresent = \"b\"\n[targets.a]\nformat = \"r32f\"\n[targets.b]\nformat = \"r32f\"\n\
+            [[passes]]\nname = \"first\"\nshader = \"time.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+            [passes.push]\ntime = \"frame.time\"\n\
+            [[passes]]\nname = \"second\"\nshader = \"copy.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
+        let time = FILL.replace("void main", "layout(push_constant) uniform PC { float time; } pc;\nvoid main");
+        let time = time.replace("0.5", "pc.time");
+        let files = [("graphs/two.toml", graph), ("shaders/time.comp", &time), ("shaders/copy.comp", COPY)];
+        let (mut session, mut data) = (open(&folder, &files), PanelData::default());
+        let mut inspector = crate::inspector::Inspector::default();
+        let mut timed = |target: &str, pass: usize| {
+            session.set_debug_target_text(target).unwrap();
+            let (mut counts, mut ranges) = (Vec::new(), Vec::new());
+            for _ in 0..20 {
+                inspector.ask(&mut session);
+                let report = session.frame().unwrap();
+                session.wait().unwrap();
+                data.note(&mut session, &report);
+                inspector.take(&mut session, &report);
+                counts.extend(data.passes(&session)[pass].times.map(|times| times.iter().len()));
+                let seen = inspector.view(&session, data.resources(), None).and_then(|seen| seen.statistics.as_ref());
+                ranges.extend(seen.map(|seen| seen.range[1]));
+                std::thread::sleep(std::time::Duration::from_millis(30));
+            }
+            (counts, ranges)
+        };
+        for (target, pass) in [("b", 1), ("a", 0)] {
+            let (counts, ranges) = timed(target, pass);
+            assert!(counts.is_sorted() && counts[counts.len() - 1] > counts[0] + 8, "{counts:?}");
+            assert!(ranges.last() > ranges.first(), "what is inspected changes: {ranges:?}");
+        }
+    }
+
+    #[test]
     fn the_list_of_passes_stays_while_the_pointer_rests_on_one() {
         let folder = tempfile::tempdir().unwrap();
-        for (path, text) in [("graphs/two.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)] {
-            let path = folder.path().join(path);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, text).unwrap();
-        }
-        let project = Some(folder.path().to_owned());
-        // As a window does.
-        let options = Options { project, size: [8, 8], observe: Observe::Shown, ..Options::default() };
-        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let files = [("graphs/two.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)];
+        let mut session = open(&folder, &files);
         let mut data = PanelData::default();
         let states = |data: &PanelData, session: &Session| -> Vec<PassState> {
             data.passes(session).iter().map(|pass| pass.state).collect()

@@ -5,6 +5,9 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_terminal::console::{self, Console, Format, To};
 use serde_json::json;
 
+/// What the loss of a device did to the state of a graph.
+pub(super) const STARTED_OVER: &str = "targets and buffers start over at `init`, histories and simulations with them";
+
 /// Says what happened and keeps what the title shows of it.
 pub struct ReloadLog<'a> {
     console: &'a Console,
@@ -77,8 +80,9 @@ impl<'a> ReloadLog<'a> {
             }
             ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
                 let fate = fate(suspect.as_deref(), *off);
-                self.console
-                    .message(&format!("the device was lost and is open again after {milliseconds:.0} ms{fate}"));
+                self.console.message(&format!(
+                    "the device was lost and is open again after {milliseconds:.0} ms{fate}; {STARTED_OVER}"
+                ));
             }
         }
     }
@@ -100,8 +104,10 @@ pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -
 /// What becomes of the pass that a device was lost with, behind other words.
 fn fate(suspect: Option<&str>, off: bool) -> String {
     match suspect {
-        Some(pass) if off => format!("; pass `{pass}` is switched off until its shader changes"),
-        Some(pass) => format!("; pass `{pass}` runs with the shader that it has now"),
+        Some(pass) if off => {
+            format!("; pass `{pass}` is switched off until its shader or its part of the graph changes")
+        }
+        Some(pass) => format!("; pass `{pass}` runs as it is now"),
         None => String::new(),
     }
 }

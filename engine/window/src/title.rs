@@ -17,6 +17,8 @@ pub struct Title {
     pub failed: Option<u64>,
     /// No plan could be made for the size or debug target that is wanted.
     pub refused: bool,
+    /// There was no picture yet.
+    pub starting: bool,
     /// The device has worked for long: on which pass, and since how many seconds.
     pub busy: Option<(Option<String>, u64)>,
     /// A pass that is switched off, since the device was lost while it ran.
@@ -36,6 +38,9 @@ impl Title {
         parts.extend(self.failed.map(|failed| format!("gen {failed} failed: showing gen {}", self.generation)));
         if self.refused {
             parts.push("refused: showing the plan before".to_owned());
+        }
+        if self.starting && self.busy.is_none() {
+            parts.push("making the first picture".to_owned());
         }
         parts.extend(self.off.as_ref().map(|pass| format!("`{pass}` is off")));
         parts.extend(self.busy.as_ref().map(|(pass, seconds)| {
@@ -66,6 +71,9 @@ mod tests {
             busy.text(),
             "primary · depth · refused: showing the plan before · working on `spin` for 3 s — raxel"
         );
+        let starting = Title { starting: true, milliseconds: None, ..title.clone() };
+        assert_eq!(starting.text(), "primary · depth · making the first picture — raxel");
+        assert!(!Title { starting: true, ..busy }.text().contains("first picture"));
         let off = Title { off: Some("spin".into()), ..title.clone() };
         assert_eq!(off.text(), "primary · depth · 4.3 ms · `spin` is off — raxel");
         let said = Title { caption: Some("a flight".into()), ..title.clone() };

@@ -1,23 +1,84 @@
 //! Values that were found in the window, written into the files that they belong to. Comments and order of a file stay as they are.
 
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 
 use raxel_graph::checked::Value;
 use raxel_output::replace;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::params::{components, is_integer};
+use raxel_runtime::project::Project;
 use toml_edit::{Array, DocumentMut, Formatted, Item, Table, value};
 
-/// Changes the text of a file. Errors are one line each.
-pub fn edit(path: &Path, change: impl FnOnce(&str) -> Result<String, String>) -> Result<(), String> {
-    let said = |error: std::io::Error| format!("{}: {error}", path.display());
-    let before = fs::read_to_string(path).map_err(said)?;
-    let after = change(&before)?;
-    if after == before { Ok(()) } else { replace(path, after.as_bytes()).map_err(said) }
+/// What one write has changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// Project path of the file.
+    pub file: String,
+    path: PathBuf,
+    before: String,
+    after: String,
 }
 
-/// The text of a graph with another default of a param.
+impl Written {
+    /// Puts the file back as it was. Refused when somebody else has written it since. Errors are one line each.
+    pub fn undo(&self) -> Result<(), String> {
+        let Self { file, path, before, after } = self;
+        let said = |error: std::io::Error| format!("{file}: {error}");
+        if fs::read_to_string(path).map_err(said)? != *after {
+            return Err(format!("{file} has been edited since the window wrote it: nothing is undone there"));
+        }
+        replace(path, before.as_bytes()).map_err(said)
+    }
+}
+
+/// Changes the text of a file of a project; `None` when the text stays as it is. Errors are one line each.
+pub fn edit(
+    project: &Project,
+    file: &str,
+    change: impl FnOnce(&str) -> Result<String, String>,
+) -> Result<Option<Written>, String> {
+    let path = project.on_disk(file);
+    let said = |error: std::io::Error| format!("{}: {error}", path.display());
+    let before = fs::read_to_string(&path).map_err(said)?;
+    let after = change(&before)?;
+    if after == before {
+        return Ok(None);
+    }
+    replace(&path, after.as_bytes()).map_err(said)?;
+    Ok(Some(Written { file: file.to_owned(), path, before, after }))
+}
+
+/// Names of the params whose default the text of a graph has. What is not TOML has none.
+pub fn defaults(text: &str) -> Vec<String> {
+    let Ok(document) = parsed(text) else { return Vec::new() };
+    let params = document.get("params").and_then(Item::as_table_like);
+    let with_default = |(_, param): &(&str, &Item)| param.get("default").is_some();
+    params.map_or_else(Vec::new, |params| params.iter().filter(with_default).map(|(name, _)| name.to_owned()).collect())
+}
+
+/// The text of a graph with a default of a param, which the file may inherit so far.
+pub fn with_override(text: &str, name: &str, new: &Value) -> Result<String, String> {
+    if defaults(text).iter().any(|known| known == name) {
+        return with_param(text, name, new);
+    }
+    let mut document = parsed(text)?;
+    let params = document.entry("params").or_insert_with(implicit_table);
+    let params = params.as_table_like_mut().ok_or("`params` of the file is not a table")?;
+    let param = params.entry(name).or_insert(Item::Table(Table::new()));
+    let param = param.as_table_like_mut().ok_or_else(|| format!("`params.{name}` of the file is not a table"))?;
+    param.insert("default", Item::Value(literal(new)));
+    Ok(document.to_string())
+}
+
+/// A table that is not written itself, but only its members.
+fn implicit_table() -> Item {
+    let mut table = Table::new();
+    table.set_implicit(true);
+    Item::Table(table)
+}
+
+/// The text of a graph with another default of a param that it has.
 pub fn with_param(text: &str, name: &str, new: &Value) -> Result<String, String> {
     let mut document = parsed(text)?;
     let param = document.get_mut("params").and_then(|params| params.get_mut(name));
@@ -32,12 +93,7 @@ pub fn with_param(text: &str, name: &str, new: &Value) -> Result<String, String>
 /// The text of a world with a camera under a name; one that has it already is replaced.
 pub fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<String, String> {
     let mut document = parsed(text)?;
-    let cameras = document.entry("cameras").or_insert_with(|| {
-        let mut table = Table::new();
-        // Only its members are written as tables.
-        table.set_implicit(true);
-        Item::Table(table)
-    });
+    let cameras = document.entry("cameras").or_insert_with(implicit_table);
     let cameras = cameras.as_table_like_mut().ok_or("`cameras` of the file is not a table")?;
     let mut table = Table::new();
     for (key, written) in camera_values(camera) {
@@ -115,6 +171,39 @@ mod tests {
         assert_eq!(text, GRAPH.replace("default = 3", "default = -7"));
         let text = with_param(GRAPH, "tint", &Value::Vec3([0.5, 0.25, 1.0])).unwrap();
         assert_eq!(text, GRAPH.replace("[1, 1, 1]", "[0.5, 0.25, 1.0]"));
+    }
+
+    #[test]
+    fn an_inherited_default_is_overridden_and_nothing_else_changes() {
+        let own = "extends = \"base.toml\"\n# thicker\n[params.fog]\nlabel = \"Fog\"\n\n[[passes]]\nname = \"a\"\n";
+        let text = with_override(own, "exposure", &Value::F32(0.5)).unwrap();
+        assert_eq!(defaults(&text), ["exposure"]);
+        assert_eq!(text.replace("\n[params.exposure]\ndefault = 0.5\n", ""), own, "{text}");
+        // A table that is there gets the key, and a default that is there is replaced.
+        let text = with_override(own, "fog", &Value::Bool(true)).unwrap();
+        assert_eq!(text, own.replace("label = \"Fog\"\n", "label = \"Fog\"\ndefault = true\n"));
+        assert_eq!(with_override(&text, "fog", &Value::Bool(false)).unwrap(), text.replace("true", "false"));
+        assert!(with_override("params = 3", "fog", &Value::Bool(true)).is_err());
+        assert_eq!(defaults(GRAPH), ["exposure", "fog", "steps", "tint"]);
+    }
+
+    #[test]
+    fn a_write_is_undone_unless_somebody_else_has_written_since() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("raxel.toml"), "").unwrap();
+        fs::write(folder.path().join("a.toml"), GRAPH).unwrap();
+        let project = Project::at(folder.path()).unwrap();
+        let read = || fs::read_to_string(folder.path().join("a.toml")).unwrap();
+        let write = || edit(&project, "a.toml", |text| with_param(text, "exposure", &Value::F32(0.1))).unwrap();
+        let written = write().unwrap();
+        assert_eq!((written.file.as_str(), write()), ("a.toml", None), "the text has the value already");
+        assert_ne!(read(), GRAPH);
+        written.undo().unwrap();
+        assert_eq!(read(), GRAPH);
+        let written = write().unwrap();
+        fs::write(folder.path().join("a.toml"), "# mine\n").unwrap();
+        assert!(written.undo().unwrap_err().contains("edited since"));
+        assert_eq!(read(), "# mine\n");
     }
 
     #[test]

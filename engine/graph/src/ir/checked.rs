@@ -2,6 +2,7 @@
 //! alias → barriers). Names are gone but for messages; every reference is a typed index; every access is known.
 //! It depends on the files only: neither on the output size, nor on the device, nor on the state of conditions.
 
+mod declaration;
 mod fill;
 mod loops;
 mod resource;

@@ -1,9 +1,10 @@
 //! A plan as text: the frame step by step, who uses what when, the memory, and what was left out.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::words;
-use crate::ir::checked::ResourceId;
+use crate::ir::checked::{PassId, ResourceId};
 use crate::ir::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Step};
 
 /// The plan for people.
@@ -49,7 +50,9 @@ fn head(plan: &Plan, out: &mut String) {
     let [w, h] = plan.output;
     // What raxel adds is no pass that the author could count.
     let all = graph.passes.iter().filter(|pass| !pass.made).count();
-    let live = plan.passes.iter().filter(|live| !graph.pass(live.pass).made).count();
+    // A pass of a clock is planned once for each tick that a frame may catch up.
+    let live: BTreeSet<PassId> = plan.passes.iter().map(|planned| planned.pass).collect();
+    let live = live.into_iter().filter(|id| !graph.pass(*id).made).count();
     let _ = writeln!(out, "{} at {w}×{h}, shows {}", graph.name, words::present(graph, plan.present));
     if !graph.about.is_empty() {
         let _ = writeln!(out, "{}", graph.about);

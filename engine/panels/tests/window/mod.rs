@@ -4,7 +4,7 @@
 
 use raxel_panels::view::{
     Brush, Editing, Frame, Inspected, Kind, Map, Param, Pass, PassState, Problem, Resource, Shown, Status, Swatch,
-    Table, Timeline, Use, World, WorldExtent, WorldStatistics,
+    Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
 
@@ -33,12 +33,14 @@ impl Window {
     pub fn new(open: &[Panel]) -> Self {
         let mut layout = Layout::default();
         for side in [Side::Left, Side::Right, Side::Bottom] {
-            layout.dock_mut(side).open = None;
+            let dock = layout.dock_mut(side);
+            (dock.open, dock.below) = (None, None);
         }
         open.iter().for_each(|panel| layout.open(*panel));
         let mut gpu = Samples::default();
         [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
-        let (reads, writes) = (Use { reads: true, writes: false }, Use { reads: false, writes: true });
+        let none = Use::default();
+        let (reads, writes) = (Use { reads: true, ..none }, Use { writes: true, ..none });
         let resource = |name: &str, uses: [Use; 3]| Resource {
             name: name.to_owned(),
             about: "rgba16f 320 × 180".to_owned(),
@@ -46,7 +48,6 @@ impl Window {
             uses: uses.to_vec(),
             ..Resource::default()
         };
-        let none = Use::default();
         let shown = Shown::after("color", None);
         Self {
             panels: Panels::new(layout),
@@ -65,6 +66,7 @@ impl Window {
             inspected: None,
             status: Status {
                 graph: "test".to_owned(),
+                graph_file: "graphs/test.toml".to_owned(),
                 locked: shown.clone(),
                 shown,
                 is_default: true,
@@ -134,7 +136,15 @@ impl Window {
 
 /// A number from 0 to 8.
 pub fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
-    Param { name: name.to_owned(), label: name.to_owned(), value, default, range: Some([0.0, 8.0]), ..Param::default() }
+    Param {
+        name: name.to_owned(),
+        label: name.to_owned(),
+        value,
+        default,
+        range: Some([0.0, 8.0]),
+        file: "graphs/test.toml".to_owned(),
+        ..Param::default()
+    }
 }
 
 /// A target of which a texel is read, and a buffer, at once.
@@ -150,7 +160,17 @@ pub fn inspected() -> Inspected {
             &[[0.25, f32::NAN, 0.0, 0.0], [f32::NAN, f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0]],
             2,
         ),
-        cursor: Some(([3, 4], vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]])),
+        extent: [320, 180],
+        cursor: Some(Texel {
+            at: [3, 4],
+            values: vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]],
+        }),
+        pinned: Some(Texel { at: [20, 30], values: vec![["NaN".to_owned(), "0x7e00".to_owned()]; 2] }),
+        zoom: Some(Zoom {
+            colors: (0..Zoom::SIDE * Zoom::SIDE)
+                .map(|index| (index % Zoom::SIDE > 1).then_some([90, 160, 220]))
+                .collect(),
+        }),
         table: Some(Table {
             columns: vec!["count u32".to_owned()],
             total: 9,

@@ -21,7 +21,7 @@ pub enum ReloadEvent {
     DeviceRebuilt {
         /// The pass that the device worked on, if it is known.
         suspect: Option<String>,
-        /// That pass is switched off until its shader changes; else it has changed already.
+        /// That pass is switched off until its shader or its part of the graph changes; else it has changed already.
         off: bool,
         /// Milliseconds from the loss to the new plan.
         milliseconds: f64,

@@ -109,7 +109,7 @@ impl Session {
         self.executor.captured()
     }
 
-    /// Gives up what the device works on: it is opened anew, and the pass that it worked on is switched off until its shader changes.
+    /// Gives up what the device works on: it is opened anew, and the pass that it worked on is switched off until its shader or its part of the graph changes.
     pub fn cancel(&mut self) -> Result<(), FrameError> {
         let lost = self.executor.cancel();
         self.recover(lost)

@@ -28,7 +28,7 @@ pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap};
 use raxel_execute::moment::Moment;
-use raxel_execute::{Executor, ExecutorOptions, Override};
+use raxel_execute::{Executor, ExecutorOptions, Override, Suspect};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::{Observe, Plan};
 use raxel_layouts::Layout;
@@ -182,8 +182,8 @@ pub struct Session {
     values: Vec<Value>,
     pushes: BTreeMap<(String, String), Value>,
     overrides: Vec<Override>,
-    /// Passes switched off after a loss of the device: name and key of the shader.
-    switched_off: Vec<(String, [u8; 32])>,
+    /// Passes switched off after a loss of the device.
+    switched_off: Vec<Suspect>,
     disabled: Vec<PassId>,
     /// What the demo wanted shown in the last frame.
     demo_target: Option<DebugTarget>,

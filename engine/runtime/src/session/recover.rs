@@ -47,11 +47,9 @@ impl Session {
         if !self.recovery.spend(began) {
             return Err(FrameError::Device(lost));
         }
-        // The frame may be older than the graph: a shader that was mended meanwhile is not the one that was suspected.
+        // The frame may be older than the graph: a pass that was mended meanwhile is not the one that was suspected.
         let off = suspect.as_ref().is_some_and(|suspect| self.runs(suspect));
-        if let Some(suspect) = suspect.as_ref().filter(|_| off) {
-            self.switched_off.push((suspect.declared.clone(), suspect.shader));
-        }
+        self.switched_off.extend(suspect.clone().filter(|_| off));
         self.find_disabled();
         // Everything is made before anything is replaced: when a step fails, the session still knows that its device is lost, and the
         // next frame tries again.
@@ -84,28 +82,29 @@ impl Session {
         Ok(())
     }
 
-    /// Finds the passes that are switched off in the graph that runs: those whose shader is still the one that was suspected.
+    /// Finds the passes that are switched off in the graph that runs: those that are still what they were when they were suspected.
     pub(super) fn find_disabled(&mut self) {
-        let graph = &self.graph;
-        self.switched_off
-            .retain(|(name, key)| graph.find_pass(name).is_some_and(|id| graph.pass(id).shader.key == *key));
-        self.disabled = self.switched_off.iter().filter_map(|(name, _)| graph.find_pass(name)).collect();
+        let mut off = std::mem::take(&mut self.switched_off);
+        off.retain(|suspect| self.runs(suspect));
+        self.disabled = off.iter().filter_map(|suspect| self.graph.find_pass(&suspect.declared)).collect();
+        self.switched_off = off;
     }
 
-    /// Whether a pass of the graph still has the shader with which it was suspected.
+    /// Whether a pass of the running plan is still what it was when it was suspected.
     fn runs(&self, suspect: &Suspect) -> bool {
-        let pass = self.graph.find_pass(&suspect.declared).map(|id| self.graph.pass(id));
-        pass.is_some_and(|pass| pass.shader.key == suspect.shader)
+        let planned = self.executor.plan().map(|plan| &plan.graph);
+        let pass = planned.and_then(|graph| Some((graph, graph.find_pass(&suspect.pass)?)));
+        pass.is_some_and(|(graph, id)| graph.declaration(id) == suspect.declaration)
     }
 
-    /// Whether the device works on a pass whose shader has been replaced since, or that is no longer in the graph.
+    /// Whether the device works on a pass that has been edited since, or that is no longer in the graph.
     pub fn works_on_replaced(&self) -> bool {
         self.executor.suspect().is_some_and(|suspect| !self.runs(&suspect))
     }
 
     /// Names of the passes that are switched off since the device was lost while they ran.
     pub fn switched_off(&self) -> impl Iterator<Item = &str> {
-        self.switched_off.iter().map(|(name, _)| name.as_str())
+        self.switched_off.iter().map(|suspect| suspect.declared.as_str())
     }
 }
 

@@ -1,0 +1,136 @@
+//! Where in a picture the texels are that its numbers speak of, and what lies around one.
+
+use raxel_execute::Texels;
+use raxel_graph::checked::{Display, DisplayMap};
+use raxel_panels::view::{Sought, Zoom};
+use raxel_world::srgb_from_linear;
+
+/// The texel after another, or the one before, whose channel has what is looked for: in order of rows, and from the last to the first. The
+/// texel itself when there is no other; `None` when there is none.
+pub fn next(texels: &Texels, channel: u32, sought: Sought, from: Option<[u32; 2]>, forward: bool) -> Option<[u32; 2]> {
+    let channel = channel.min(3) as usize;
+    let values: Vec<f32> = texels.floats().into_iter().map(|texel| texel[channel]).collect();
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let end = match sought {
+        Sought::Smallest => finite().reduce(f32::min),
+        Sought::Largest => finite().reduce(f32::max),
+        Sought::Nan | Sought::Infinite => None,
+    };
+    let is_it = |value: f32| match sought {
+        Sought::Nan => value.is_nan(),
+        Sought::Infinite => value.is_infinite(),
+        Sought::Smallest | Sought::Largest => end == Some(value),
+    };
+    let (count, width) = (values.len(), texels.width.max(1) as usize);
+    let start = match from {
+        Some([x, y]) => y as usize * width + x as usize,
+        None if forward => count.checked_sub(1)?,
+        None => 0,
+    };
+    let mut order = (1..=count).map(|step| if forward { start + step } else { start + count - step } % count);
+    let found = order.find(|index| is_it(values[*index]))?;
+    Some([found % width, found / width].map(|place| u32::try_from(place).unwrap_or(u32::MAX)))
+}
+
+/// The same place in a picture of another extent.
+#[expect(clippy::cast_possible_truncation, reason = "the place is below `to`")]
+pub fn scaled(at: [u32; 2], from: [u32; 2], to: [u32; 2]) -> [u32; 2] {
+    let place = |axis: usize| {
+        // Through the middle of the texel.
+        let place = (2 * u64::from(at[axis]) + 1) * u64::from(to[axis]) / (2 * u64::from(from[axis].max(1)));
+        (place as u32).min(to[axis].saturating_sub(1))
+    };
+    [place(0), place(1)]
+}
+
+/// The texels around one. Colours are shown as such, anything else by its channel in grey; NaN is magenta and infinity yellow.
+pub fn zoom(texels: &Texels, at: [u32; 2], display: &Display) -> Zoom {
+    let half = Zoom::SIDE / 2;
+    let place = |middle: u32, index: u32| (middle + index).checked_sub(half);
+    let color = |index: u32| {
+        let (x, y) = (place(at[0], index % Zoom::SIDE)?, place(at[1], index / Zoom::SIDE)?);
+        Some(color_of(texels.texel([x, y])?.0, texels.format.channels(), display))
+    };
+    Zoom { colors: (0..Zoom::SIDE * Zoom::SIDE).map(color).collect() }
+}
+
+fn color_of(texel: [f32; 4], channels: u32, display: &Display) -> [u8; 3] {
+    let [r, g, b, _] = texel;
+    let colored = channels >= 3 && matches!(display.map, DisplayMap::Color | DisplayMap::Raw);
+    let one = texel[display.channel.min(3) as usize];
+    let shown = if colored { [r, g, b] } else { [one; 3] };
+    if shown.iter().any(|value| value.is_nan()) {
+        return [255, 0, 255];
+    }
+    if shown.iter().any(|value| value.is_infinite()) {
+        return [255, 255, 0];
+    }
+    let [low, high] = display.range;
+    let in_range = shown.map(|value| ((value - low) / (high - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0));
+    let raw = display.map == DisplayMap::Raw;
+    in_range.map(if colored && !raw { srgb_from_linear } else { byte })
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is in 0…1")]
+fn byte(value: f32) -> u8 {
+    (value * 255.0).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_shader::format::Format;
+
+    use super::*;
+
+    /// Three by two: 1, NaN, infinity; 3, NaN, 1.
+    fn texels() -> Texels {
+        let values = [1.0, f32::NAN, f32::INFINITY, 3.0, f32::NAN, 1.0_f32];
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Texels { format: Format::R32f, width: 3, height: 2, bytes }
+    }
+
+    #[test]
+    fn what_is_counted_is_found_in_order_of_rows_and_round_again() {
+        let texels = texels();
+        let all = |sought, forward| {
+            let mut from = None;
+            [(); 3].map(|()| {
+                from = next(&texels, 0, sought, from, forward);
+                from.unwrap()
+            })
+        };
+        assert_eq!(all(Sought::Nan, true), [[1, 0], [1, 1], [1, 0]]);
+        assert_eq!(all(Sought::Nan, false), [[1, 1], [1, 0], [1, 1]]);
+        assert_eq!(all(Sought::Infinite, true), [[2, 0]; 3]);
+        assert_eq!(all(Sought::Smallest, true), [[0, 0], [2, 1], [0, 0]]);
+        assert_eq!(all(Sought::Largest, false), [[0, 1]; 3]);
+        // A place that came from another picture is as good as any.
+        assert_eq!(next(&texels, 0, Sought::Nan, Some([1, 0]), true), Some([1, 1]));
+        // A channel that the format does not have is 0 everywhere, and none of it is NaN.
+        assert_eq!(next(&texels, 1, Sought::Nan, None, true), None);
+        let none = Texels { width: 0, height: 0, bytes: Vec::new(), ..texels };
+        assert_eq!(next(&none, 0, Sought::Nan, None, true), None);
+        assert_eq!(next(&none, 0, Sought::Smallest, Some([4, 4]), false), None);
+    }
+
+    #[test]
+    fn a_place_is_the_same_in_another_extent() {
+        assert_eq!(scaled([5, 7], [8, 8], [8, 8]), [5, 7]);
+        assert_eq!(scaled([5, 7], [8, 8], [4, 2]), [2, 1]);
+        assert_eq!(scaled([1, 0], [2, 1], [8, 8]), [6, 4]);
+    }
+
+    #[test]
+    fn what_lies_around_a_texel_is_seen() {
+        let display = Display { map: DisplayMap::Turbo, range: [1.0, 3.0], channel: 0 };
+        let zoom = zoom(&texels(), [1, 0], &display);
+        let middle = (Zoom::SIDE * Zoom::SIDE / 2) as usize;
+        let row = Zoom::SIDE as usize;
+        assert_eq!(
+            zoom.colors[middle - 2..=middle + 2],
+            [None, Some([0; 3]), Some([255, 0, 255]), Some([255, 255, 0]), None]
+        );
+        assert_eq!(zoom.colors[middle + row - 1], Some([255; 3]));
+        assert_eq!(zoom.colors[middle - row], None);
+    }
+}
