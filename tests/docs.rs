@@ -253,6 +253,19 @@ fn every_diagnostic_is_in_the_index() {
 }
 
 #[test]
+fn every_example_has_its_row_and_its_picture() {
+    let page = std::fs::read_to_string(repository().join("graphs/examples/README.md")).unwrap();
+    for file in std::fs::read_dir(repository().join("graphs/examples")).unwrap() {
+        let file = file.unwrap().path();
+        if file.extension().is_some_and(|extension| extension == "toml") {
+            let name = file.file_stem().unwrap().to_string_lossy();
+            assert!(page.contains(&format!("[{name}.toml]({name}.toml)")), "{name} has no row");
+            assert!(repository().join(format!("docs/examples/{name}.png")).exists(), "{name} has no picture");
+        }
+    }
+}
+
+#[test]
 fn the_example_of_the_graph_reference_is_right() {
     let project = Project::empty();
     let text = std::fs::read_to_string(repository().join("docs/graph-file.md")).unwrap();
