@@ -6,27 +6,30 @@
 
 mod common;
 
+use std::path::{Path, PathBuf};
+
 use common::{EXCEEDED, LEAST, Lesser, METAL, Project, Run, SMALL, command, output};
 
 /// What a device lacks: a format, a feature or memory; threads in a workgroup, shared bytes, bindings.
 const REFUSED: [&str; 4] = ["RX0410", "RX0175", "RX0176", "RX0183"];
 
 /// The shipped project, behind a library that lowers the device.
-fn behind(lesser: &Lesser) -> (Project, std::path::PathBuf) {
+fn behind(lesser: &Lesser) -> (Project, PathBuf) {
     let project = Project::shipped();
     project.copy_folder("textures");
     let library = lesser.library(&project);
     (project, library)
 }
 
-fn run((project, library): &(Project, std::path::PathBuf), arguments: &[&str]) -> Run {
+fn run((project, library): &(Project, PathBuf), arguments: &[&str]) -> Run {
     let mut command = command(project.root(), arguments);
     output(command.env("LD_PRELOAD", library)).into()
 }
 
 /// Whether a graph runs on the device; if not, it says why.
-fn fits(shipped: &(Project, std::path::PathBuf), graph: &str) -> bool {
-    let run = run(shipped, &["render", graph, "--size", "32x18", "--validate", "-o", "out.png"]);
+fn fits(shipped: &(Project, PathBuf), graph: &str) -> bool {
+    let world = if graph.ends_with("lum_live.toml") { "worlds/meadow.toml" } else { "worlds/valley.toml" };
+    let run = run(shipped, &["render", graph, "--world", world, "--size", "32x18", "--validate", "-o", "out.png"]);
     assert_ne!(run.code, EXCEEDED, "{graph}: {}", run.stderr);
     if run.code == 0 {
         return true;
@@ -73,11 +76,12 @@ fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
 /// Every graph that ships.
 fn every_graph(lesser: &Lesser, most_refused: usize) {
     let shipped = behind(lesser);
-    let graphs = shipped
-        .0
-        .files()
-        .into_iter()
-        .filter(|path| path.starts_with("graphs/") && path.ends_with(".toml") && !path.contains("/base/"));
+    let is_graph = |path: &String| {
+        path.starts_with("graphs/")
+            && !path.contains("/base/")
+            && Path::new(path).extension().is_some_and(|e| e == "toml")
+    };
+    let graphs = shipped.0.files().into_iter().filter(is_graph);
     let refused: Vec<String> = graphs.filter(|graph| !fits(&shipped, graph)).collect();
     println!("{} refuses {}: {}", lesser.name, refused.len(), refused.join(" "));
     assert!(refused.len() <= most_refused, "{refused:?}");
@@ -86,17 +90,17 @@ fn every_graph(lesser: &Lesser, most_refused: usize) {
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_the_least_device() {
-    every_graph(&LEAST, 30);
+    every_graph(&LEAST, 27);
 }
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_a_small_device() {
-    every_graph(&SMALL, 20);
+    every_graph(&SMALL, 25);
 }
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_over_metal() {
-    every_graph(&METAL, 4);
+    every_graph(&METAL, 8);
 }
