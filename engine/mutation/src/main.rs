@@ -44,7 +44,11 @@ fn judge(group: &Group) -> Result<bool> {
     // Every `EVERY`-th alone, of the files `IN`: a sample, or what a change touched.
     let files = std::env::var("RAXEL_MUTATION_IN").unwrap_or_default();
     let of_files = |path: &Path| files.split(',').any(|file| path.to_string_lossy().contains(file));
-    let of_files = faults.iter().filter(|(_, (path, _))| of_files(path)).map(|(number, _)| *number);
+    // And of these the ones that are named, e.g. the survivors of the last run.
+    let only = std::env::var("RAXEL_MUTATION_ONLY").ok();
+    let only = only.map(|text| text.split(',').filter_map(|number| number.trim().parse().ok()).collect::<Vec<usize>>());
+    let is_named = |number: &usize| only.as_ref().is_none_or(|only| only.contains(number));
+    let of_files = faults.iter().filter(|(_, (path, _))| of_files(path)).map(|(number, _)| *number).filter(is_named);
     let chosen: Vec<usize> = of_files.step_by(setting("EVERY", 1).max(1)).collect();
     println!("{}: {} faults of {}", group.name, chosen.len(), faults.len());
     let text = std::fs::read_to_string(repository.join("tests/mutation/explained_rust.toml"))?;
