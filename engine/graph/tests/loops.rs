@@ -6,7 +6,7 @@ mod hand;
 
 use hand::Hand;
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Plan, Step};
+use raxel_graph::plan::{Plan, PlanInput, Present, Step};
 use raxel_shader::format::Format;
 
 fn repeated(hand: &mut Hand, name: &str, rounds: Rounds, swap: &[[&str; 2]]) -> LoopId {
@@ -30,6 +30,11 @@ fn passes(plan: &Plan) -> Vec<String> {
     };
     let shown = |pass: &Pass| format!("{} {}", pass.name, pass.accesses.iter().map(name).collect::<Vec<_>>().join(" "));
     plan.passes.iter().map(|pass| shown(plan.graph.pass(pass.pass))).collect()
+}
+
+/// What an error says of its places.
+fn labels(found: &raxel_diagnostics::Diagnostic) -> Vec<&str> {
+    found.labels.iter().map(|label| label.text.as_str()).collect()
 }
 
 /// `start` writes a; the loop reads a and writes b; `finish` reads a.
@@ -72,6 +77,12 @@ fn plans_lead_back_to_the_passes_of_the_file() {
     let plan = hand.plan("b").unwrap();
     assert_eq!(plan.graph.pass(plan.present.after.unwrap()).name, "relax[2]");
     assert_eq!(plan.graph.resource(plan.present.resource).name, "a", "what the last round calls `b`");
+    // A round that is named is the one.
+    hand.with_input("b", |graph, input| {
+        let present = Present { round: Some(1), ..input.present };
+        let plan = raxel_graph::plan(graph, &PlanInput { present, ..*input }).unwrap();
+        assert_eq!(plan.graph.pass(plan.present.after.unwrap()).name, "relax[1]");
+    });
     // Without a round it is taken after the pass before.
     let mut hand = relaxing(0);
     hand.after = Some("relax");
@@ -113,6 +124,7 @@ fn counts_follow_params_and_mips() {
         from: Source::Round(RoundIndex::Index),
     };
     back.push = vec![number];
+    back.specialization = vec![(0, Source::Round(RoundIndex::Index))];
     hand.pass("show", &["r pyramid:0", "w color"]);
     let plan = hand.plan("color").unwrap();
     let order = passes(&plan);
@@ -127,6 +139,7 @@ fn counts_follow_params_and_mips() {
     let of = |name: &str| plan.passes.iter().find(|pass| plan.graph.pass(pass.pass).name == name).unwrap();
     assert_eq!(of("down[3]").groups, Some([3, 2, 1]));
     assert_eq!(plan.graph.pass(of("up[6]").pass).push[0].from, Source::Value(Value::U32(6)));
+    assert_eq!(plan.graph.pass(of("up[6]").pass).specialization, [(0, Source::Value(Value::U32(6)))]);
     // Where a mip is wanted that is not there, the round is named.
     hand.graph.loops[1].rounds = Rounds::Fixed(9);
     let found = hand.plan("color").unwrap_err();
@@ -149,6 +162,16 @@ fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
         found[0].message,
         "`a` changes places an odd number of times in a frame, but is carried from frame to frame"
     );
+    assert_eq!(labels(&found[0]).last(), Some(&"3 rounds, with a swap after each"));
+    // The loop that swaps it is the one that is shown, and no other.
+    let mut other = carried(1);
+    for name in ["c", "d"] {
+        other.target(name, Format::Rgba16f, |_, _| {});
+    }
+    let last = repeated(&mut other, "other", Rounds::Fixed(2), &[["c", "d"]]);
+    other.graph.loops.swap(0, 1);
+    other.graph.passes[0].in_loop = Some(inside(last));
+    assert_eq!(labels(&other.plan("color").unwrap_err()[0]).last(), Some(&"1 round, with a swap after each"));
     // A clear makes it anew.
     let mut cleared = carried(3);
     for resource in &mut cleared.graph.resources[..2] {

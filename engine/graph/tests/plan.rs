@@ -117,6 +117,20 @@ fn a_view_in_the_middle_keeps_what_later_frames_need() {
 }
 
 #[test]
+fn a_store_behind_one_of_now_and_then_makes_nothing_anew() {
+    // `now` may add to what `rare` has stored in an earlier frame, so what `late` stores counts in the next frame, too.
+    let mut hand = targets(&["t"]);
+    hand.pass("rare", &["w t"]).every = Some(Every::Frames(3));
+    hand.pass("now", &["w t"]);
+    hand.pass("late", &["w t"]);
+    hand.after = Some("now");
+    assert_eq!(live(&hand.plan("t").unwrap()), ["rare", "now", "late"]);
+    // Made anew in each frame, it holds nothing of the last one.
+    hand.graph.passes[0].every = None;
+    assert_eq!(live(&hand.plan("t").unwrap()), ["rare", "now"]);
+}
+
+#[test]
 fn a_view_after_a_culled_pass_stays_where_the_pass_was() {
     let mut hand = targets(&["a", "b"]);
     hand.pass("first", &["w a"]);

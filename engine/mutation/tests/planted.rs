@@ -79,3 +79,21 @@ fn a_fault_that_is_left_out_leaves_no_trace() {
     let all: BTreeSet<usize> = (0..planted.faults().count()).collect();
     assert_eq!(planted.text(0, &all).0, PROGRAM);
 }
+
+/// A reason that no longer belongs to a fault hides nothing, and is taken out.
+#[test]
+fn every_explained_fault_is_still_one() {
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = std::fs::read_to_string(repository.join("tests/mutation/explained_rust.toml")).unwrap();
+    let explained: toml::Table = text.parse().unwrap();
+    for reason in explained["fault"].as_array().unwrap() {
+        let word = |key: &str| reason[key].as_str().unwrap();
+        let source = std::fs::read_to_string(repository.join(word("file"))).unwrap();
+        let planted = Planted::of(&source).unwrap();
+        let is = |fault: &raxel_mutation::plant::Fault| {
+            [&fault.text, &fault.from, &fault.to] == [word("line"), word("from"), word("to")]
+        };
+        assert!(planted.faults().any(is), "{reason}");
+        assert!(!word("why").is_empty(), "{reason}");
+    }
+}
