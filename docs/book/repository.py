@@ -35,7 +35,12 @@ def rewritten(text, page, pages, repository):
         if not target or "://" in target:
             return match.group(0)
         inside = posixpath.normpath(posixpath.join(posixpath.dirname(page), target))
+        # mdBook calls the page of a README.md index.html, and leaves links to it as they are.
+        if posixpath.basename(inside) == "README.md" and pages & {inside, inside[: -len("README.md")] + "index.md"}:
+            return f"{target[: -len('README.md')]}index.md{anchor}"
         if inside in pages or (not inside.startswith("..") and inside.endswith(PICTURES)):
+            return match.group(0)
+        if not repository:
             return match.group(0)
         return f"{repository}/{posixpath.normpath(posixpath.join('docs', inside))}{anchor}"
 
@@ -52,7 +57,7 @@ def main():
     pages = {chapter["path"] for chapter in all_chapters if chapter.get("path")}
     repository = address()
     for chapter in all_chapters:
-        if chapter.get("path") and repository:
+        if chapter.get("path"):
             chapter["content"] = rewritten(chapter["content"], chapter["path"], pages, repository)
     json.dump(book, sys.stdout)
 
