@@ -162,6 +162,18 @@ fn the_schemas_travel() {
     }
 }
 
+/// A line of a comment. What is indented is code; elsewhere, `<` begins no tag of HTML.
+fn as_markdown(line: &str) -> String {
+    if line.starts_with("     ") {
+        return format!("    {}", line.trim());
+    }
+    let parts = line.trim().split('`').enumerate();
+    parts
+        .map(|(i, part)| if i % 2 == 0 { part.replace('<', "\\<") } else { part.to_owned() })
+        .collect::<Vec<_>>()
+        .join("`")
+}
+
 /// Everything of the library that begins with `rx_`, as the library says it, but for the files that are internal to it.
 #[test]
 fn the_page_of_the_shader_library_is_the_library() {
@@ -173,11 +185,7 @@ fn the_page_of_the_shader_library_is_the_library() {
     for (file, source) in
         raxel_shader::library::FILES.iter().filter(|(file, _)| !raxel_shader::library::is_internal(file))
     {
-        let head: Vec<&str> = source
-            .lines()
-            .take_while(|line| line.starts_with("//"))
-            .map(|line| line.trim_start_matches('/').trim())
-            .collect();
+        let head: Vec<String> = source.lines().map_while(|line| line.strip_prefix("//")).map(as_markdown).collect();
         let _ = write!(text, "\n## `{file}`\n\n{}\n", head.join("\n").trim());
         for item in items.iter().filter(|item| item.file == *file) {
             let _ = write!(text, "\n### `{}`\n\n```glsl\n{}\n```\n", item.name, item.declaration);
