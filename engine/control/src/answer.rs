@@ -131,9 +131,15 @@ pub(super) fn answer(
             if drive == Drive::Window && !session.clock().paused() {
                 return Err(Refusal::new("the window runs by itself; pause it first"));
             }
-            for _ in 0..frames {
+            for index in 0..frames {
                 match drive {
-                    Drive::Requests => frame(session)?,
+                    Drive::Requests => {
+                        // What is shown right after a pass is copied there.
+                        if index + 1 == frames && session.debug_target().after.is_some() {
+                            session.capture_shown(0..0);
+                        }
+                        session.frame()?;
+                    }
                     Drive::Window => session.step(),
                 }
             }
@@ -222,15 +228,6 @@ pub(super) fn answer(
     }
 }
 
-/// Runs a frame; what is shown right after a pass is copied there.
-fn frame(session: &mut Session) -> Result<(), Refusal> {
-    if session.debug_target().after.is_some() {
-        session.capture_shown(0..0);
-    }
-    session.frame()?;
-    Ok(())
-}
-
 /// The copy that the last frame took.
 fn shown_in_the_middle(session: &mut Session) -> Option<Middle> {
     let copy = session.captured()?.poll().ok().flatten()?;
@@ -264,10 +261,15 @@ fn timings(session: &mut Session) -> Vec<Value> {
     let times: Vec<_> = session.timings().to_vec();
     let Some(plan) = session.plan() else { return Vec::new() };
     let of_pass = |(index, pass): (usize, &Pass)| {
-        let at = times.iter().position(|time| time.pass.0 as usize == index);
-        let ran = at.and_then(|at| outcomes.get(at)) == Some(&PassOutcome::Dispatched);
-        let milliseconds = at.filter(|_| ran).and_then(|at| times[at].nanoseconds).map(|time| time / 1e6);
-        json!({ "pass": pass.name, "milliseconds": milliseconds, "ran": ran })
+        // A pass of a clock runs once for each tick that was due.
+        let runs = times
+            .iter()
+            .zip(&outcomes)
+            .filter(|(time, outcome)| time.pass.0 as usize == index && **outcome == PassOutcome::Dispatched);
+        let runs: Vec<Option<f64>> = runs.map(|(time, _)| time.nanoseconds).collect();
+        let nanoseconds: Option<f64> = runs.iter().copied().sum();
+        let milliseconds = nanoseconds.filter(|_| !runs.is_empty()).map(|time| time / 1e6);
+        json!({ "pass": pass.name, "milliseconds": milliseconds, "ran": !runs.is_empty() })
     };
     plan.graph.passes.iter().enumerate().map(of_pass).collect()
 }

@@ -311,8 +311,10 @@ impl Viewer<'_> {
     /// Pins the texel under the cursor, or no texel any more.
     fn pin(&mut self) {
         let cursor = self.controls.cursor().map(|pixel| self.session.viewport().to_output(pixel));
-        if !self.panels.layout.is_open(Panel::Inspect) || !self.inspector.pin_under(cursor, self.session.size()) {
+        if !self.panels.layout.is_open(Panel::Inspect) {
             self.notice("open Inspect to pin a texel".to_owned());
+        } else if !self.inspector.pin_under(cursor, self.session.size()) {
+            self.notice("no texel is under the cursor".to_owned());
         }
     }
 
