@@ -110,8 +110,9 @@ fn macros(code: &str) -> Vec<Declaration> {
     let mut start = 0;
     for line in code.split_inclusive('\n') {
         if let Some(rest) = line.trim_start().strip_prefix("#define ") {
-            let name: String = rest.trim_start().chars().take_while(|c| is_name(*c)).collect();
-            let at = start + line.find(&name).unwrap_or(0);
+            let rest = rest.trim_start();
+            let name: String = rest.chars().take_while(|c| is_name(*c)).collect();
+            let at = start + line.len() - rest.len();
             if !name.is_empty() {
                 let whole = start..start + line.trim_end().len();
                 let place = at..at + name.len();
@@ -192,7 +193,7 @@ fn declaration(code: &str, statement: Range<usize>) -> Option<Declaration> {
     let type_end = head.split(if opens { '{' } else { '[' }).next().unwrap_or(head).len();
     // A layout has brackets of its own, never the name.
     let of_head = name_before(head, if opens { head.len() } else { type_end })?;
-    let body = opens.then(|| head.len() + 1..text.rfind('}').unwrap_or(text.len()));
+    let body = opens.then(|| head.len() + 1..text.rfind('}').filter(|end| *end > head.len()).unwrap_or(text.len()));
     let instance = body.as_ref().and_then(|body| {
         let behind = body.end + 1;
         let rest = text.get(behind..)?;
@@ -214,8 +215,8 @@ fn declaration(code: &str, statement: Range<usize>) -> Option<Declaration> {
 /// The name that ends before a byte.
 fn name_before(text: &str, at: usize) -> Option<Range<usize>> {
     let end = text[..at].trim_end().len();
-    let start = text[..end].rfind(|c| !is_name(c)).map_or(0, |before| before + 1);
-    (start < end).then_some(start..end)
+    let (start, _) = text[..end].char_indices().rev().take_while(|(_, letter)| is_name(*letter)).last()?;
+    Some(start..end)
 }
 
 /// The `(` of the `)` that a text ends with.
@@ -298,5 +299,30 @@ void main() {}
         assert!(declarations("").is_empty() && declarations("layout(").is_empty() && declarations("}}} ;").is_empty());
         let typed = TEXT.replace("void main() {}", "void main() { push.ex");
         assert_eq!(declarations(&typed).len(), 10);
+    }
+
+    /// Every text between two keystrokes: nothing panics, and every range lies in the text.
+    #[test]
+    fn whatever_is_typed_has_ranges_in_the_text() {
+        let holds = |text: &str| {
+            for found in declarations(text) {
+                assert_eq!(text.get(found.place.clone()), Some(found.name.as_str()), "{text}");
+                assert!(text.get(found.whole.clone()).is_some(), "{text}");
+                comment_on(text, &found.whole);
+                if let Some(body) = found.body {
+                    members(text.get(body).unwrap_or_else(|| panic!("a body outside of {text}")));
+                }
+            }
+        };
+        for (at, letter) in TEXT.char_indices() {
+            let (before, after) = TEXT.split_at(at);
+            holds(&[before, &after[letter.len_utf8()..]].concat());
+            for typed in ["}", ")", "{", "(", ";", "\"", "/*", "//", "#define ", "−", "é"] {
+                holds(&[before, typed, after].concat());
+            }
+        }
+        holds("}\nstruct A { float x) ;");
+        holds("#define e 1\n");
+        assert_eq!(declarations("#define e 1\n")[0].place, 8..9);
     }
 }
