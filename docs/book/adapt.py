@@ -65,4 +65,5 @@ def main():
     json.dump(book, sys.stdout)
 
 
-main()
+if __name__ == "__main__":
+    main()
