@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""A preprocessor of mdBook: links to files of the repository that the book does not show lead to the repository's own pages.
+"""A preprocessor of mdBook: adapts pages that are written for GitHub.
 
-A link from docs/graph-file.md to ../graphs/examples/mips.toml works on GitHub. In the book, whose root is docs/, it would lead nowhere.
-The address of the repository is $RAXEL_REPOSITORY, or, in a workflow, that of GitHub.
+Links: one from docs/graph-file.md to ../graphs/examples/mips.toml works on GitHub. In the book, whose root is docs/, it would lead nowhere.
+So it leads to the repository. Its address is $RAXEL_REPOSITORY, or, in a workflow, that of GitHub.
+
+GLSL: the highlighter of mdBook does not know it. It shows such blocks as C++, which has the same comments, numbers and most keywords.
 """
 
 import json
@@ -12,6 +14,7 @@ import re
 import sys
 
 LINK = re.compile(r"(?<=\]\()([^)\s#]*)(#[^)\s]*)?(?=\))")
+GLSL = re.compile(r"\A```glsl\b")
 PICTURES = (".png", ".gif", ".svg", ".jpg", ".mp4")
 
 
@@ -27,8 +30,8 @@ def chapters(items):
             yield from chapters(chapter["sub_items"])
 
 
-def rewritten(text, page, pages, repository):
-    """The text of a page with links to files outside the book led to the repository."""
+def adapted(text, page, pages, repository):
+    """The text of a page as the book shows it."""
 
     def place(match):
         target, anchor = match.group(1), match.group(2) or ""
@@ -44,9 +47,9 @@ def rewritten(text, page, pages, repository):
             return match.group(0)
         return f"{repository}/{posixpath.normpath(posixpath.join('docs', inside))}{anchor}"
 
-    # Code is left as it is.
+    # Links in code are left as they are.
     parts = re.split(r"(^```.*?^```$)", text, flags=re.S | re.M)
-    return "".join(part if part.startswith("```") else LINK.sub(place, part) for part in parts)
+    return "".join(GLSL.sub("```cpp", part) if part.startswith("```") else LINK.sub(place, part) for part in parts)
 
 
 def main():
@@ -58,8 +61,9 @@ def main():
     repository = address()
     for chapter in all_chapters:
         if chapter.get("path"):
-            chapter["content"] = rewritten(chapter["content"], chapter["path"], pages, repository)
+            chapter["content"] = adapted(chapter["content"], chapter["path"], pages, repository)
     json.dump(book, sys.stdout)
 
 
-main()
+if __name__ == "__main__":
+    main()
