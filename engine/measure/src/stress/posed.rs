@@ -16,6 +16,9 @@ use crate::rays::{HitWords, RayError, State};
 /// How many stand in a site: the judge asks each of them about each ray.
 const COUNT: usize = 12;
 
+/// What a component of a normal may be off by.
+const NORMAL_ERROR: f64 = 1e-6;
+
 /// A site with instances.
 pub(super) struct Posed {
     instances: Instances,
@@ -79,6 +82,23 @@ impl Posed {
         };
         errors.add_judged(t.is_some_and(|t| !ends(t)), false, wrong);
         wrong
+    }
+
+    /// The same of a ray that goes on from a hit, whose normal the device has written in the place of `uv`.
+    pub fn judge_onward(
+        &self,
+        errors: &mut Errors,
+        ray: &Ray,
+        (from, exact): (&SceneHit, Option<&SceneHit>),
+        words: &HitWords,
+    ) -> Option<Wrong> {
+        let normal = self.scene.normal(from);
+        let right = words.uv.iter().zip(normal).all(|(found, right)| (f64::from(*found) - right).abs() < NORMAL_ERROR);
+        if right {
+            return self.judge(errors, ray, exact, words);
+        }
+        errors.add_judged(exact.is_some(), false, Some(Wrong::Face));
+        Some(Wrong::Face)
     }
 
     fn compare(&self, exact: &SceneHit, t: f64, words: &HitWords) -> Option<Wrong> {
