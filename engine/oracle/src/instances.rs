@@ -318,13 +318,26 @@ mod tests {
             let there: [f64; 3] =
                 std::array::from_fn(|i| f64::from(ray.cell[i]) + f64::from(ray.frac[i]) + t * f64::from(ray.dir[i]));
             let arm: [f64; 3] = std::array::from_fn(|i| there[i] - pose.middle()[i]);
+            let mut uv = Vec::new();
             for axis in 0..3 {
                 let own: f64 = (0..3).map(|k| pose.rotation[k][axis] * arm[k]).sum::<f64>() + 0.5;
                 let within = own - f64::from(hit.voxel[axis]);
                 assert!((-1e-3..=1.001).contains(&within), "{ray:?} {hit:?}: {within}");
                 if hit.face / 2 == axis as u32 {
                     assert!((within - f64::from(hit.face & 1)).abs() < 1e-3, "{ray:?} {hit:?}: {within}");
+                } else {
+                    uv.push(within.clamp(0.0, 1.0) as f32);
                 }
+            }
+            // What goes on from there begins there, and the normal is against the ray.
+            if hit.instance.is_some() && hit.face != FACE_INSIDE {
+                let onward = scene.from_hit(&hit, [uv[0], uv[1]], ray.dir).ray;
+                let apart = |i: usize| f64::from(onward.cell[i]) + f64::from(onward.frac[i]) - there[i];
+                assert!((0..3).all(|i| apart(i).abs() < 2e-3), "{ray:?} {hit:?}: {onward:?}");
+                let normal = scene.normal(&hit);
+                let along: f64 = (0..3).map(|i| normal[i] * f64::from(ray.dir[i])).sum();
+                let length: f64 = normal.iter().map(|n| n * n).sum();
+                assert!(along <= 1e-3 && (length - 1.0).abs() < 1e-5, "{hit:?}: {normal:?}");
             }
             let cell = IVec3::from_array(hit.voxel) + IVec3::new(3, 0, 5);
             assert_ne!(model.voxels.voxel(cell), 0);

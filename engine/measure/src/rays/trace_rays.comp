@@ -23,7 +23,7 @@ struct RayWords {
 
 struct HitWords {
     ivec3 voxel;
-    uint state;      // RX_MISS, RX_HIT, RX_HANG
+    uint state;      // RX_MISS, RX_HIT, RX_HANG, RX_WRONG
     uint face;
     uint material;
     uint looked_up;  // rx_material of the voxel
@@ -36,6 +36,7 @@ struct HitWords {
 const uint RX_MISS = 0u;
 const uint RX_HIT = 1u;
 const uint RX_HANG = 2u;
+const uint RX_WRONG = 3u;  // something else is wrong
 
 layout(std430) readonly buffer Rays { RayWords rays[]; };
 layout(std430) writeonly buffer Hits { HitWords hits[]; };
@@ -265,10 +266,13 @@ bool meets(RxRay ray, ivec3 voxel) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
-    RxRay ray = rx_ray_from_hit(hit_before(i), direction_onward(i));
+    RxHit before = hit_before(i);
+    RxRay ray = rx_ray_from_hit(before, direction_onward(i));
     RxHit hit;
     bool found = rx_trace(ray, hit);
-    write_hit(i, found && meets(ray, hit.voxel), hit);
+    // What the tracer keeps of its way must not change what another voxel is.
+    if (rx_material(before.voxel) != rays[i].dir.w) hits[i].state = RX_WRONG;
+    else write_hit(i, found && meets(ray, hit.voxel), hit);
 }
 #elif defined(RX_MARCH_STORE)
 void main() {

@@ -93,6 +93,8 @@ pub struct OnwardRay {
     pub voxel: [i32; 3],
     /// Its face.
     pub face: u32,
+    /// Its material, which the shader of `onward` looks up again after it has traced.
+    pub material: u32,
     /// Place on the face.
     pub uv: [f32; 2],
     /// Direction before it bounces.
@@ -126,7 +128,7 @@ impl Work for OnwardRay {
             t_max: f32::from_bits(self.face | u32::from(free) << 8),
             frac: [u, v, 0.0],
             t_free: f32::from_bits(instance),
-            dir: [x, y, z, 0.0],
+            dir: [x, y, z, f32::from_bits(self.material)],
         };
     }
 }

@@ -42,7 +42,8 @@ impl Onward {
             let (hit, lattice) = (answer.hit?, Lattice::of(ray)?);
             let exact = hit.uv(ray, &lattice).map(|place| place as f32);
             let (uv, dir) = leaving(ray, Some(exact), i)?;
-            let from = OnwardRay { voxel: hit.voxel, face: hit.face, uv, dir, instance: None };
+            let (voxel, face, material) = (hit.voxel, hit.face, hit.material.into());
+            let from = OnwardRay { voxel, face, material, uv, dir, instance: None };
             let next = bounce::from_hit(hit.voxel, hit.face, uv, bounced(dir, hit.face));
             Some((from, next, *set, oracle.first_hit(&next)))
         });
@@ -69,7 +70,8 @@ impl OnwardScene {
             let (uv, dir) = leaving(ray, None, i)?;
             let free = posed.scene.model_voxel(&hit).free;
             let instance = hit.instance.map(|index| (index as u32, free));
-            let from = OnwardRay { voxel: hit.voxel, face: hit.face, uv, dir, instance };
+            let (voxel, face, material) = (hit.voxel, hit.face, hit.material.into());
+            let from = OnwardRay { voxel, face, material, uv, dir, instance };
             let next = posed.scene.from_hit(&hit, uv, bounced(dir, hit.face));
             Some((from, hit, next, *set, oracle.first_hit_on(&next)))
         });

@@ -93,7 +93,8 @@ mod tests {
                 }
                 let cells: BTreeSet<_> = stored.edits.iter().map(|edit| edit.cell).collect();
                 let kept = |world: &World| {
-                    world.voxels().filter(|(cell, _)| !cells.contains(&cell.to_array())).collect::<BTreeMap<_, _>>()
+                    let voxels = world.voxels().map(|(cell, material)| (cell.to_array(), material));
+                    voxels.filter(|(cell, _)| !cells.contains(cell)).collect::<BTreeMap<_, _>>()
                 };
                 assert!(cells.len() == stored.edits.len() && stored.beyond.len() >= 4);
                 assert!(kept(&world) == kept(&stored.world), "{scene:?}: other voxels stay");
