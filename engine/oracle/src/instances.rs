@@ -205,12 +205,11 @@ impl SceneOracle<'_> {
 /// instance, it begins where it does so.
 #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
 fn turned(body: &Body, lattice: &Lattice, own: Option<(usize, [i32; 3], [f32; 3])>) -> Option<(Ray, u32)> {
-    let (cell, fraction) = match own {
-        Some((_, cell, frac)) => (cell.map(i64::from), frac),
-        None => {
-            let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
-            (cell, fraction.map(|f| f as f32 / ONE as f32))
-        }
+    let (cell, fraction) = if let Some((_, cell, frac)) = own {
+        (cell.map(i64::from), frac)
+    } else {
+        let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
+        (cell, fraction.map(|f| f as f32 / ONE as f32))
     };
     // Exact: a component has 24 significant bits at most.
     let direction = body.frame.direction(lattice.dir.map(|d| d as f32 / (1_u32 << 30) as f32))?;

@@ -36,7 +36,7 @@ impl Stored {
         let mut random = Random::new(seed ^ 0x5702);
         let chunks: BTreeSet<[i32; 3]> = world.voxels().map(|(cell, _)| cell.to_array().map(|c| c >> 5)).collect();
         let chunks: Vec<IVec3> = chunks.into_iter().map(IVec3::from_array).collect();
-        let materials = world.materials().len() as u64 - 1;
+        let materials = (world.materials().len() as u64).saturating_sub(1);
         let mut set: BTreeMap<[i32; 3], u16> = BTreeMap::new();
         for run in 0..if chunks.is_empty() || materials == 0 { 0 } else { RUNS } {
             let chunk = chunks[random.index(chunks.len())] * CHUNK;

@@ -68,7 +68,8 @@ fn holds_multiple((least, largest): (i64, i64), of: u32) -> bool {
 mod tests {
     use super::*;
     use crate::ir::checked::ClockId;
-    use crate::ir::plan::{AccessMask, SubresourceRange};
+    use crate::ir::plan::AccessMask;
+    use crate::ir::subresources::SubresourceRange;
 
     /// Whether two accesses, so many frames apart, are to one copy for some numbers of ticks: every number of each frame is tried.
     fn meet(most: i64, copies: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> bool {
