@@ -123,7 +123,7 @@ mod tests {
         let (mut faces, mut edges, mut into, mut away) = ([0; 7], 0, 0, 0);
         for (from, answer) in onward.from.iter().zip(&onward.seen.answers) {
             faces[from.face as usize] += 1;
-            edges += usize::from(from.uv.iter().any(|uv| *uv == 0.0 || *uv == 1.0));
+            edges += usize::from(from.uv.iter().any(|uv| [0.0, 1.0].contains(uv)));
             match answer.hit {
                 Some(hit) if hit.voxel == from.voxel => into += 1,
                 Some(_) => away += 1,

@@ -116,16 +116,20 @@ impl Posed {
 fn models(world: &World, seed: u64, random: &mut Random) -> Option<Vec<InstanceModel>> {
     let own: Vec<Material> =
         std::iter::once(Material::air()).chain((0..MATERIALS).map(|_| Material::matt("test", [0.5; 3]))).collect();
-    let last = (world.materials().len() as u16).checked_sub(1).filter(|last| *last > 0)?;
+    let last = u16::try_from(world.materials().len().checked_sub(1)?).ok().filter(|last| *last > 0)?;
     // Neighbours among them are different materials of the world, as far as it has several.
     let materials: Vec<u16> = (0..=MATERIALS).map(|m| if m == 0 { 0 } else { 1 + m % last }).collect();
     let mut crate_of = |size: IVec3, share: u64, distinct: u64| {
         let cells = (0..size.element_product())
             .map(|i| IVec3::new(i % size.x, i / size.x % size.y, i / size.x / size.y) - IVec3::new(2, 0, 1));
-        let solid: Vec<_> = cells
-            .filter_map(|cell| (random.below(100) < share).then(|| (cell, 1 + random.below(distinct) as u16)))
-            .collect();
-        World::from_voxels(own.clone(), solid.into_iter().chain([(IVec3::ZERO, 1)]))
+        let mut solid = Vec::new();
+        for cell in cells {
+            if random.below(100) < share {
+                solid.push((cell, 1 + random.below(distinct) as u16));
+            }
+        }
+        solid.push((IVec3::ZERO, 1));
+        World::from_voxels(own.clone(), solid)
     };
     let voxels = [
         crate_of(IVec3::new(9, 7, 12), 60, 2),

@@ -61,7 +61,7 @@ impl Stored {
         let away = [[900, 0, 0], [0, -70_000, 0], [0, 0, 1 << 20], [i32::MAX, i32::MIN, 0], [i32::MIN, 0, 0]];
         let beyond =
             away.map(|by| VoxelEdit { cell: corner.wrapping_add(IVec3::from_array(by)).to_array(), material: 1 });
-        let known: BTreeSet<[i32; 3]> = chunks.iter().map(|chunk| chunk.to_array()).collect();
+        let known: BTreeSet<[i32; 3]> = chunks.iter().map(IVec3::to_array).collect();
         let beyond = beyond.into_iter().filter(|edit| !known.contains(&edit.cell.map(|c| c >> 5))).collect();
         Self { edits, beyond, targets: RayTargets::of(&world), world }
     }

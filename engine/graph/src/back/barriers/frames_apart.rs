@@ -122,7 +122,8 @@ mod tests {
                     for to_action in behind {
                         let (from, to) = (access(0, from_age, from_turn), access(to_action, to_age, to_turn));
                         let first = u32::from(to.action <= from.action);
-                        let right = (first..).find(|frames| meet(most.into(), copies.into(), &from, &to, *frames));
+                        let right = (first..=first + copies)
+                            .find(|frames| meet(most.into(), copies.into(), &from, &to, *frames));
                         let found = frames_apart_by_ticks(most.into(), copies, &from, &to);
                         assert_eq!(Some(found), right, "at most {most} ticks, {copies} copies: {from:?} {to:?}");
                         tried += 1;
