@@ -7,12 +7,13 @@ mod common;
 #[path = "mutation/plant.rs"]
 mod plant;
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::ops::Range;
 use std::process::Stdio;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{self, AtomicUsize};
 use std::time::Duration;
 
 use common::{Project, Running, command, repository};
@@ -23,29 +24,30 @@ use wait_timeout::ChildExt as _;
 /// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
 const GATES: &[(&str, &str)] = &[
     ("beam", "tree64:beam"),
-    ("box", "tree64:instances"),
+    ("box", "tree64:instances,tree64:onward"),
     ("rivals/internal/layouts/brickmap", "brickmap,brickmap:ahead"),
     ("rivals/internal/layouts/bvh", "bvh,bvh:ahead"),
-    ("rivals/internal/layouts/chunk_table", "chunk_table,chunk_table:ahead"),
-    ("rivals/internal/layouts/chunks", "chunks,chunks:ahead"),
+    ("rivals/internal/layouts/chunk_table", "chunk_table,chunk_table:ahead,chunk_table:stored"),
+    ("rivals/internal/layouts/chunks", "chunks,chunks:ahead,chunks:stored"),
     ("internal/layouts/flat64", "flat64,flat64:ahead"),
     ("internal/hashed_chunks", "brickmap,chunk_table"),
-    ("instances", "tree64:instances"),
+    ("instances", "tree64:instances,tree64:instances_onward"),
     ("internal/mask", "tree64,tree64:packet,flat64,flat64:period,svdag,brickmap,chunk_table"),
     ("internal/octant", "svo,svdag,octree"),
-    ("internal/layouts/octree", "octree,octree:ahead"),
+    ("internal/layouts/octree", "octree,octree:ahead,octree:stored"),
     ("internal/packed", "tree64,flat64,tree64:streamed"),
-    ("packet", "tree64:packet"),
+    ("packet", "tree64:packet,svo:packet"),
     ("parallel", "tree64:parallel"),
     ("period", "flat64:period,flat64:refill"),
-    ("ray", "tree64,svo,tree64:packet,tree64:ahead"),
+    ("ray", "tree64,svo,tree64:packet,tree64:ahead,tree64:onward,flat64:period"),
     ("refill", "flat64:refill"),
+    ("rivals/internal/store", "chunks:stored,chunk_table:stored"),
     ("rivals/internal/layouts/svdag", "svdag,svdag:ahead"),
-    ("rivals/internal/layouts/svo", "svo,svo:ahead"),
+    ("rivals/internal/layouts/svo", "svo,svo:ahead,svo:onward"),
     ("rivals/internal/layouts/texture3d", "texture3d,texture3d:ahead"),
     ("internal/tile", "tree64:packet,tree64:parallel"),
     ("internal/trace", "svo,brickmap,flat64,texture3d"),
-    ("internal/layouts/tree64", "tree64,tree64:ahead,tree64:beam,tree64:streamed"),
+    ("internal/layouts/tree64", "tree64,tree64:ahead,tree64:beam,tree64:onward,tree64:streamed"),
     ("internal/walk", "tree64,tree64:ahead,tree64:packet,brickmap,svo"),
 ];
 
@@ -70,7 +72,9 @@ enum Outcome {
     Unjudged,
 }
 
-/// A fault that changes no hit: its `file`, the text of its `line`, what it changes `from` and `to`, and `why` no hit can change.
+/// Faults that change no hit: those of a `file` that every other key fits, and `why` no hit can change. Keys are the text of the `line`, or the `function`
+/// that it is in; what the fault changes `from` and `to`, or whether it `changes` a number to a `larger` or a `smaller` one; and, where a line has `from`
+/// several times, what stands before it on the line (`after`).
 type Explained = BTreeMap<String, String>;
 
 fn path(file: &str) -> String {
@@ -89,8 +93,18 @@ fn explained() -> Vec<Explained> {
 
 /// Whether a reason is of a fault.
 fn is(reason: &Explained, file: &str, fault: &Fault, source: &str) -> bool {
-    let of = [("file", file), ("line", fault.line(source).1), ("from", &fault.from), ("to", &fault.to)];
-    of.iter().all(|(key, value)| reason[*key] == *value)
+    let line = fault.line(source).1;
+    reason.iter().all(|(key, value)| match key.as_str() {
+        "file" => file == value,
+        "function" => fault.function(source) == Some(value),
+        "line" => line == value,
+        "after" => source[..fault.range.start].ends_with(value.as_str()) && line.contains(value.as_str()),
+        "from" => fault.from == *value,
+        "to" => fault.to == *value,
+        "changes" => fault.order() == Some(if value == "larger" { Ordering::Greater } else { Ordering::Less }),
+        "why" => true,
+        _ => panic!("tests/mutation/explained.toml: `{key}` is no key of {reason:?}"),
+    })
 }
 
 /// Whether every row traced rays, by the table that `raxel stress` wrote.
@@ -142,6 +156,12 @@ fn every_explanation_is_of_a_fault_that_can_be_planted() {
         let source = source(file);
         let planted = plant::faults(&source).iter().any(|fault| is(&reason, file, fault, &source));
         assert!(planted && reason["why"].len() > 20, "tests/mutation/explained.toml: nothing is like {reason:?}");
+        let narrow = reason.contains_key("line") || reason.contains_key("function");
+        let known = reason.get("changes").is_none_or(|changes| ["larger", "smaller"].contains(&changes.as_str()));
+        assert!(
+            narrow && known,
+            "tests/mutation/explained.toml: {reason:?} names no line or function, or changes nothing"
+        );
     }
 }
 
@@ -161,7 +181,7 @@ fn every_planted_fault_is_noticed_or_explained() {
     let (unexplained, unjudged) = (Mutex::new(BTreeSet::new()), Mutex::new(BTreeSet::new()));
     let next = AtomicUsize::new(chosen.start);
     let work = || {
-        while let Some((file, rows, fault)) = faults[..chosen.end].get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some((file, rows, fault)) = faults[..chosen.end].get(next.fetch_add(1, atomic::Ordering::Relaxed)) {
             let text = fault.planted(&sources[file]);
             let mut outcome = judged(file, &text, rows, RAYS[0]);
             if outcome == Outcome::Survived {
@@ -187,6 +207,23 @@ fn every_planted_fault_is_noticed_or_explained() {
     let (unexplained, unjudged) = (list(unexplained), list(unjudged));
     assert!(unjudged.is_empty(), "a row traced no ray:\n{unjudged}\nnothing notices:\n{unexplained}");
     assert!(unexplained.is_empty(), "nothing notices:\n{unexplained}");
+}
+
+/// A reason explains the faults that all of its keys fit, and no others.
+#[test]
+fn a_reason_is_of_what_its_keys_say() {
+    let source =
+        "float f(float a) {\n    return min(a, 2.0) + max(a, 2.0);\n}\n\nfloat g(float a) {\n    return a * 2.0;\n}\n";
+    let explained = |keys: &[(&str, &str)]| {
+        let reason: Explained = keys.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        let faults = plant::faults(source).into_iter().filter(|fault| is(&reason, "a", fault, source));
+        faults.map(|fault| format!("{}{}>{}", fault.line(source).0, fault.from, fault.to)).collect::<Vec<_>>()
+    };
+    assert_eq!(explained(&[("file", "a"), ("function", "g")]), ["6*>/", "62.0>4.0", "62.0>0.0"]);
+    assert_eq!(explained(&[("line", "return a * 2.0;"), ("changes", "larger")]), ["62.0>4.0"]);
+    assert_eq!(explained(&[("function", "f"), ("after", "max(a, "), ("changes", "smaller")]), ["22.0>0.0"]);
+    assert_eq!(explained(&[("from", "min"), ("to", "max")]), ["2min>max"]);
+    assert!(explained(&[("file", "b")]).is_empty() && explained(&[("function", "h")]).is_empty());
 }
 
 #[test]

@@ -17,7 +17,7 @@ fn rows(run: &Run) -> BTreeMap<String, Value> {
 fn every_tracer_that_claims_to_be_exact_is() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();
-    let run = raxel(&["stress", "--rays", "4e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
+    let run = raxel(&["stress", "--rays", "5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
     let rows = rows(&run);
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
@@ -25,8 +25,14 @@ fn every_tracer_that_claims_to_be_exact_is() {
     let of_tiles = ["tree64:beam", "tree64:packet"];
     for row in exact.iter().filter(|row| of_tiles.iter().all(|name| row["row"] != *name)) {
         let of_periods = ["flat64:period", "flat64:refill"].iter().any(|name| row["row"] == *name);
-        if row["row"] == "tree64:instances" {
-            assert!(count(row, "rays") > 5000 && count(row, "hits") > 1500, "{row}");
+        // Instances stand near alone, and rays go on from hits alone.
+        match row["row"].as_str().unwrap() {
+            "tree64:instances" => assert!(count(row, "rays") > 5000 && count(row, "hits") > 1500, "{row}"),
+            "tree64:onward" => assert!(count(row, "rays") > 3000 && count(row, "hits") > 2000, "{row}"),
+            "tree64:instances_onward" => assert!(count(row, "rays") > 1500 && count(row, "hits") > 1000, "{row}"),
+            _ => {}
+        }
+        if ["tree64:instances", "tree64:onward", "tree64:instances_onward"].iter().any(|name| row["row"] == *name) {
             continue;
         }
         let ties = if of_periods { 100 } else { 1000 };
@@ -38,8 +44,16 @@ fn every_tracer_that_claims_to_be_exact_is() {
     }
     // Beams and packets are for the tiles of pixels alone.
     for row in of_tiles.map(|name| &rows[name]) {
-        let of_sets = ["tiles", "octant-tiles", "grazing-tiles", "lattice-tiles", "wrapped-tiles", "range-end-tiles"]
-            .map(|set| row["sets"][set]["rays"].as_u64().unwrap());
+        let of_sets = [
+            "tiles",
+            "octant-tiles",
+            "grazing-tiles",
+            "lattice-tiles",
+            "skimming-tiles",
+            "wrapped-tiles",
+            "range-end-tiles",
+        ]
+        .map(|set| row["sets"][set]["rays"].as_u64().unwrap());
         assert!(row["exact"] == true && of_sets.iter().all(|rays| *rays > 300), "{row}");
         assert_eq!(count(row, "rays"), of_sets.iter().sum::<u64>(), "{row}");
     }
@@ -58,7 +72,8 @@ fn every_tracer_that_claims_to_be_exact_is() {
         }
         // Instances do not stand at the ends of the coordinates.
         let refused = row["refused"].as_array().unwrap();
-        let far = |site: &Value| row["row"] == "tree64:instances" && site["site"].as_str().unwrap().ends_with("@far");
+        let posed = row["row"].as_str().unwrap().starts_with("tree64:instances");
+        let far = |site: &Value| posed && site["site"].as_str().unwrap().ends_with("@far");
         assert!(refused.iter().all(far), "{row}");
     }
     // The judge can tell: marchers in plain f32 miss voxels by their edges.
@@ -253,6 +268,10 @@ fn faults_in_instances_are_caught() {
         ("uint shift = exponent + 1u - top;", "uint shift = exponent - top;"),
         ("return p.z != q.z ? p.z < q.z", "return p.z != q.z ? p.z > q.z"),
         ("rx_instance_turns_around(instance, axis) ? 1u : 0u", "rx_instance_turns_around(instance, axis) ? 0u : 1u"),
+        // Packed materials: the halfword of the palette, where it ends, and voxels without one.
+        ("own & 1u", "0u"),
+        ("kind == 4u ? 0u : (1u << bits) >> 1", "kind == 4u ? 0u : (1u << bits) >> 2"),
+        ("code == 3u ? 4u : code", "code"),
     ] {
         assert_eq!(instances.matches(right).count(), 1, "{right}");
         let project = Project::empty();
@@ -264,6 +283,51 @@ fn faults_in_instances_are_caught() {
         assert!(count("tree64:instances") > 0, "{wrong}: {}", found["tree64:instances"]);
     }
     raxel(&scope).exits(0);
+}
+
+/// Faults in how rays go on from hits, and in how shaders store voxels: each is planted in one file, and noticed by the row that runs it.
+#[test]
+fn faults_in_what_goes_on_from_hits_and_in_stored_voxels_are_caught() {
+    let chunk_table = "rivals/internal/layouts/chunk_table";
+    for (file, row, right, wrong) in [
+        ("ray", "tree64:onward", "float plane = (face & 1u) != 0u ? 0.0 : 1.0;", "float plane = 0.0;"),
+        ("ray", "tree64:onward", "v = axis == 2u ? ivec3(0, 1, 0)", "v = axis == 1u ? ivec3(0, 1, 0)"),
+        (
+            "box",
+            "tree64:onward",
+            "min(end - 1, ivec3(2147483647 - margin)) + margin",
+            "min(end - 1, ivec3(2147483647 - margin)) - margin",
+        ),
+        ("instances", "tree64:instances_onward", "+ ivec3(sum >> 24) - 1", "+ ivec3(sum >> 24)"),
+        (
+            "instances",
+            "tree64:instances_onward",
+            "turned = scene_ray.start;",
+            "rx_ray_in_instance(instance, ray, direction, turned);",
+        ),
+        (
+            "internal/layouts/octree",
+            "octree:stored",
+            "atomicOr(world.words[at], 1u << number)",
+            "atomicOr(world.words[at], 2u << number)",
+        ),
+        (
+            chunk_table,
+            "chunk_table:stored",
+            "if (!rx_in_world(cell)) return false;",
+            "if (!rx_in_world(cell)) return true;",
+        ),
+        ("rivals/internal/layouts/chunks", "chunks:stored", "index & 1u, material", "0u, material"),
+    ] {
+        let source = std::fs::read_to_string(repository().join(format!("shaders/include/raxel/{file}.glsl"))).unwrap();
+        assert!(source.contains(right), "{right}");
+        let project = Project::empty();
+        project.write(&format!("shaders/include/raxel/{file}.glsl"), source.replace(right, wrong));
+        let scope = ["stress", "--scenes", "hills", "--rays", "2e4", "--format", "json", "--layouts", row];
+        let found = rows(&project.raxel(&scope).exits(1));
+        assert!(found[row]["total"]["wrong"].as_u64().unwrap() > 0, "{file} {wrong}: {}", found[row]);
+        raxel(&scope).exits(0);
+    }
 }
 
 /// Tracers that know where an encoded world has its nodes and its materials: a streamer puts them elsewhere.
@@ -369,6 +433,7 @@ fn wrong_words_are_answered_with_the_right_ones() {
         (["--layouts", "tree64:dad"], "did you mean `dda`?"),
         (["--layouts", "octree:cpu"], "tree64:cpu"),
         (["--layouts", "svo:streamed"], "tree64:streamed"),
+        (["--layouts", "svo:stored"], "chunk_table:stored"),
         (["--rays", "lots"], "e.g. 1e9"),
         (["--rays", "0"], "1 to 1e13"),
         (["--ray", "1 2 3"], "nine numbers"),

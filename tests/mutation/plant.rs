@@ -1,5 +1,6 @@
 //! Faults in GLSL: the list of rewrites, and every place of a source where one of them fits.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// One fault.
@@ -23,6 +24,29 @@ impl Fault {
         let start = before.rfind('\n').map_or(0, |end| end + 1);
         let text = source[start..].lines().next().unwrap_or_default();
         (before.matches('\n').count() + 1, text.trim())
+    }
+
+    /// The name of the function that it is in.
+    pub fn function<'a>(&self, source: &'a str) -> Option<&'a str> {
+        // Functions begin and end at the first column.
+        let begins = |line: &&str| line.starts_with(|c: char| c.is_ascii_alphabetic() || c == '}');
+        let head = source[..self.range.start].lines().rev().find(begins)?;
+        let (front, _) = head.split_once('(').filter(|_| head.ends_with('{'))?;
+        front.split_whitespace().last()
+    }
+
+    /// How the number that it makes of another compares with that one.
+    pub fn order(&self) -> Option<Ordering> {
+        number(&self.to)?.partial_cmp(&number(&self.from)?)
+    }
+}
+
+/// A number of GLSL.
+fn number(text: &str) -> Option<f64> {
+    let digits = text.strip_suffix('u').unwrap_or(text);
+    match digits.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok().map(f64::from),
+        None => digits.parse().ok(),
     }
 }
 

@@ -35,24 +35,32 @@ fn around(seed: u32) -> [i32; 3] {
     [x, y, up.max(1)]
 }
 
-/// The ray that leaves a hit. `uv` is its place on the face, `pixel` the number of its pixel, row by row.
-pub fn ray(voxel: [i32; 3], face: u32, uv: [f32; 2], pixel: u32) -> Ray {
-    let [u, v, up] = around(hash(pixel) & 0xffff_ffe0);
+/// The ray that goes on from a hit in any direction: `rx_ray_from_hit`. `uv` is the place on the face.
+pub fn from_hit(voxel: [i32; 3], face: u32, uv: [f32; 2], dir: [f32; 3]) -> Ray {
     if face >= FACE_INSIDE {
-        let dir = [u, v, up].map(|c| c as f32);
         return Ray::new(voxel, [uv[0], uv[1], 0.5], dir);
     }
     let axis = (face >> 1) as usize;
     let outward = if face & 1 == 1 { 1 } else { -1 };
-    let (mut cell, mut frac, mut dir) = (voxel, [0.0; 3], [0.0; 3]);
+    let (mut cell, mut frac) = (voxel, [0.0; 3]);
     cell[axis] = cell[axis].wrapping_add(outward);
     frac[axis] = if outward == 1 { 0.0 } else { 1.0 };
-    dir[axis] = (outward * up) as f32;
     for (i, other) in (0..3).filter(|other| *other != axis).enumerate() {
         frac[other] = uv[i];
-        dir[other] = [u, v][i] as f32;
     }
     Ray::new(cell, frac, dir)
+}
+
+/// The ray that leaves a hit. `uv` is its place on the face, `pixel` the number of its pixel, row by row.
+pub fn ray(voxel: [i32; 3], face: u32, uv: [f32; 2], pixel: u32) -> Ray {
+    let [u, v, up] = around(hash(pixel) & 0xffff_ffe0);
+    let dir = match (face >> 1, if face & 1 == 1 { up } else { -up }) {
+        (0, outward) => [outward, u, v],
+        (1, outward) => [u, outward, v],
+        (2, outward) => [u, v, outward],
+        _ => [u, v, up],
+    };
+    from_hit(voxel, face, uv, dir.map(|c| c as f32))
 }
 
 /// `RADIUS` over a component to the nearest whole period.

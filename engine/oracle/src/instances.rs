@@ -7,6 +7,7 @@ use raxel_layouts::instances::{Frame, Instances, Rotation};
 use raxel_ray::{FACE_INSIDE, Lattice, ONE, Ray};
 use raxel_world::World;
 
+use crate::bounce::from_hit;
 use crate::exact::{Answer, Time};
 use crate::oracle::Oracle;
 
@@ -42,6 +43,21 @@ pub struct ModelVoxel {
     pub face: u32,
     /// The instance is not on the lattice of the world.
     pub free: bool,
+}
+
+/// A ray through a world with instances.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneRay {
+    /// In the world.
+    pub ray: Ray,
+    /// The instance off the lattice of the world that it leaves, and where it begins in that one's model: a cell counted from the anchor, and a fraction.
+    own: Option<(usize, [i32; 3], [f32; 3])>,
+}
+
+impl From<Ray> for SceneRay {
+    fn from(ray: Ray) -> Self {
+        Self { ray, own: None }
+    }
 }
 
 /// A world with instances where they stand.
@@ -105,6 +121,39 @@ impl Scene {
         ModelVoxel { cell: from_anchor(cell), face, free: false }
     }
 
+    /// The ray that goes on from a hit in a direction of the world: `rx_scene_ray_from_hit`. `uv` is the place on the face that was hit.
+    #[expect(clippy::cast_possible_truncation, reason = "a model's voxels are within 32 bits of the world's")]
+    pub fn from_hit(&self, hit: &SceneHit, uv: [f32; 2], dir: [f32; 3]) -> SceneRay {
+        let start = from_hit(hit.voxel, hit.face, uv, dir);
+        let free = hit.instance.map(|index| (index, self.bodies[index].frame));
+        let Some((index, Frame { cell, fraction, turn: Rotation::Free(rows) })) = free else { return start.into() };
+        // From the middle of the anchor's cell, in units of 2⁻²⁴.
+        let place: [i64; 3] = std::array::from_fn(|i| {
+            i64::from(start.cell[i]) * ONE + (f64::from(start.frac[i]) * ONE as f64) as i64 - ONE / 2
+        });
+        let there: [i64; 3] = std::array::from_fn(|i| {
+            let sum: i128 = (0..3).map(|k| i128::from(rows[k][i]) * i128::from(place[k])).sum();
+            i64::from(cell[i]) * ONE + i64::from(fraction[i]) + (sum >> 23) as i64
+        });
+        let ray = Ray::new(
+            there.map(|c| c.div_euclid(ONE) as i32),
+            there.map(|c| c.rem_euclid(ONE) as f32 / ONE as f32),
+            dir,
+        );
+        SceneRay { ray, own: Some((index, start.cell, start.frac)) }
+    }
+
+    /// The outward normal of the face that was hit, in the world; zero for a start inside: `rx_scene_normal`.
+    pub fn normal(&self, hit: &SceneHit) -> [f64; 3] {
+        let axis = (hit.face / 2) as usize;
+        let side = if hit.face & 1 == 1 { 1.0 } else { -1.0 };
+        match hit.instance.map(|index| self.bodies[index].frame.turn) {
+            _ if hit.face == FACE_INSIDE => [0.0; 3],
+            Some(Rotation::Free(rows)) => rows[axis].map(|entry| side * f64::from(entry) / f64::from(1 << 23)),
+            _ => std::array::from_fn(|i| if i == axis { side } else { 0.0 }),
+        }
+    }
+
     /// Prepares it for rays.
     pub fn oracle(&self) -> SceneOracle<'_> {
         let bodies = self.bodies.iter().map(|body| (body, Oracle::new(&body.voxels))).collect();
@@ -120,19 +169,27 @@ pub struct SceneOracle<'s> {
 
 impl SceneOracle<'_> {
     /// The first hit along a ray: of two at the same time the world's, then that of the first instance. `t_max` is not looked at.
-    #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
     pub fn first_hit(&self, ray: &Ray) -> Option<SceneHit> {
+        self.first_hit_on(&(*ray).into())
+    }
+
+    /// The same along a ray that may leave an instance: in that one it begins where it is said to.
+    #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
+    pub fn first_hit_on(&self, scene_ray: &SceneRay) -> Option<SceneHit> {
+        let SceneRay { ray, own } = scene_ray;
         let lattice = Lattice::of(ray)?;
         let of_world = self.world.first_hit(ray);
         let mut best = found(&of_world, None, 1, None);
         for (index, (body, oracle)) in self.bodies.iter().enumerate() {
             let hit = match body.frame.turn {
                 Rotation::Quarter(_) => found(&oracle.first_hit(ray), Some(index), 1, None),
-                Rotation::Free(_) => turned(body, &lattice).and_then(|(ray, shift)| {
-                    let mut hit = found(&oracle.first_hit(&ray), Some(index), shift, body.materials.as_deref())?;
-                    hit.voxel = std::array::from_fn(|i| (i64::from(hit.voxel[i]) - body.anchor[i]) as i32);
-                    Some(hit)
-                }),
+                Rotation::Free(_) => {
+                    turned(body, &lattice, own.filter(|own| own.0 == index)).and_then(|(ray, shift)| {
+                        let mut hit = found(&oracle.first_hit(&ray), Some(index), shift, body.materials.as_deref())?;
+                        hit.voxel = std::array::from_fn(|i| (i64::from(hit.voxel[i]) - body.anchor[i]) as i32);
+                        Some(hit)
+                    })
+                }
             };
             if let Some(hit) = hit
                 && best.is_none_or(|best| hit.time < best.time)
@@ -144,14 +201,20 @@ impl SceneOracle<'_> {
     }
 }
 
-/// A ray in the frame of a free instance's model, and by which power of two the numerators of its times are to be multiplied.
+/// A ray in the frame of a free instance's model, and by which power of two the numerators of its times are to be multiplied. If it leaves that
+/// instance, it begins where it does so.
 #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
-fn turned(body: &Body, lattice: &Lattice) -> Option<(Ray, u32)> {
-    let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
+fn turned(body: &Body, lattice: &Lattice, own: Option<(usize, [i32; 3], [f32; 3])>) -> Option<(Ray, u32)> {
+    let (cell, fraction) = if let Some((_, cell, frac)) = own {
+        (cell.map(i64::from), frac)
+    } else {
+        let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
+        (cell, fraction.map(|f| f as f32 / ONE as f32))
+    };
     // Exact: a component has 24 significant bits at most.
     let direction = body.frame.direction(lattice.dir.map(|d| d as f32 / (1_u32 << 30) as f32))?;
     let cell = std::array::from_fn(|i| (cell[i] + body.anchor[i]) as i32);
-    let ray = Ray::new(cell, fraction.map(|f| f as f32 / ONE as f32), direction);
+    let ray = Ray::new(cell, fraction, direction);
     let exponent = Lattice::of(&ray)?.exponent;
     // Of the world's ray it is −30 here.
     Some((ray, (1 - (exponent + 30)).try_into().ok()?))
@@ -254,13 +317,26 @@ mod tests {
             let there: [f64; 3] =
                 std::array::from_fn(|i| f64::from(ray.cell[i]) + f64::from(ray.frac[i]) + t * f64::from(ray.dir[i]));
             let arm: [f64; 3] = std::array::from_fn(|i| there[i] - pose.middle()[i]);
+            let mut uv = Vec::new();
             for axis in 0..3 {
                 let own: f64 = (0..3).map(|k| pose.rotation[k][axis] * arm[k]).sum::<f64>() + 0.5;
                 let within = own - f64::from(hit.voxel[axis]);
                 assert!((-1e-3..=1.001).contains(&within), "{ray:?} {hit:?}: {within}");
                 if hit.face / 2 == axis as u32 {
                     assert!((within - f64::from(hit.face & 1)).abs() < 1e-3, "{ray:?} {hit:?}: {within}");
+                } else {
+                    uv.push(within.clamp(0.0, 1.0) as f32);
                 }
+            }
+            // What goes on from there begins there, and the normal is against the ray.
+            if hit.instance.is_some() && hit.face != FACE_INSIDE {
+                let onward = scene.from_hit(&hit, [uv[0], uv[1]], ray.dir).ray;
+                let apart = |i: usize| f64::from(onward.cell[i]) + f64::from(onward.frac[i]) - there[i];
+                assert!((0..3).all(|i| apart(i).abs() < 2e-3), "{ray:?} {hit:?}: {onward:?}");
+                let normal = scene.normal(&hit);
+                let along: f64 = (0..3).map(|i| normal[i] * f64::from(ray.dir[i])).sum();
+                let length: f64 = normal.iter().map(|n| n * n).sum();
+                assert!(along <= 1e-3 && (length - 1.0).abs() < 1e-5, "{hit:?}: {normal:?}");
             }
             let cell = IVec3::from_array(hit.voxel) + IVec3::new(3, 0, 5);
             assert_ne!(model.voxels.voxel(cell), 0);

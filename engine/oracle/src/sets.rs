@@ -202,6 +202,11 @@ pub const ALL: &[RaySet] = &[
         make: Make::Tiles(tiles::range_end_tile),
     },
     RaySet {
+        name: "skimming-tiles",
+        about: "8 × 8 pixels of which one row meets a solid voxel just inside an edge, the others pass it; pixels square or not",
+        make: Make::Tiles(tiles::skimming_tile),
+    },
+    RaySet {
         name: "unit-ties",
         about: "two planes that are crossed one unit of the lattice apart, the least there is, beside a solid",
         make: Make::Rays(rays::unit_ties),

@@ -30,4 +30,4 @@ mod words;
 pub use error::RayError;
 pub use stream::{Pace, Stream, Traced};
 pub use tracer::{DeviceWorld, Method, Tracer};
-pub use words::{HitWords, RayWords, State, Work};
+pub use words::{HitWords, OnwardRay, RayWords, State, VoxelEdit, Work, bounced};

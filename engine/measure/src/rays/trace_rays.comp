@@ -1,5 +1,8 @@
 // Traces a list of rays through the bound world: what a session does for pictures, without a graph. See rays/mod.rs.
 #version 460
+#ifdef RX_MARCH_STORE
+#define RX_WRITE_world
+#endif
 #include <raxel/world.glsl>
 #include <raxel/rivals/march.glsl>
 
@@ -20,7 +23,7 @@ struct RayWords {
 
 struct HitWords {
     ivec3 voxel;
-    uint state;      // RX_MISS, RX_HIT, RX_HANG
+    uint state;      // RX_MISS, RX_HIT, RX_HANG, RX_WRONG
     uint face;
     uint material;
     uint looked_up;  // rx_material of the voxel
@@ -33,6 +36,7 @@ struct HitWords {
 const uint RX_MISS = 0u;
 const uint RX_HIT = 1u;
 const uint RX_HANG = 2u;
+const uint RX_WRONG = 3u;  // something else is wrong
 
 layout(std430) readonly buffer Rays { RayWords rays[]; };
 layout(std430) writeonly buffer Hits { HitWords hits[]; };
@@ -54,6 +58,22 @@ void write_hit(uint i, bool found, RxHit hit) {
     hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
                        floatBitsToUint(hit.uv), hit.steps, 0u);
 }
+
+#if defined(RX_MARCH_ONWARD) || defined(RX_MARCH_INSTANCES_ONWARD)
+// The lines are hits that rays go on from: see rays/words.rs.
+RxHit hit_before(uint i) {
+    return RxHit(rays[i].cell, rays[i].t_max & 0xffu, 0u, 0.0, uintBitsToFloat(rays[i].frac.xy), 0u);
+}
+
+// The direction of a line, turned around along the normal of the face, its components along the tangents exchanged.
+vec3 direction_onward(uint i) {
+    uint face = rays[i].t_max & 0xffu;
+    vec3 dir = uintBitsToFloat(rays[i].dir.xyz), normal = rx_normal(face);
+    ivec3 u, v;
+    rx_face_tangents(face, u, v);
+    return vec3(u) * dot(vec3(v), dir) + vec3(v) * dot(vec3(u), dir) - normal * dot(normal, dir);
+}
+#endif
 
 #if defined(RX_MARCH_PACKET)
 // A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
@@ -208,20 +228,58 @@ void main() {
         && rx_trace_from(ray, rx_beam_time(free_depth, view_to_world, tan_half_fov, pixel, size), hit);
     if (i < count) write_hit(i, found, hit);
 }
-#elif defined(RX_MARCH_INSTANCES)
+#elif defined(RX_MARCH_INSTANCES) || defined(RX_MARCH_INSTANCES_ONWARD)
 #include <raxel/instances.glsl>
 
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= count) return;
-    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
-    ray.t_max = uintBitsToFloat(rays[i].t_max);
-    RxSceneHit hit;
-    bool found = rx_trace_scene(rx_scene_ray(ray), hit);
+void write_scene_hit(uint i, bool found, RxSceneHit hit) {
     uvec3 cell = uvec3(hit.cell) & 1023u;
     uint instance = (hit.instance & 0xffffu) | (hit.cell_face << 16) | (hit.free ? 1u << 24 : 0u);
     hits[i] = HitWords(hit.at.voxel, found ? RX_HIT : RX_MISS, hit.at.face, hit.at.material, cell.x | (cell.y << 10) | (cell.z << 20),
                        floatBitsToUint(hit.at.t), floatBitsToUint(hit.at.uv), hit.at.steps, instance);
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    RxSceneHit hit;
+#ifdef RX_MARCH_INSTANCES_ONWARD
+    RxSceneHit from = RxSceneHit(hit_before(i), rays[i].t_free, (rays[i].t_max & 0x100u) != 0u, ivec3(0), 0u);
+    bool found = rx_trace_scene(rx_scene_ray_from_hit(from, direction_onward(i)), hit);
+    // No hit's place is judged here: its words are for the normal.
+    hit.at.uv = rx_scene_normal(from).xy;
+#else
+    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
+    ray.t_max = uintBitsToFloat(rays[i].t_max);
+    bool found = rx_trace_scene(rx_scene_ray(ray), hit);
+#endif
+    write_scene_hit(i, found, hit);
+}
+#elif defined(RX_MARCH_ONWARD)
+#include <raxel/box.glsl>
+
+// Whether a ray that hits a voxel is said to meet it, and a voxel two away from it with a margin of two. The cell past a box is in the range of coordinates.
+bool meets(RxRay ray, ivec3 voxel) {
+    ivec3 beside = voxel + mix(ivec3(2), ivec3(-2), greaterThanEqual(voxel, ivec3(0)));
+    return rx_crosses_box(ray, beside, beside + 1, 2) && (any(equal(voxel, ivec3(0x7fffffff))) || rx_crosses_box(ray, voxel, voxel + 1, 0));
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    RxHit before = hit_before(i);
+    RxRay ray = rx_ray_from_hit(before, direction_onward(i));
+    RxHit hit;
+    bool found = rx_trace(ray, hit);
+    // What the tracer keeps of its way must not change what another voxel is.
+    if (rx_material(before.voxel) != rays[i].dir.w) hits[i].state = RX_WRONG;
+    else write_hit(i, found && meets(ray, hit.voxel), hit);
+}
+#elif defined(RX_MARCH_STORE)
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    bool stored = rx_set(rays[i].cell, rays[i].t_max);
+    hits[i] = HitWords(rays[i].cell, stored ? RX_HIT : RX_MISS, 0u, 0u, 0u, 0u, uvec2(0u), 0u, 0u);
 }
 #elif defined(RX_MARCH_PERIOD) || defined(RX_MARCH_REFILL)
 // The lines are period rays: see rays/words.rs.

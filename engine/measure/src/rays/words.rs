@@ -85,6 +85,73 @@ impl Work for Tile {
     }
 }
 
+/// A ray that goes on from a hit, for the marchers `onward` and `instances_onward`. The shader makes its start from the hit, and its direction from `dir`
+/// and the face ([`bounced`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnwardRay {
+    /// The voxel that was hit: of the world, or counted from the anchor of a model that is not on the lattice of the world.
+    pub voxel: [i32; 3],
+    /// Its face.
+    pub face: u32,
+    /// Its material, which the shader of `onward` looks up again after it has traced.
+    pub material: u32,
+    /// Place on the face.
+    pub uv: [f32; 2],
+    /// Direction before it bounces.
+    pub dir: [f32; 3],
+    /// The instance that was hit, if one was, and whether it is off the lattice of the world.
+    pub instance: Option<(u32, bool)>,
+}
+
+/// A direction after it has bounced off a face: turned around along the normal, and its components along the two tangents exchanged.
+pub fn bounced(dir: [f32; 3], face: u32) -> [f32; 3] {
+    let [x, y, z] = dir;
+    match face / 2 {
+        0 => [-x, z, y],
+        1 => [z, -y, x],
+        2 => [y, x, -z],
+        // Inside of a voxel, the tangents are x and z, and there is no normal.
+        _ => [z, 0.0, x],
+    }
+}
+
+impl Work for OnwardRay {
+    const LINES: usize = 1;
+    const RAYS: usize = 1;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        let ([u, v], [x, y, z]) = (self.uv, self.dir);
+        let (instance, free) = self.instance.unwrap_or((u32::MAX, false));
+        // Whole numbers in the bits of floats.
+        lines[0] = RayWords {
+            cell: self.voxel,
+            t_max: f32::from_bits(self.face | u32::from(free) << 8),
+            frac: [u, v, 0.0],
+            t_free: f32::from_bits(instance),
+            dir: [x, y, z, f32::from_bits(self.material)],
+        };
+    }
+}
+
+/// A voxel that a shader sets, for the marcher `store`. Whether it was set is told as a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VoxelEdit {
+    /// The voxel.
+    pub cell: [i32; 3],
+    /// Its new material; 0 takes it away.
+    pub material: u16,
+}
+
+impl Work for VoxelEdit {
+    const LINES: usize = 1;
+    const RAYS: usize = 1;
+
+    fn write(&self, lines: &mut [RayWords]) {
+        let t_max = f32::from_bits(u32::from(self.material));
+        lines[0] = RayWords { cell: self.cell, t_max, ..RayWords::zeroed() };
+    }
+}
+
 impl From<&Ray> for RayWords {
     fn from(ray: &Ray) -> Self {
         let [x, y, z] = ray.dir;

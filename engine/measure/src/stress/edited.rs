@@ -75,18 +75,20 @@ impl Edit {
 
 /// The world after edits, one voxel after another. It shares no code with how edits are applied to a streamed world.
 pub(super) fn edited(world: &World, edits: &[Edit]) -> World {
+    let covered = edits.iter().flat_map(|edit| {
+        let Bounds { min, max } = edit.bounds();
+        let cells = (min[2]..max[2])
+            .flat_map(move |z| (min[1]..max[1]).flat_map(move |y| (min[0]..max[0]).map(move |x| [x, y, z])));
+        cells.filter(|cell| edit.covers(*cell)).map(|cell| (IVec3::from_array(cell.map(|c| c as i32)), edit.brush))
+    });
+    replaced(world, covered)
+}
+
+/// The world after brushes on single voxels, one after another.
+pub(super) fn replaced(world: &World, voxels: impl Iterator<Item = (IVec3, Brush)>) -> World {
     let mut changed: BTreeMap<ChunkPos, DenseChunk> = BTreeMap::new();
-    for edit in edits {
-        let bounds = edit.bounds();
-        for z in bounds.min[2]..bounds.max[2] {
-            for y in bounds.min[1]..bounds.max[1] {
-                for x in bounds.min[0]..bounds.max[0] {
-                    if edit.covers([x, y, z]) {
-                        put(world, &mut changed, IVec3::new(x as i32, y as i32, z as i32), edit.brush);
-                    }
-                }
-            }
-        }
+    for (cell, brush) in voxels {
+        put(world, &mut changed, cell, brush);
     }
     let chunks = changed.into_iter().map(|(pos, dense)| (pos, Chunk::pack(&dense).map(Arc::new)));
     world.with_chunks(world.materials(), chunks)

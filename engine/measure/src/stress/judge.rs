@@ -10,10 +10,11 @@ use raxel_oracle::period::{PeriodHit, PeriodRay};
 use raxel_oracle::{Hit, Lattice, Oracle, Ray};
 use rayon::prelude::*;
 
+use super::onward::{Onward, OnwardScene};
 use super::plan::{Kind, Row};
 use super::posed::Posed;
 use super::truth::{Truth, outcome, period_ray};
-use crate::rays::{HitWords, RayWords};
+use crate::rays::{HitWords, RayWords, State, VoxelEdit};
 
 /// Wrong rays that are kept of each row, to be looked at.
 pub const WRONG_KEPT: usize = 8;
@@ -74,15 +75,17 @@ pub(super) struct Oracles<'w> {
     pub scene: Option<SceneOracle<'w>>,
     /// Of the edited voxels that each publication shows, if any row traces these.
     pub stages: Vec<Oracle<'w>>,
+    /// Of the voxels that a shader leaves, if any row traces them.
+    pub stored: Option<Oracle<'w>>,
 }
 
-/// Rays through one publication of a streamed site.
+/// Rays of a list of their own: through one publication of a streamed site, through a copy with voxels that a shader has set, or onward from hits.
 #[derive(Default)]
 pub(super) struct Seen {
     pub rays: Vec<Ray>,
     /// Index of each ray's set.
     pub sets: Vec<u16>,
-    /// The exact answers in the voxels that the publication shows.
+    /// The exact answers.
     pub answers: Vec<Answer>,
 }
 
@@ -101,6 +104,11 @@ pub(super) struct Batch {
     pub scene_hits: Vec<Option<SceneHit>>,
     /// The rays through each publication of the site, if any row traces them. All together are as many as the rays.
     pub seen: Vec<Seen>,
+    /// The rays through the copy with voxels that a shader has set, if any row traces them.
+    pub stored: Seen,
+    /// The rays that go on from the hits of the rays, if any row traces them; and from those through the site's instances.
+    pub onward: Onward,
+    pub onward_scene: OnwardScene,
     /// Seconds that the answers took, of all cores together.
     pub answer_seconds: f64,
     pub site: usize,
@@ -113,15 +121,16 @@ pub(super) struct Batch {
 
 impl Batch {
     /// Finds the exact answers that rows are judged by.
-    pub fn answer(&mut self, oracles: &Oracles<'_>, rows: &[Row]) {
-        let Oracles { site: oracle, scene, stages } = oracles;
+    pub fn answer(&mut self, oracles: &Oracles<'_>, posed: Option<&Posed>, rows: &[Row]) {
+        let Oracles { site: oracle, scene, stages, stored } = oracles;
+        let wants = |kind| rows.iter().any(|row| row.kind() == kind);
         self.scene_hits.clear();
         if let Some(scene) = scene {
             let hits = self.rays.par_iter().with_min_len(64).map(|ray| scene.first_hit(ray));
             hits.collect_into_vec(&mut self.scene_hits);
         }
         self.periods.clear();
-        if rows.iter().any(|row| row.kind() == Kind::Periods) {
+        if wants(Kind::Periods) {
             self.rays.par_iter().map(period_ray).collect_into_vec(&mut self.periods);
         }
         let hits = self.periods.par_iter().with_min_len(64).map(|ray| ray.first_hit(oracle));
@@ -129,7 +138,18 @@ impl Batch {
         for (seen, oracle) in self.seen.iter_mut().zip(stages) {
             answer(oracle, &seen.rays, &mut seen.answers);
         }
+        if let Some(oracle) = stored {
+            answer(oracle, &self.stored.rays, &mut self.stored.answers);
+        }
         self.answer_seconds = answer(oracle, &self.rays, &mut self.answers);
+        if wants(Kind::Onward) {
+            self.onward.fill(oracle, &self.rays, &self.sets, &self.answers);
+        }
+        if wants(Kind::OnwardInstances)
+            && let Some(scene) = posed.zip(scene.as_ref())
+        {
+            self.onward_scene.fill(scene, &self.rays, &self.sets, &self.scene_hits);
+        }
     }
 
     /// The rays with times up to which they are free: anywhere up to the exact hit, and often just before it.
@@ -174,10 +194,12 @@ impl Batch {
     /// What is right about ray `i` for a row.
     fn truth(&self, row: &Row, i: usize) -> Truth {
         match row.kind() {
-            // Streamed ones have rays of their own, see [`Seen`].
-            Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Streamed => Truth::Ray(self.answers[i]),
+            // Streamed and stored ones, and those onward, have rays of their own, see [`Seen`].
+            Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Onward | Kind::Stored | Kind::Streamed => {
+                Truth::Ray(self.answers[i])
+            }
             Kind::Periods => Truth::Period(self.periods[i], self.period_hits[i]),
-            Kind::Instances => Truth::Scene(self.scene_hits[i]),
+            Kind::Instances | Kind::OnwardInstances => Truth::Scene(self.scene_hits[i]),
         }
     }
 
@@ -194,7 +216,44 @@ impl Batch {
         })
     }
 
-    /// Judges what the device wrote about the rays from `first` on of those through a publication.
+    /// Judges what the device wrote about the rays from `first` on of those that go on from hits through a site's instances.
+    pub fn judge_scene_onward(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
+        let OnwardScene { exact_from, rays, sets, hits, .. } = &self.onward_scene;
+        self.tally(first, words, |tally, i, words| {
+            let (ray, exact, set) = (&rays[i].ray, hits[i], usize::from(sets[i]));
+            if let Some(wrong) = posed.judge_onward(&mut tally.sets[set], ray, (&exact_from[i], exact.as_ref()), words)
+                && tally.wrong.len() < WRONG_KEPT
+            {
+                let (site, exact) = (self.site, Truth::Scene(exact));
+                tally.wrong.push(Sample { site, set, wrong, ray: *ray, exact, found: words.hit() });
+            }
+        })
+    }
+
+    /// What a shader said about voxels that it was told to set, as counts of the first set: a voxel that it did not set, though it had the chunk, is a
+    /// miss, and one that it says it has set, though it had not, a false hit.
+    pub fn judge_edits(site: usize, sets: usize, edits: &[VoxelEdit], found: &[HitWords], stored: bool) -> Tally {
+        let mut tally = Tally::of(sets);
+        for (edit, words) in edits.iter().zip(found) {
+            let ray = Ray::new(edit.cell, [0.5; 3], [1.0, 0.0, 0.0]);
+            let wrong = match words.state() {
+                State::Hit if !stored => Some(Wrong::False),
+                State::Miss if stored => Some(Wrong::Miss),
+                State::Hang | State::Unwritten => Some(Wrong::Unwritten),
+                State::Hit | State::Miss => None,
+            };
+            tally.sets[0].add_judged(stored, false, wrong);
+            if let Some(wrong) = wrong
+                && tally.wrong.len() < WRONG_KEPT
+            {
+                let exact = Truth::Edited(Answer { hit: None, tie: false });
+                tally.wrong.push(Sample { site, set: 0, wrong, ray, exact, found: words.hit() });
+            }
+        }
+        tally
+    }
+
+    /// Judges what the device wrote about the rays from `first` on of those of a list of their own.
     pub fn judge_seen(&self, row: &Row, seen: &Seen, first: usize, words: &[HitWords]) -> Tally {
         self.tally(first, words, |tally, i, words| {
             let exact = Truth::Edited(seen.answers[i]);

@@ -5,10 +5,12 @@
 mod edited;
 mod invariants;
 mod judge;
+mod onward;
 mod plan;
 mod posed;
 mod run;
 mod single;
+mod stored;
 mod streamed;
 mod truth;
 

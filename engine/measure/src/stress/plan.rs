@@ -27,6 +27,12 @@ pub(super) enum Kind {
     Periods,
     /// The rays, through the world and instances in it.
     Instances,
+    /// Rays that go on from the hits of the rays.
+    Onward,
+    /// The same through the world and instances in it.
+    OnwardInstances,
+    /// The rays, and others that are aimed at what is left, through a copy in which a shader has set voxels.
+    Stored,
     /// The rays, and others that are aimed at what edits leave, through publications of the world while it is streamed and edited.
     Streamed,
 }
@@ -76,11 +82,20 @@ impl Row {
     /// The marcher that traces the world with instances at any pose in it (`shaders/include/raxel/instances.glsl`).
     pub const INSTANCES: &str = "instances";
 
+    /// The marcher that traces rays that go on from the hits of others (`rx_ray_from_hit`).
+    pub const ONWARD: &str = "onward";
+
+    /// The same through the world with instances (`rx_scene_ray_from_hit`).
+    pub const INSTANCES_ONWARD: &str = "instances_onward";
+
+    /// The marcher that traces a copy of the world in which a shader has set voxels (`rx_set`).
+    pub const STORED: &str = "stored";
+
     /// The marcher that traces what a streamer publishes of the world while that is edited (`engine/stream`), over the layout `tree64`.
     pub const STREAMED: &str = "streamed";
 
     /// Every marcher that is another way to call an exact tracer.
-    pub const WAYS: [&str; 8] = [
+    pub const WAYS: [&str; 11] = [
         Self::AHEAD,
         Self::BEAM,
         Self::PACKET,
@@ -88,6 +103,9 @@ impl Row {
         Self::PERIOD,
         Self::REFILL,
         Self::INSTANCES,
+        Self::ONWARD,
+        Self::INSTANCES_ONWARD,
+        Self::STORED,
         Self::STREAMED,
     ];
 
@@ -107,6 +125,9 @@ impl Row {
             Some(Self::BEAM | Self::PACKET) => Kind::Tiles,
             Some(Self::PERIOD | Self::REFILL) => Kind::Periods,
             Some(Self::INSTANCES) => Kind::Instances,
+            Some(Self::ONWARD) => Kind::Onward,
+            Some(Self::INSTANCES_ONWARD) => Kind::OnwardInstances,
+            Some(Self::STORED) => Kind::Stored,
             Some(Self::STREAMED) => Kind::Streamed,
             _ => Kind::Rays,
         }
@@ -114,12 +135,17 @@ impl Row {
 
     /// Whether it can trace a ray that is given alone.
     pub fn traces_alone(&self) -> bool {
-        !matches!(self.kind(), Kind::Tiles | Kind::Instances)
+        matches!(self.kind(), Kind::Rays | Kind::Ahead | Kind::Periods | Kind::Streamed)
     }
 
     /// Whether it traces tiles of pixels.
     pub fn traces_tiles(&self) -> bool {
         self.kind() == Kind::Tiles
+    }
+
+    /// Whether it traces instances, too.
+    pub(super) fn traces_instances(&self) -> bool {
+        matches!(self.kind(), Kind::Instances | Kind::OnwardInstances)
     }
 
     /// How many steps it can have taken to a hit. Those of an exact tracer are cells on the ray, but those of `bvh` are nodes beside it, too, and

@@ -6,15 +6,21 @@ use glam::IVec3;
 use raxel_layouts::instances::{Frame, Instance, InstanceModel, Instances, Pose};
 use raxel_oracle::instances::{Scene, SceneHit};
 use raxel_oracle::metrics::{Errors, ULPS, Wrong, near};
-use raxel_oracle::scenes::{self, Scene as Solids};
+use raxel_oracle::scenes::Scene as Solids;
 use raxel_oracle::sets::Random;
 use raxel_oracle::{FAR, Lattice, Ray};
-use raxel_world::World;
+use raxel_world::{Material, World};
 
 use crate::rays::{HitWords, RayError, State};
 
 /// How many stand in a site: the judge asks each of them about each ray.
 const COUNT: usize = 12;
+
+/// What a component of a normal may be off by.
+const NORMAL_ERROR: f64 = 1e-6;
+
+/// Materials of the models.
+const MATERIALS: u16 = 40;
 
 /// A site with instances.
 pub(super) struct Posed {
@@ -33,23 +39,7 @@ impl Posed {
         if !list.iter().all(|instance| instance.pose.position.iter().all(may_stand)) {
             return None;
         }
-        let last = world.materials().len() as u16 - 1;
-        let materials: Arc<[u16]> = (0..scenes::materials().len() as u16).map(|m| m.min(last)).collect();
-        let model = |voxels: World| InstanceModel { voxels: Arc::new(voxels), materials: materials.clone() };
-        let crate_of = |size: IVec3, share: u64, random: &mut Random| {
-            let cells = (0..size.element_product())
-                .map(|i| IVec3::new(i % size.x, i / size.x % size.y, i / size.x / size.y) - IVec3::new(2, 0, 1));
-            let solid: Vec<_> =
-                cells.filter(|_| random.below(100) < share).map(|cell| (cell, 1 + (cell.x & 1) as u16)).collect();
-            World::from_voxels(scenes::materials(), solid.into_iter().chain([(IVec3::ZERO, 1)]))
-        };
-        let menger = Solids::find("menger")?.world(IVec3::new(-9, -30, 4), seed);
-        let models = vec![
-            model(crate_of(IVec3::new(9, 7, 12), 60, &mut random)),
-            model(crate_of(IVec3::new(3, 110, 2), 90, &mut random)),
-            model(menger),
-            model(crate_of(IVec3::ONE, 100, &mut random)),
-        ];
+        let models = models(world, seed, &mut random)?;
         let instances = Instances { models, list };
         let frames = instances.frames(|_| None);
         let scene = Scene::new(world.clone(), &instances, &frames);
@@ -81,6 +71,23 @@ impl Posed {
         wrong
     }
 
+    /// The same of a ray that goes on from a hit, whose normal the device has written in the place of `uv`.
+    pub fn judge_onward(
+        &self,
+        errors: &mut Errors,
+        ray: &Ray,
+        (from, exact): (&SceneHit, Option<&SceneHit>),
+        words: &HitWords,
+    ) -> Option<Wrong> {
+        let normal = self.scene.normal(from);
+        let right = words.uv.iter().zip(normal).all(|(found, right)| (f64::from(*found) - right).abs() < NORMAL_ERROR);
+        if right {
+            return self.judge(errors, ray, exact, words);
+        }
+        errors.add_judged(exact.is_some(), false, Some(Wrong::Face));
+        Some(Wrong::Face)
+    }
+
     fn compare(&self, exact: &SceneHit, t: f64, words: &HitWords) -> Option<Wrong> {
         let instance = exact.instance.map_or(0xffff, |index| index as u32);
         if !(words.t.is_finite() && words.uv.iter().all(|uv| uv.is_finite())) {
@@ -104,6 +111,41 @@ impl Posed {
     }
 }
 
+/// Six models. Their leaves have 1, 2, 4, 12 or 40 materials, so that they are packed in every way.
+#[expect(clippy::cast_possible_truncation, reason = "there are few materials")]
+fn models(world: &World, seed: u64, random: &mut Random) -> Option<Vec<InstanceModel>> {
+    let own: Vec<Material> =
+        std::iter::once(Material::air()).chain((0..MATERIALS).map(|_| Material::matt("test", [0.5; 3]))).collect();
+    let last = u16::try_from(world.materials().len().checked_sub(1)?).ok().filter(|last| *last > 0)?;
+    // Neighbours among them are different materials of the world, as far as it has several.
+    let materials: Vec<u16> = (0..=MATERIALS).map(|m| if m == 0 { 0 } else { 1 + m % last }).collect();
+    let mut crate_of = |size: IVec3, share: u64, distinct: u64| {
+        let cells = (0..size.element_product())
+            .map(|i| IVec3::new(i % size.x, i / size.x % size.y, i / size.x / size.y) - IVec3::new(2, 0, 1));
+        let mut solid = Vec::new();
+        for cell in cells {
+            if random.below(100) < share {
+                solid.push((cell, 1 + random.below(distinct) as u16));
+            }
+        }
+        solid.push((IVec3::ZERO, 1));
+        World::from_voxels(own.clone(), solid)
+    };
+    let voxels = [
+        crate_of(IVec3::new(9, 7, 12), 60, 2),
+        crate_of(IVec3::new(3, 110, 2), 90, 4),
+        Solids::find("menger")?.world(IVec3::new(-9, -30, 4), seed),
+        crate_of(IVec3::ONE, 100, 1),
+        crate_of(IVec3::new(6, 11, 7), 80, 12),
+        crate_of(IVec3::new(8, 9, 10), 90, u64::from(MATERIALS)),
+    ];
+    let model = |voxels: World| {
+        let materials = materials[..voxels.materials().len()].into();
+        InstanceModel { voxels: Arc::new(voxels), materials }
+    };
+    Some(voxels.map(model).into())
+}
+
 /// An instance in the box of a world or beside it: on its lattice by quarter turns, half a voxel off it, or turned in any way.
 fn instance(number: usize, low: [i64; 3], high: [i64; 3], random: &mut Random) -> Instance {
     let size = [0, 1, 2].map(|i| (high[i] - low[i]).max(1));
@@ -121,5 +163,5 @@ fn instance(number: usize, low: [i64; 3], high: [i64; 3], random: &mut Random) -
     let position = std::array::from_fn(|i| cell[i] as f64 + place[i]);
     let anchor = [random.below(9) as i64 - 2, random.below(7) as i64, random.below(12) as i64 - 1];
     let pose = Pose::new(position, turns);
-    Instance { name: None, model: random.below(4) as usize, anchor, pose, motions: Vec::new() }
+    Instance { name: None, model: random.below(6) as usize, anchor, pose, motions: Vec::new() }
 }

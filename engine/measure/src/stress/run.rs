@@ -20,8 +20,9 @@ use rayon::prelude::*;
 use super::judge::{Batch, Differences, Oracles, Sample, Seen, Tally, WRONG_KEPT, compare};
 use super::plan::{Kind, Plan, Row, Site};
 use super::posed::Posed;
+use super::stored::Stored;
 use super::streamed::{self, Stage};
-use crate::rays::{DeviceWorld, HitWords, RayError, Stream, Traced, Tracer};
+use crate::rays::{DeviceWorld, HitWords, Method, RayError, Stream, Traced, Tracer};
 
 /// What one row did.
 #[derive(Clone, Debug)]
@@ -135,14 +136,19 @@ struct Prepared {
     /// Its publications, or why there are none.
     stages: Vec<Stage>,
     not_streamed: Option<String>,
+    /// The voxels that a shader sets, and what they leave.
+    stored: Option<Stored>,
 }
 
 impl Prepared {
     fn of(plan: &Plan, world: &Arc<World>, device: &Device) -> Result<Self, RayError> {
         let wants = |kind| plan.rows.iter().any(|row| row.kind() == kind);
         let mut prepared = Self::default();
-        if wants(Kind::Instances) {
+        if wants(Kind::Instances) || wants(Kind::OnwardInstances) {
             prepared.posed = Posed::of(world, plan.seed);
+        }
+        if wants(Kind::Stored) {
+            prepared.stored = Some(Stored::of(world, plan.seed));
         }
         if wants(Kind::Streamed) {
             match streamed::stages(world, plan.seed, layout_limits(device).buffer_bytes) {
@@ -185,7 +191,7 @@ pub fn run(
     }
     let software = device.capabilities().kind == DeviceKind::Cpu;
     let (device, stream) = (device.clone(), Stream::new(device)?);
-    let mut runner = Runner { plan, device, stream, report, progress, done: 0, software };
+    let mut runner = Runner { plan, device, files: files.clone(), stream, report, progress, done: 0, software };
     for (number, site) in plan.sites.iter().enumerate() {
         runner.site(number, site, &mut rows)?;
     }
@@ -209,6 +215,7 @@ fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -
 struct Runner<'a> {
     plan: &'a Plan,
     device: Arc<Device>,
+    files: Arc<dyn Files>,
     stream: Stream,
     report: Report,
     progress: &'a mut dyn FnMut(Progress<'_>),
@@ -225,6 +232,7 @@ impl Runner<'_> {
             site: Oracle::new(&world),
             scene: prepared.posed.as_ref().map(|posed| posed.scene.oracle()),
             stages: prepared.stages.iter().map(|stage| Oracle::new(&stage.world)).collect(),
+            stored: prepared.stored.as_ref().map(|stored| Oracle::new(&stored.world)),
         };
         let mut worlds = Vec::new();
         for (i, row) in rows.iter().enumerate() {
@@ -238,12 +246,12 @@ impl Runner<'_> {
             let (made, batches) = sync_channel(1);
             // Memory of batches that are done is used again: to have it made anew would take as long as to judge them.
             let (done, spent) = channel::<Batch>();
-            let (place, oracles, stages) = (&place, &oracles, &prepared.stages);
+            let (place, oracles, prepared) = (&place, &oracles, &prepared);
             scope.spawn(move || {
                 for blocks in blocks(plan).chunks(in_batch) {
                     let mut batch = spent.try_recv().unwrap_or_default();
-                    fill(&mut batch, plan, number, (place, stages), blocks);
-                    batch.answer(oracles, &plan.rows);
+                    fill(&mut batch, plan, number, (place, prepared), blocks);
+                    batch.answer(oracles, prepared.posed.as_ref(), &plan.rows);
                     if made.send(batch).is_err() {
                         return; // the device has failed
                     }
@@ -274,7 +282,7 @@ impl Runner<'_> {
     ) -> Result<Loaded, RayError> {
         let loaded = match ready {
             Ready::Unusable => return Ok(Loaded::Refused),
-            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Instances => match &prepared.posed {
+            Ready::Device(tracer) if self.plan.rows[row].traces_instances() => match &prepared.posed {
                 None => {
                     let why = "instances stand at most 10⁹ voxels from the origin".to_owned();
                     self.report.rows[row].refused.push((site, why));
@@ -292,6 +300,13 @@ impl Runner<'_> {
                 let shown = prepared.stages.iter().map(|stage| tracer.upload_words("world", &stage.words));
                 shown.collect::<Result<_, _>>().map(Loaded::Stages)
             }
+            Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Stored => match &prepared.stored {
+                None => return Ok(Loaded::Refused),
+                Some(stored) => tracer.upload_writable(world).and_then(|copy| {
+                    self.store(site, row, tracer.method(), &copy, stored)?;
+                    Ok(Loaded::Device(copy))
+                }),
+            },
             Ready::Device(tracer) => tracer.upload(world).map(Loaded::Device),
             Ready::Port => Layout::TREE64
                 .encode(world, u64::from(u32::MAX))
@@ -302,6 +317,25 @@ impl Runner<'_> {
             self.report.rows[row].refused.push((site, refusal(error)?));
             Ok(Loaded::Refused)
         })
+    }
+
+    /// Sets voxels of a copy by the shader of its layout.
+    fn store(
+        &mut self,
+        site: usize,
+        row: usize,
+        traced: &Method,
+        copy: &DeviceWorld,
+        stored: &Stored,
+    ) -> Result<(), RayError> {
+        let method = Method { marcher: Some("store".to_owned()), ..traced.clone() };
+        let mut setter = Tracer::new(&self.device, self.files.clone(), &method)?;
+        for (edits, has_chunk) in [(&stored.edits, true), (&stored.beyond, false)] {
+            let said = self.stream.trace_all(&mut setter, copy, edits)?;
+            let tally = Batch::judge_edits(site, self.plan.sets.len(), edits, &said, has_chunk);
+            self.report.rows[row].add(site, tally);
+        }
+        Ok(())
     }
 
     fn trace(
@@ -332,9 +366,13 @@ impl Runner<'_> {
                 let (mut seconds, mut timed) = (0.0, 0);
                 let by = &self.plan.rows[row];
                 let look = |part: Traced<'_>| {
-                    let tally = match posed.filter(|_| by.kind() == Kind::Instances) {
-                        Some(posed) => batch.judge_scene(posed, part.range.start, part.hits),
-                        None => batch.judge_words(by, part.range.start, part.hits),
+                    let first = part.range.start;
+                    let tally = match (by.kind(), posed) {
+                        (Kind::Instances, Some(posed)) => batch.judge_scene(posed, first, part.hits),
+                        (Kind::OnwardInstances, Some(posed)) => batch.judge_scene_onward(posed, first, part.hits),
+                        (Kind::Onward, _) => batch.judge_seen(by, &batch.onward.seen, first, part.hits),
+                        (Kind::Stored, _) => batch.judge_seen(by, &batch.stored, first, part.hits),
+                        _ => batch.judge_words(by, first, part.hits),
                     };
                     total = std::mem::take(&mut total).and(tally);
                     if let Some(kept) = &mut kept {
@@ -349,6 +387,9 @@ impl Runner<'_> {
                 match by.kind() {
                     Kind::Ahead => self.stream.trace(tracer, world, &batch.ahead(), look)?,
                     Kind::Periods => self.stream.trace(tracer, world, &batch.periods, look)?,
+                    Kind::Onward => self.stream.trace(tracer, world, &batch.onward.from, look)?,
+                    Kind::OnwardInstances => self.stream.trace(tracer, world, &batch.onward_scene.from, look)?,
+                    Kind::Stored => self.stream.trace(tracer, world, &batch.stored.rays, look)?,
                     Kind::Rays | Kind::Tiles | Kind::Instances | Kind::Streamed => {
                         self.stream.trace(tracer, world, &batch.rays, look)?;
                     }
@@ -405,6 +446,8 @@ struct Block {
     tiles: Vec<Tile>,
     /// As many that are aimed at what each publication shows.
     aimed: Vec<Vec<Ray>>,
+    /// As many that are aimed at what a shader has left.
+    stored: Vec<Ray>,
 }
 
 /// Fills a batch with the rays of blocks, made on all cores; they are not answered yet.
@@ -412,20 +455,25 @@ fn fill(
     batch: &mut Batch,
     plan: &Plan,
     site: usize,
-    (place, stages): (&RayTargets, &[Stage]),
+    (place, prepared): (&RayTargets, &Prepared),
     blocks: &[(usize, u64)],
 ) {
     let count = |number: u64| (plan.rays_each() - number * RaySet::BLOCK as u64).min(RaySet::BLOCK as u64) as usize;
+    let (stages, stored) = (&prepared.stages, prepared.stored.as_ref());
     let made: Vec<Block> = blocks
         .par_iter()
         .map(|&(set, number)| {
             let (set, count) = (plan.sets[set], count(number));
             let rays = |targets: &RayTargets| set.block(targets, plan.seed, number, count);
             let tiles = set.tiles(place, plan.seed, number, count);
-            Block { rays: rays(place), tiles, aimed: stages.iter().map(|stage| rays(&stage.targets)).collect() }
+            let aimed = stages.iter().map(|stage| rays(&stage.targets)).collect();
+            let stored = stored.map(|stored| rays(&stored.targets)).unwrap_or_default();
+            Block { rays: rays(place), tiles, aimed, stored }
         })
         .collect();
-    let Batch { rays, sets, tiles, tile_rays, seen, .. } = batch;
+    let Batch { rays, sets, tiles, tile_rays, seen, stored, .. } = batch;
+    stored.rays.clear();
+    stored.sets.clear();
     rays.clear();
     sets.clear();
     tiles.clear();
@@ -444,6 +492,11 @@ fn fill(
             (begin + first, Tile::RAYS.min(block.rays.len() - first))
         }));
         tiles.extend(block.tiles);
+        // Half of these are aimed at what was there before.
+        stored
+            .rays
+            .extend(block.stored.iter().enumerate().map(|(i, aimed)| if i % 2 == 0 { block.rays[i] } else { *aimed }));
+        stored.sets.resize(stored.rays.len(), set as u16);
         // Publications take turns. Half of the rays through each are aimed at what was there before the edits, half at what is there now.
         for (i, ray) in block.rays.iter().enumerate().filter(|_| !stages.is_empty()) {
             let place = begin + i;

@@ -68,9 +68,7 @@ pub fn single(
                             let ahead = RayWords::ahead(ray, latest_start(ray, &exact));
                             stream.trace_all(&mut tracer, &world, &[ahead])
                         }
-                        Kind::Rays | Kind::Tiles | Kind::Instances | Kind::Streamed => {
-                            stream.trace_all(&mut tracer, &world, &[*ray])
-                        }
+                        _ => stream.trace_all(&mut tracer, &world, &[*ray]),
                     }
                 });
                 match traced {

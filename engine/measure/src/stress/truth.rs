@@ -25,7 +25,13 @@ impl Truth {
     /// What is right about a ray for a row; for a streamed one, `oracle` is that of the world that a publication shows.
     pub(super) fn of(row: &Row, ray: &Ray, oracle: &Oracle<'_>) -> Self {
         match row.kind() {
-            Kind::Rays | Kind::Ahead | Kind::Tiles | Kind::Instances => Self::Ray(oracle.first_hit(ray)),
+            Kind::Rays
+            | Kind::Ahead
+            | Kind::Tiles
+            | Kind::Instances
+            | Kind::Onward
+            | Kind::OnwardInstances
+            | Kind::Stored => Self::Ray(oracle.first_hit(ray)),
             Kind::Streamed => Self::Edited(oracle.first_hit(ray)),
             Kind::Periods => {
                 let period = period_ray(ray);

@@ -148,6 +148,37 @@ pub(super) fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
 }
 
+/// Tiles of which one row, the nearest to the horizon, meets a solid voxel less than 1/25 voxel inside one of its edges; the other rows rise or sink
+/// away from there. Pixels are square or not.
+pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let [right, up, forward] = along_axes(random);
+    let target = targets.solid(random);
+    // Halves are multiples of a tile.
+    let size = [[64, 64], [320, 176], [1280, 720], [3840, 2160]][random.index(4)];
+    let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
+    // The tile below the horizon, whose first row is the nearest, or the one above it. Both have a tile beside the middle column.
+    let below = random.below(2) == 0;
+    let row = if below { size[1] / 2 } else { size[1] / 2 - 1 };
+    let first = [size[0] / 2, if below { row } else { row + 1 - Tile::SIDE }];
+    let mut tile = tile_of((target, [0.0; 3]), [right, up, forward], size, half_height, first);
+    tile.camera.tan_half_fov.x *= [1.0, 0.125, 3.0, 8.0][random.index(4)];
+    let column = first[0] + random.below(u64::from(Tile::SIDE)) as u32;
+    let half = tile.camera.tan_half_fov;
+    let rise = (1.0 - f64::from(2 * row + 1) / f64::from(size[1])) * f64::from(half.y);
+    let aside = (f64::from(2 * column + 1) / f64::from(size[0]) - 1.0) * f64::from(half.x);
+    // Where it is met: on the face towards the camera, by the upper edge from below the horizon, and by the lower edge from above it.
+    let inside = [1e-5, 1e-4, 1e-3, 1e-2, 0.04][random.index(5)];
+    let height = if below { 0.5 - inside } else { inside - 0.5 };
+    let (across, distance) = (f64::from(random.unit()) - 0.5, [0.6, 4.0, 60.0, 700.0, 8000.0][random.index(5)]);
+    let place: [f64; 3] = std::array::from_fn(|i| {
+        let [right, up, forward] = [right, up, forward].map(|axis| f64::from(axis[i]));
+        0.5 + across * right + height * up - 0.5 * forward - distance * (forward + rise * up + aside * right)
+    });
+    tile.camera.cell = clamped(std::array::from_fn(|i| target[i] + place[i].floor() as i64)).into();
+    tile.camera.frac = place.map(|p| ((p - p.floor()) as f32).min(1.0 - f32::EPSILON)).into();
+    tile
+}
+
 pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.index(5)];
     let half_height = [0.25, 0.5, 1.0, 2.0][random.index(4)];

@@ -97,7 +97,9 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         rows.extend(raxel_rivals::LAYOUTS.iter().map(|&layout| marched(layout, Row::AHEAD)));
         rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::TREE64, marcher)));
         rows.extend(Row::PERIODS.map(|marcher| marched(Layout::FLAT64, marcher)));
-        rows.extend([Row::INSTANCES, Row::STREAMED].map(|marcher| marched(Layout::TREE64, marcher)));
+        let over_tree64 = [Row::INSTANCES, Row::ONWARD, Row::INSTANCES_ONWARD, Row::STREAMED];
+        rows.extend(over_tree64.map(|marcher| marched(Layout::TREE64, marcher)));
+        rows.extend(stored_layouts().map(|layout| marched(layout, Row::STORED)));
         rows.extend(marchers);
         return Ok(rows);
     }
@@ -105,6 +107,11 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
     // The port is compared with what the device found before.
     rows.sort_by_key(|row| *row == Row::Port);
     Ok(rows)
+}
+
+/// The layouts in whose buffers shaders store voxels.
+fn stored_layouts() -> impl Iterator<Item = Layout> {
+    raxel_rivals::LAYOUTS.iter().copied().filter(|layout| layout.has_set() && !layout.has_image())
 }
 
 fn marched(layout: Layout, marcher: &str) -> Row {
@@ -124,6 +131,11 @@ fn row(name: &str) -> Result<Row> {
         }
         Row::STREAMED if layout != Layout::TREE64 => {
             Err(Failure::usage("streamed worlds are in the layout `tree64`").help("--layouts tree64:streamed"))
+        }
+        Row::STORED if stored_layouts().all(|stored| stored != layout) => {
+            let rows = stored_layouts().map(|layout| format!("{}:{marcher}", layout.name())).collect::<Vec<_>>();
+            Err(Failure::usage(format!("no shader stores voxels in a buffer of the layout `{}`", layout.name()))
+                .help(format!("--layouts {}", rows.join(","))))
         }
         marcher if MARCHERS.contains(&marcher) || Row::WAYS.contains(&marcher) => Ok(marched(layout, marcher)),
         marcher => Err(unknown("marcher", marcher, MARCHERS.iter().copied().chain(Row::WAYS))),

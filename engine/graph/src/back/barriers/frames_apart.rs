@@ -15,7 +15,11 @@ pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &ResourceAccess, to
         let frames = (to.age + copies - from.age % copies) % copies;
         return if frames == 0 && to.action <= from.action { copies } else { frames };
     };
-    let most = i64::from(graph.clock(clock).most);
+    frames_apart_by_ticks(graph.clock(clock).most.into(), copies, from, to)
+}
+
+/// The same of a resource with a clock, of which a frame runs at most so many ticks.
+fn frames_apart_by_ticks(most: i64, copies: u32, from: &ResourceAccess, to: &ResourceAccess) -> u32 {
     // One tick more in each frame reaches every copy, in as many frames as there are copies.
     let first = u32::from(to.action <= from.action);
     let meet = |frames: &u32| ticks_apart(most, from, to, *frames).is_some_and(|range| holds_multiple(range, copies));
@@ -58,4 +62,76 @@ fn ticks_apart(most: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u3
 
 fn holds_multiple((least, largest): (i64, i64), of: u32) -> bool {
     largest.div_euclid(of.into()) * i64::from(of) >= least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ir::checked::ClockId;
+    use crate::ir::plan::AccessMask;
+    use crate::ir::subresources::SubresourceRange;
+
+    /// Whether two accesses, so many frames apart, are to one copy for some numbers of ticks: every number of each frame is tried.
+    fn meet(most: i64, copies: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> bool {
+        // The tick of an access whose frame begins behind `begun` ticks and runs `ticks`; none if it does not run.
+        let tick = |access: &ResourceAccess, begun: i64, ticks: i64| match access.turn {
+            CopySelector::Tick(_, tick) => (i64::from(tick) < ticks).then_some(begun + i64::from(tick)),
+            CopySelector::After(_) => Some(begun + ticks - 1),
+            CopySelector::Before(_) | CopySelector::Frame => Some(begun - 1),
+        };
+        let between = 0..=most * i64::from(frames.saturating_sub(1));
+        (0..=most).any(|first| {
+            between.clone().any(|between| {
+                (0..=most).any(|last| {
+                    let (begun, last) = if frames == 0 { (0, first) } else { (first + between, last) };
+                    let places = tick(from, 0, first).zip(tick(to, begun, last));
+                    let [from_age, to_age] = [from.age, to.age].map(i64::from);
+                    places.is_some_and(|(a, b)| (a - from_age - b + to_age).rem_euclid(copies) == 0)
+                })
+            })
+        })
+    }
+
+    #[test]
+    fn two_accesses_first_meet_in_the_frame_that_trying_all_ticks_says() {
+        let clock = ClockId(0);
+        let turns = |most: u32| {
+            let ticks = (0..most).map(move |tick| CopySelector::Tick(clock, tick));
+            ticks.chain([CopySelector::Before(clock), CopySelector::After(clock)])
+        };
+        let order = |turn: CopySelector| match turn {
+            CopySelector::Tick(_, tick) => i64::from(tick),
+            CopySelector::After(_) => i64::MAX,
+            CopySelector::Before(_) | CopySelector::Frame => -1,
+        };
+        let range = SubresourceRange { mips: (0, 1), layers: (0, 1) };
+        let access = |action, age, turn| ResourceAccess {
+            action,
+            resource: 0,
+            age,
+            turn,
+            range,
+            mask: AccessMask::TRANSFER_READ,
+        };
+        let (mut tried, mut later) = (0, 0);
+        for (most, copies) in (1..=3).flat_map(|most| (1..=5).map(move |copies| (most, copies))) {
+            for (from_turn, to_turn) in turns(most).flat_map(|from| turns(most).map(move |to| (from, to))) {
+                for (from_age, to_age) in (0..copies).flat_map(|from| (0..copies).map(move |to| (from, to))) {
+                    // Behind `from` in its frame stands what belongs to the same tick or a later one.
+                    let behind = [0, 1].into_iter().take(if order(from_turn) <= order(to_turn) { 2 } else { 1 });
+                    for to_action in behind {
+                        let (from, to) = (access(0, from_age, from_turn), access(to_action, to_age, to_turn));
+                        let first = u32::from(to.action <= from.action);
+                        let right = (first..=first + copies)
+                            .find(|frames| meet(most.into(), copies.into(), &from, &to, *frames));
+                        let found = frames_apart_by_ticks(most.into(), copies, &from, &to);
+                        assert_eq!(Some(found), right, "at most {most} ticks, {copies} copies: {from:?} {to:?}");
+                        tried += 1;
+                        later += u32::from(found > 1);
+                    }
+                }
+            }
+        }
+        assert!(tried > 1000 && later > 100, "{tried} {later}");
+    }
 }

@@ -251,3 +251,27 @@ impl IntervalSet {
         pairs
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each kind of pair keeps its own intervals, also in a frame of one action, which follows itself.
+    #[test]
+    fn intervals_of_a_frame_of_one_action_keep_their_kinds() {
+        let mut set = IntervalSet::new(1);
+        let kinds = [
+            (AccessMask::TRANSFER_READ, AccessMask::TRANSFER_WRITE),
+            (AccessMask::TRANSFER_WRITE, AccessMask::TRANSFER_READ),
+        ];
+        for (from, to) in kinds {
+            set.add(from, to, Gaps { end: 0, count: 1 });
+        }
+        let mut pairs: Vec<_> =
+            set.into_pairs().iter().map(|pair| (pair.from, pair.to, pair.gaps.end, pair.gaps.count)).collect();
+        pairs.sort_by_key(|(from, ..)| from.bits());
+        let mut right = kinds.map(|(from, to)| (from, to, 0, 1));
+        right.sort_by_key(|(from, ..)| from.bits());
+        assert_eq!(pairs, right);
+    }
+}
