@@ -8,6 +8,7 @@ mod brush;
 mod commands;
 mod controls;
 mod demo_keys;
+mod described;
 mod editor;
 mod elements;
 mod error_window;
