@@ -307,6 +307,7 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
 
 #[cfg(test)]
 mod tests {
+    use raxel_execute::Region;
     use raxel_runtime::{Observe, Options};
 
     use super::*;
@@ -385,7 +386,7 @@ mod tests {
                 session.wait().unwrap();
                 inspector.take(&mut session, &report);
             }
-            let seen = inspector.view(&session, data.resources(), None).unwrap();
+            let seen = inspector.view(&session, data.resources(), None, &Region::WHOLE).unwrap();
             assert_eq!(seen.statistics.as_ref().map(|found| found.range), Some([written; 2]), "{round}");
         }
     }
@@ -412,7 +413,9 @@ mod tests {
                 data.note(&mut session, &report);
                 inspector.take(&mut session, &report);
                 counts.extend(data.passes(&session)[pass].times.map(|times| times.iter().len()));
-                let seen = inspector.view(&session, data.resources(), None).and_then(|seen| seen.statistics.as_ref());
+                let seen = inspector
+                    .view(&session, data.resources(), None, &Region::WHOLE)
+                    .and_then(|seen| seen.statistics.as_ref());
                 ranges.extend(seen.map(|seen| seen.range[1]));
                 std::thread::sleep(std::time::Duration::from_millis(30));
             }
