@@ -179,6 +179,131 @@ fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
+/// A window of 320 × 180 without panels over a graph whose one pass writes a target by this expression of `at`, its place in texels.
+struct Bare {
+    display: Display,
+    project: Project,
+    child: Running,
+    window: String,
+}
+
+const BARE: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\n\
+    layout(FORMAT) uniform writeonly image2D outColor;\n\
+    void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(outColor, at, VALUE); }\n";
+
+impl Bare {
+    fn open(format: &str, value: &str) -> Self {
+        let (display, project) = (Display::start(), Project::empty());
+        project.write(
+            "graphs/bare.toml",
+            format!(
+                "name = \"bare\"\npresent = \"color\"\n[targets.color]\nformat = \"{format}\"\ndisplay = {{ map = \"raw\" }}\n\
+                 [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = {{ threads = \"color\" }}\n\
+                 bind = {{ outColor = \"color\" }}\n"
+            ),
+        );
+        project.write("shaders/fill.comp", BARE.replace("FORMAT", format).replace("VALUE", value));
+        let child = Running::start(
+            command(project.root(), &["run", "graphs/bare.toml", "--size", "320x180", "--validate", "--no-panels"])
+                .env("DISPLAY", &display.name)
+                .env_remove("WAYLAND_DISPLAY")
+                .stderr(fs::File::create(project.path("log")).unwrap()),
+        );
+        let mut window = String::new();
+        eventually("the window", || {
+            display.xdotool(&["search", "--name", "bare"]).trim().clone_into(&mut window);
+            !window.is_empty()
+        });
+        display.xdotool(&["windowfocus", "--sync", &window]);
+        Self { display, project, child, window }
+    }
+
+    /// Whether each pixel shows what it is expected to.
+    fn shows(&self, expected: impl Fn(usize, usize) -> [u8; 3]) -> bool {
+        let pixels = self.display.pixels(320, 180);
+        pixels.iter().enumerate().all(|(index, pixel)| *pixel == expected(index % 320, index / 320))
+    }
+
+    fn drag(&self, from: [i32; 2], by: [i32; 2]) {
+        let at = |share: i32| [0, 1].map(|axis| (from[axis] + by[axis] * share / 4).to_string());
+        let go = |[x, y]: [String; 2]| self.display.xdotool(&["mousemove", &x, &y]);
+        go(at(0));
+        self.display.xdotool(&["mousedown", "1"]);
+        for share in 0..=4 {
+            std::thread::sleep(Duration::from_millis(100));
+            go(at(share));
+        }
+        self.display.xdotool(&["mouseup", "1"]);
+    }
+
+    fn leave(mut self) {
+        press(&self.display, "Escape", "it leaves", || self.child.ended());
+        let log = log(&self.project.path("log"));
+        assert_eq!(self.child.finish().code(), Some(0), "{log}");
+    }
+}
+
+#[test]
+fn a_picture_is_magnified_texel_by_texel_and_moved() {
+    // Each texel has a colour of its own.
+    let bare = Bare::open("rgba8", "vec4(at.x & 255, at.y, (at.x >> 8) * 255, 255) / 255.0");
+    let byte = |place: usize| u8::try_from(place & 255).unwrap();
+    let texel = |x: usize, y: usize| [byte(x), byte(y), if x > 255 { 255 } else { 0 }];
+    eventually("the first picture", || bare.shows(texel));
+    // Twice as large about a cursor in the middle, and once more by the wheel with Ctrl.
+    bare.display.xdotool(&["mousemove", "160", "90"]);
+    let twice = |x, y| texel(80 + x / 2, 45 + y / 2);
+    bare.display.xdotool(&["key", "plus"]);
+    eventually("it is magnified", || bare.shows(twice));
+    // A drag moves it, as far as there is something to be seen; arrows, too.
+    bare.drag([200, 120], [-40, 20]);
+    eventually("it has moved", || bare.shows(|x, y| texel(100 + x / 2, 35 + y / 2)));
+    bare.display.xdotool(&["key", "Right"]);
+    eventually("it has moved on", || bare.shows(|x, y| texel(120 + x / 2, 35 + y / 2)));
+    bare.drag([60, 90], [200, 0]);
+    bare.drag([60, 90], [200, 0]);
+    eventually("it stops at its edge", || bare.shows(|x, y| texel(x / 2, 35 + y / 2)));
+    bare.display.xdotool(&["key", "minus"]);
+    eventually("the whole", || bare.shows(texel));
+    // The wheel with Ctrl, about the cursor.
+    bare.display.xdotool(&["mousemove", "0", "0", "keydown", "ctrl", "click", "4", "keyup", "ctrl"]);
+    // A click of xdotool's is one line of the wheel or two.
+    eventually("the wheel magnifies", || {
+        let pixels = bare.display.pixels(320, 180);
+        let middle = pixels[90 * 320 + 160];
+        pixels[0] == texel(0, 0) && (middle == texel(128, 72) || middle == texel(102, 57))
+    });
+    bare.display.xdotool(&["key", "0"]);
+    eventually("the whole again", || bare.shows(texel));
+    bare.leave();
+}
+
+#[test]
+fn what_is_shown_is_compared_with_what_was_kept() {
+    let bare = Bare::open("r32f", "vec4(0.25)");
+    eventually("the first picture", || bare.shows(|_, _| [64; 3]));
+    bare.display.xdotool(&["key", "b"]);
+    // Kept, it is compared: x goes from a wipe to the difference, which is nothing.
+    press(&bare.display, "x", "it is kept", || bare.shows(|_, _| [0; 3]));
+    bare.project.write("shaders/fill.comp", BARE.replace("FORMAT", "r32f").replace("VALUE", "vec4(0.5)"));
+    // A quarter more.
+    eventually("the difference", || bare.shows(|_, _| [64, 38, 6]));
+    press(&bare.display, "v", "the kept picture", || bare.shows(|_, _| [64; 3]));
+    press(&bare.display, "x", "the picture alone", || bare.shows(|_, _| [128; 3]));
+    let wipe = |edge: usize| move |x: usize, _: usize| if x < edge { [128; 3] } else { [64; 3] };
+    press(&bare.display, "x", "both at an edge", || bare.shows(wipe(160)));
+    bare.drag([160, 60], [-80, 0]);
+    eventually("the edge has moved", || bare.shows(wipe(80)));
+    // A picture of another size is compared with nothing, and nothing is stretched.
+    bare.display.xdotool(&["windowsize", "--sync", &bare.window, "320", "160"]);
+    let at =
+        |y: usize, expected: [u8; 3]| bare.display.pixels(320, 180)[y * 320..][..320].iter().all(|p| *p == expected);
+    eventually("the picture alone in another size", || at(100, [128; 3]));
+    bare.display.xdotool(&["windowsize", "--sync", &bare.window, "320", "180"]);
+    eventually("both in the first size", || bare.shows(wipe(80)));
+    bare.leave();
+}
+
 #[test]
 fn frames_of_a_demo_are_counted() {
     let display = Display::start();

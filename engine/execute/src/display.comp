@@ -19,6 +19,8 @@ layout(set = 0, binding = 0) uniform isampler2DArray source;
 layout(set = 0, binding = 0) uniform usampler2DArray source;
 #endif
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D picture;
+// What the debug target is compared with: of each texel push.reference_channels words.
+layout(std430, set = 0, binding = 2) readonly buffer Reference { uint words[]; } reference;
 
 layout(push_constant) uniform Push {
     ivec2 output_extent;  // pixels of the picture
@@ -29,8 +31,17 @@ layout(push_constant) uniform Push {
     uint channels;        // channels that the source has, 1 to 4; for a buffer, 32-bit words an element
     uint slice;           // layer, or z of a volume (the view starts at the shown mip)
     uint elements;        // of a buffer: how many whole elements it has
+    uint comparison;      // how it is shown with the reference: 0 without, WIPE, REFERENCE, DIFFERENCE
+    vec2 origin;          // texel at the top left corner of the picture
+    vec2 step;            // texels a pixel; 0 shows the whole
+    float gain;           // what differences are multiplied by
+    int edge;             // of a wipe: the first pixel of a row that shows the reference
+    uint reference_channels;  // channels that the reference has, 1 to 4
+    uint reference_values;    // what its words are: 0 floats, 1 integers, 2 DISPLAYED
 } push;
 
+const uint WIPE = 1u, REFERENCE = 2u, DIFFERENCE = 3u;
+const uint DISPLAYED = 2u;
 const uint COLOR = 0u, RAW = 1u, GRAY = 2u, TURBO = 3u, VIRIDIS = 4u, NORMAL = 5u, ID = 6u, INTEGER = 7u;
 
 // IEC 61966-2-1, linear to encoded.
@@ -82,63 +93,131 @@ vec3 warning(bool nan, ivec2 pixel) {
     return (nan ? vec3(1.0, 0.0, 1.0) : vec3(1.0, 0.9, 0.0)) * (dark ? 0.4 : 1.0);
 }
 
-vec3 show_float(vec4 value, ivec2 pixel) {
-    for (uint c = 0u; c < min(push.channels, 4u); ++c) {
+vec3 show_float(vec4 value, uint channels, ivec2 pixel) {
+    for (uint c = 0u; c < min(channels, 4u); ++c) {
         // Bits, not isnan(): a driver may assume that NaN does not occur.
         uint magnitude = floatBitsToUint(value[c]) & 0x7fffffffu;
         if (magnitude >= 0x7f800000u) return warning(magnitude > 0x7f800000u, pixel);
     }
     float x = unit(value[push.channel]);
-    vec3 rgb = push.channels == 1u ? value.rrr : push.channels == 2u ? vec3(value.rg, 0.0) : value.rgb;
+    vec3 rgb = channels == 1u ? value.rrr : channels == 2u ? vec3(value.rg, 0.0) : value.rgb;
     switch (push.map) {
         case COLOR: return srgb(vec3(unit(rgb.r), unit(rgb.g), unit(rgb.b)));
         case RAW: return clamp(rgb, 0.0, 1.0);
         case TURBO: return clamp(turbo(x), 0.0, 1.0);
         case VIRIDIS: return clamp(viridis(x), 0.0, 1.0);
         case NORMAL: return 0.5 + 0.5 * clamp(rgb, -1.0, 1.0);
-        case ID: return id_color(floatBitsToUint(value), push.channels);
+        case ID: return id_color(floatBitsToUint(value), channels);
         default: return vec3(x);
     }
 }
 
-vec3 show_integer(uvec4 bits, float scalar) {
+vec3 show_integer(uvec4 bits, float scalar, uint channels) {
     float x = unit(scalar);
     switch (push.map) {
-        case ID: return id_color(bits, push.channels);
+        case ID: return id_color(bits, channels);
         case TURBO: return clamp(turbo(x), 0.0, 1.0);
         case VIRIDIS: return clamp(viridis(x), 0.0, 1.0);
         default: return vec3(x);
     }
 }
 
+// The word of an integer as a number.
+float number(uint word) {
+#if defined(RX_INT)
+    return float(int(word));
+#else
+    return float(word);
+#endif
+}
+
+// The words of a texel of the debug target.
+uvec4 fetch(ivec2 texel) {
+#if defined(RX_BUFFER)
+    uint element = uint(texel.y) * uint(push.source_extent.x) + uint(texel.x);
+    uvec4 words = uvec4(0);
+    for (uint c = 0u; c < min(push.channels, 4u); ++c) words[c] = source.words[element * push.channels + c];
+    return words;
+#elif defined(RX_FLOAT)
+    return floatBitsToUint(texelFetch(source, ivec3(texel, int(push.slice)), 0));
+#else
+    return uvec4(texelFetch(source, ivec3(texel, int(push.slice)), 0));
+#endif
+}
+
+// The words of a texel of the reference.
+uvec4 fetch_reference(ivec2 texel) {
+    uint at = (uint(texel.y) * uint(push.source_extent.x) + uint(texel.x)) * push.reference_channels;
+    uvec4 words = uvec4(0);
+    for (uint c = 0u; c < min(push.reference_channels, 4u); ++c) words[c] = reference.words[at + c];
+    return words;
+}
+
+vec3 show(uvec4 words, uint channels, ivec2 pixel) {
+#if defined(RX_FLOAT)
+    return show_float(uintBitsToFloat(words), channels, pixel);
+#else
+    return show_integer(words, number(words[push.channel]), channels);
+#endif
+}
+
+vec3 show_reference(uvec4 words, ivec2 pixel) {
+    if (push.reference_values == DISPLAYED) return uintBitsToFloat(words.rgb);
+    return show(words, push.reference_channels, pixel);
+}
+
+// Orange where it is positive, blue where it is negative.
+vec3 signed_color(float difference) {
+    float size = min(abs(difference), 1.0);
+    return size * (difference > 0.0 ? vec3(1.0, 0.6, 0.1) : vec3(0.1, 0.5, 1.0));
+}
+
+// Shown minus reference. Colours by channel around a grey, numbers by sign; both in units of the range.
+vec3 show_difference(uvec4 a, uvec4 b, ivec2 pixel) {
+    if (push.reference_values == DISPLAYED) return 0.5 + push.gain * (show(a, push.channels, pixel) - uintBitsToFloat(b.rgb));
+    if (push.map == ID) return vec3(any(notEqual(a, b)) ? 1.0 : 0.0);
+    float width = abs(push.range.y - push.range.x);
+    float scale = push.gain / max(push.map == RAW || push.map == NORMAL ? 1.0 : width, 1e-30);
+#if defined(RX_FLOAT)
+    vec4 x = uintBitsToFloat(a), y = uintBitsToFloat(b);
+    uint channels = min(min(push.channels, push.reference_channels), 4u);
+    for (uint c = 0u; c < channels; ++c) {
+        uint magnitude = max(a[c] & 0x7fffffffu, b[c] & 0x7fffffffu);
+        if (magnitude >= 0x7f800000u && a[c] != b[c]) return warning(magnitude > 0x7f800000u, pixel);
+    }
+    bool colored = channels >= 3u && (push.map == COLOR || push.map == RAW || push.map == NORMAL);
+    // The same infinity is no difference.
+    vec4 difference = mix(x - y, vec4(0.0), equal(a, b));
+    return colored ? 0.5 + scale * difference.rgb : signed_color(scale * difference[push.channel]);
+#else
+    return signed_color(scale * (number(a[push.channel]) - number(b[push.channel])));
+#endif
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, push.output_extent))) return;
-    // Nearest texel, whole picture: integer arithmetic, so that equal extents copy exactly.
+    // Nearest texel. The whole picture by integer arithmetic, so that equal extents copy exactly.
     ivec2 texel = pixel * push.source_extent / push.output_extent;
+    if (push.step.x > 0.0) {
+        vec2 place = push.origin + (vec2(pixel) + 0.5) * push.step;
+        texel = clamp(ivec2(floor(place)), ivec2(0), push.source_extent - 1);
+    }
     vec3 rgb = vec3(0.0);
 #if defined(RX_BUFFER)
-    uint element = uint(texel.y) * uint(push.source_extent.x) + uint(texel.x);
-    uvec4 value = uvec4(0);
-    bool inside = element < push.elements;
-    if (inside) {
-        for (uint c = 0u; c < min(push.channels, 4u); ++c) value[c] = source.words[element * push.channels + c];
+    // The last row may be short.
+    if (uint(texel.y) * uint(push.source_extent.x) + uint(texel.x) >= push.elements) {
+        imageStore(picture, pixel, vec4(rgb, 1.0));
+        return;
     }
-#if defined(RX_FLOAT)
-    rgb = inside ? show_float(uintBitsToFloat(value), pixel) : vec3(0.0);
-#elif defined(RX_INT)
-    rgb = inside ? show_integer(value, float(int(value[push.channel]))) : vec3(0.0);
-#else
-    rgb = inside ? show_integer(value, float(value[push.channel])) : vec3(0.0);
 #endif
-#elif defined(RX_FLOAT)
-    rgb = show_float(texelFetch(source, ivec3(texel, int(push.slice)), 0), pixel);
-#elif defined(RX_INT)
-    ivec4 value = texelFetch(source, ivec3(texel, int(push.slice)), 0);
-    rgb = show_integer(uvec4(value), float(value[push.channel]));
-#else
-    uvec4 value = texelFetch(source, ivec3(texel, int(push.slice)), 0);
-    rgb = show_integer(value, float(value[push.channel]));
-#endif
+    bool reads_reference = push.comparison >= REFERENCE || (push.comparison == WIPE && pixel.x >= push.edge);
+    if (!reads_reference) {
+        rgb = show(fetch(texel), push.channels, pixel);
+    } else if (push.comparison == DIFFERENCE) {
+        rgb = clamp(show_difference(fetch(texel), fetch_reference(texel), pixel), 0.0, 1.0);
+    } else {
+        rgb = show_reference(fetch_reference(texel), pixel);
+    }
     imageStore(picture, pixel, vec4(rgb, 1.0));
 }

@@ -11,6 +11,7 @@ use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
 use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use super::error::ExecuteError;
+use super::lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 
 /// Which compilation of the display shader a debug target needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -31,7 +32,7 @@ pub(super) enum SourceKind {
 }
 
 /// The push constants of the display shader (`display.comp`).
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Push {
     output_extent: [i32; 2],
@@ -42,6 +43,13 @@ pub(super) struct Push {
     channels: u32,
     slice: u32,
     elements: u32,
+    comparison: u32,
+    origin: [f32; 2],
+    step: [f32; 2],
+    gain: f32,
+    edge: i32,
+    reference_channels: u32,
+    reference_values: u32,
 }
 
 /// Workgroup size of the display shader, both axes.
@@ -68,7 +76,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
             channel: display.channel.min(desc.format.channels() - 1),
             channels: desc.format.channels(),
             slice: shown.layer,
-            elements: 0,
+            ..Push::default()
         };
         return (Variant { scalar: desc.format.scalar(), source }, push);
     }
@@ -91,8 +99,8 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
         map: map as u32,
         channel: 0,
         channels: words,
-        slice: 0,
         elements,
+        ..Push::default()
     };
     (Variant { scalar, source: SourceKind::Buffer }, push)
 }
@@ -107,6 +115,52 @@ impl Push {
     pub(super) fn with_display(self, display: &Display) -> Push {
         let channel = display.channel.min(self.channels.clamp(1, 4) - 1);
         Push { map: display.map as u32, range: display.range, channel, ..self }
+    }
+
+    /// A part of the source fills the picture.
+    #[expect(clippy::cast_possible_truncation, reason = "shares of extents are small numbers")]
+    pub(super) fn with_region(self, region: &Region) -> Push {
+        // The shader shows the whole by integers, so that equal extents copy exactly.
+        if *region == Region::WHOLE {
+            return self;
+        }
+        let along = |axis: usize| {
+            let texels = f64::from(self.source_extent[axis]);
+            let step = texels * region.size / f64::from(self.output_extent[axis].max(1));
+            [(texels * region.origin[axis]) as f32, step as f32]
+        };
+        let [[x, across], [y, down]] = [along(0), along(1)];
+        Push { origin: [x, y], step: [across, down], ..self }
+    }
+
+    /// Shown together with a reference, which [`Self::mismatch`] has nothing against.
+    #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
+    pub(super) fn with_reference(self, reference: &Reference, comparison: Comparison) -> Push {
+        let push = Push { reference_channels: reference.channels, reference_values: reference.values as u32, ..self };
+        match comparison {
+            Comparison::Wipe(share) => {
+                let edge = (share * f64::from(self.output_extent[0])).round() as i32;
+                Push { comparison: 1, edge, ..push }
+            }
+            Comparison::Reference => Push { comparison: 2, ..push },
+            Comparison::Difference(gain) => Push { comparison: 3, gain, ..push },
+        }
+    }
+
+    /// Why what is shown cannot be compared with a reference.
+    pub(super) fn mismatch(&self, variant: Variant, reference: &Reference) -> Option<Mismatch> {
+        let shown = self.source_extent.map(i32::cast_unsigned);
+        let same = match reference.values {
+            ReferenceValues::Floats => variant.scalar == ScalarKind::Float,
+            ReferenceValues::Integers => variant.scalar != ScalarKind::Float,
+            ReferenceValues::Displayed => true,
+        };
+        match variant.source {
+            SourceKind::Buffer => Some(Mismatch::Buffer),
+            _ if shown != reference.extent => Some(Mismatch::Extent(shown, reference.extent)),
+            _ if !same => Some(Mismatch::Values),
+            _ => None,
+        }
     }
 
     /// The buffer shown has so many bytes (a source's size is not in the plan).

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
+use raxel_gpu::{Barrier, Descriptors, Device, Image, ReadbackRing, TimelineValue};
 use raxel_graph::checked::{Display, PassId};
 use raxel_graph::plan::{Lifetime, Plan};
 
@@ -14,6 +14,7 @@ use super::capture::{Capture, Captured};
 use super::counters::CounterReading;
 use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
+use super::lens::{Comparison, Mismatch, Reference, Region};
 use super::physical::Filling;
 use super::prepare::{Builder, Prepared, display_key};
 use super::readback::ReadTicket;
@@ -66,6 +67,9 @@ pub struct Executor {
     pub(super) readbacks: ReadbackRing,
     /// The debug target is shown in this way instead of the graph's.
     display: Option<Display>,
+    /// The part of the debug target that is shown.
+    region: Region,
+    compared: Option<Compared>,
     /// The next frame copies what it shows; of a buffer, these bytes.
     capture: Option<Range<u64>>,
     captures: u64,
@@ -73,6 +77,14 @@ pub struct Executor {
     /// What frames of the running plan have counted in words that are warned of, in their order.
     counted: Vec<CounterReading>,
     progress: Observed,
+}
+
+/// What the debug target is compared with.
+struct Compared {
+    reference: Arc<Reference>,
+    comparison: Comparison,
+    /// Of the running plan, once a frame needs them.
+    sets: Option<Vec<Descriptors>>,
 }
 
 /// The picture that the last frame ended at: RGBA with 8 bits a channel, sRGB-encoded, in `GENERAL`. The next frame writes it again, behind
@@ -117,6 +129,8 @@ impl Executor {
             copies: Vec::new(),
             readbacks: ReadbackRing::new(&shared.device),
             display: None,
+            region: Region::WHOLE,
+            compared: None,
             capture: None,
             captures: 0,
             captured: None,
@@ -194,6 +208,9 @@ impl Executor {
         *running = Running { serial: running.serial + 1, resources, picture };
         drop(running);
         self.running = Some(next);
+        if let Some(compared) = &mut self.compared {
+            compared.sets = None;
+        }
         self.shared.pipelines.swapped();
         self.needs_full_barrier = true;
         self.supply_sources();
@@ -287,7 +304,18 @@ impl Executor {
             _ => None,
         };
         self.captures += u64::from(capture.is_some());
-        let push = self.display.map_or(running.display.push, |display| running.display.push.with_display(&display));
+        let mut push = self.display.map_or(running.display.push, |display| running.display.push.with_display(&display));
+        push = push.with_region(&self.region);
+        let mut display_sets = &running.display.sets;
+        if let Some(compared) = &mut self.compared
+            && push.mismatch(running.display.variant, &compared.reference).is_none()
+        {
+            push = push.with_reference(&compared.reference, compared.comparison);
+            display_sets = match &mut compared.sets {
+                Some(sets) => sets,
+                none => none.insert(running.display.sets_with(&device, &compared.reference.buffer)?),
+            };
+        }
         if self.display.is_some() || self.captures > 0 {
             let key = display_key(running.plan(), &push, self.captures);
             running.replay.set_display(key);
@@ -326,6 +354,7 @@ impl Executor {
             slot: slot_index,
             ran: &mut slot.ran,
             display: push,
+            display_sets,
             capture: capture.as_ref(),
             failed: None,
         };
@@ -454,6 +483,35 @@ impl Executor {
         // A plan that was prepared for the graph's own way has the key of that one.
         self.captures += u64::from(self.display != display);
         self.display = display;
+    }
+
+    /// Shows a part of the debug target, from the next frame on.
+    pub fn set_region(&mut self, region: Region) {
+        self.captures += u64::from(self.region != region);
+        self.region = region;
+    }
+
+    /// Shows the debug target together with a reference, from the next frame on, as long as the two can be compared ([`Self::mismatch`]).
+    pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
+        match (&mut self.compared, compared) {
+            (None, None) => return,
+            (Some(known), Some((reference, comparison))) if Arc::ptr_eq(&known.reference, &reference) => {
+                if known.comparison == comparison {
+                    return;
+                }
+                known.comparison = comparison;
+            }
+            (known, compared) => {
+                *known = compared.map(|(reference, comparison)| Compared { reference, comparison, sets: None });
+            }
+        }
+        self.captures += 1;
+    }
+
+    /// Why what is shown cannot be compared with the reference that was given; `None` where it can, or nothing runs.
+    pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
+        let display = &self.running.as_ref()?.display;
+        display.push.mismatch(display.variant, reference)
     }
 
     /// The next frame takes a copy of what it shows; of a buffer, these bytes of it.

@@ -73,8 +73,12 @@ pub(super) enum Groups {
 
 pub(super) struct PreparedDisplay {
     pub(super) pipeline: Arc<ComputePipeline>,
-    /// For each copy of the debug target.
+    /// For each copy of the debug target, without a reference.
     pub(super) sets: Vec<Descriptors>,
+    /// What the sets are made of: the debug target for each of its copies, and the picture.
+    sources: Vec<Resource>,
+    target: Resource,
+    pub(super) variant: Variant,
     /// Index of the debug target into the plan's resources.
     pub(super) resource: Option<usize>,
     pub(super) age: u32,
@@ -90,6 +94,17 @@ impl Prepared {
     /// The plan.
     pub fn plan(&self) -> &Arc<Plan> {
         self.replay.plan()
+    }
+}
+
+impl PreparedDisplay {
+    /// The sets with a reference.
+    pub(super) fn sets_with(
+        &self,
+        device: &Arc<Device>,
+        reference: &Arc<Buffer>,
+    ) -> Result<Vec<Descriptors>, ExecuteError> {
+        display_sets(device, &self.pipeline, &self.sources, &self.target, reference)
     }
 }
 
@@ -305,9 +320,9 @@ impl Builder {
             .map(|i| &resources[i])
             .ok_or_else(|| ExecuteError::NotLive { resource: plan.graph.resource(shown.resource).name.clone() })?;
         let target = physical::view(device, &picture.image, vk::ImageViewType::TYPE_2D, (0, 1), (0, 1))?;
-        let sets = (0..physical.count() as usize)
+        let sources = (0..physical.count() as usize)
             .map(|copy| {
-                let source = match (physical.image(copy), physical.buffer(copy)) {
+                Ok(match (physical.image(copy), physical.buffer(copy)) {
                     (Some(image), _) => {
                         let ty = match variant.source {
                             SourceKind::Volume => vk::ImageViewType::TYPE_3D,
@@ -318,16 +333,22 @@ impl Builder {
                     }
                     (None, Some(buffer)) => Resource::Buffer(buffer.clone(), 0, buffer.size()),
                     (None, None) => return Err(ExecuteError::NotLive { resource: physical.name.clone() }),
-                };
-                let elements = [vec![source], vec![Resource::StorageImage(target.clone())]];
-                Ok(Descriptors::new(device, "display", &pipeline, &elements)?)
+                })
             })
-            .collect::<Result<_, ExecuteError>>()?;
+            .collect::<Result<Vec<_>, ExecuteError>>()?;
+        let target = Resource::StorageImage(target);
+        // The shader has a place for a reference, and never reads this one.
+        let info = BufferInfo { size: 16, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
+        let none = Arc::new(Buffer::new(device, "no picture to compare with", &info, Backing::Own)?);
+        let sets = display_sets(device, &pipeline, &sources, &target, &none)?;
         let (compute, transfer) = (vk::PipelineStageFlags2::COMPUTE_SHADER, vk::PipelineStageFlags2::ALL_TRANSFER);
         let store = vk::AccessFlags2::SHADER_STORAGE_WRITE;
         Ok(PreparedDisplay {
             pipeline,
             sets,
+            sources,
+            target,
+            variant,
             resource: plan.resources.iter().position(|planned| planned.resource == shown.resource),
             age: shown.age,
             turn: plan.turn(plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0), shown.resource),
@@ -339,6 +360,22 @@ impl Builder {
             after: Barrier::default().memory((compute, store), (transfer, vk::AccessFlags2::TRANSFER_READ)),
         })
     }
+}
+
+/// The descriptor sets of the display shader, one for each copy of what it reads.
+fn display_sets(
+    device: &Arc<Device>,
+    pipeline: &ComputePipeline,
+    sources: &[Resource],
+    target: &Resource,
+    reference: &Arc<Buffer>,
+) -> Result<Vec<Descriptors>, ExecuteError> {
+    let reference = Resource::Buffer(reference.clone(), 0, reference.size());
+    let set = |source: &Resource| {
+        let elements = [vec![source.clone()], vec![target.clone()], vec![reference.clone()]];
+        Ok(Descriptors::new(device, "display", pipeline, &elements)?)
+    };
+    sources.iter().map(set).collect()
 }
 
 /// What tells one way of showing a plan's debug target from another. `captures` counts the copies that were asked for: each of them shows

@@ -1,6 +1,6 @@
 //! Records a frame into a command buffer of the device.
 
-use raxel_gpu::{Barrier, Recording, vk};
+use raxel_gpu::{Barrier, Descriptors, Recording, vk};
 use raxel_graph::plan::CopySelector;
 
 use super::capture::Capture;
@@ -24,6 +24,8 @@ pub(super) struct DeviceRecorder<'a, 'r> {
     pub(super) ran: &'a mut Vec<u32>,
     /// How the debug target is shown.
     pub(super) display: display::Push,
+    /// The descriptors for that, one for each copy of the debug target.
+    pub(super) display_sets: &'a [Descriptors],
     /// What is copied of it.
     pub(super) capture: Option<&'a Capture>,
     /// Why the uniform blocks could not be written: then the frame must not be submitted.
@@ -127,8 +129,8 @@ impl Recorder for DeviceRecorder<'_, '_> {
     fn present(&mut self) {
         let display = &self.prepared.display;
         self.recording.barrier(&display.before);
-        let set = copy_of(self.rotation(display.turn), display.age, display.sets.len() as u32);
-        self.recording.bind(&display.pipeline, &display.sets[set]);
+        let set = copy_of(self.rotation(display.turn), display.age, self.display_sets.len() as u32);
+        self.recording.bind(&display.pipeline, &self.display_sets[set]);
         self.recording.push(&display.pipeline, bytemuck::bytes_of(&self.display));
         self.recording.dispatch(display.groups);
         self.recording.barrier(&display.after);

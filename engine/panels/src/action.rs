@@ -1,6 +1,6 @@
 //! What the user asks for.
 
-use crate::view::{Brush, Lane, Map, Shown, Sought};
+use crate::view::{Brush, CompareMode, Lane, Map, Shown, Sought};
 
 /// The file that values of params are written into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,12 @@ pub enum Action {
     ResetParam(String),
     /// Write the values of these params into a file.
     WriteParams(Vec<String>, WriteTo),
+    /// Keep the values of all params under a name.
+    SavePreset(String),
+    /// Set the params to the values of this name.
+    ApplyPreset(String),
+    /// Forget the values of this name.
+    DeletePreset(String),
     /// Put the files that were written last back as they were.
     UndoWrite,
     /// Pin a texel of what is shown; `None` pins none.
@@ -45,6 +51,20 @@ pub enum Action {
         /// The next one in order of rows, else the one before.
         forward: bool,
     },
+    /// Keep what is shown, to compare with it.
+    Keep,
+    /// Compare with the picture in this file.
+    KeepFile(String),
+    /// Let go of the kept picture.
+    ForgetKept,
+    /// How the kept picture is shown with what is shown.
+    CompareMode(CompareMode),
+    /// Show the kept picture alone, or not any more.
+    Flip,
+    /// What differences are multiplied by.
+    Gain(f32),
+    /// Find how far what is shown is from the kept picture.
+    Measure,
     /// Stop or start the clock.
     Pause,
     /// Let one frame pass.

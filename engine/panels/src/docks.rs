@@ -11,7 +11,9 @@ use crate::action::Action;
 use crate::layout::{Layout, Panel, Side};
 use crate::problems::problem_list;
 use crate::view::{Problem, Shown, View};
-use crate::{bar, brush, frame, inspect, params, passes, problems, resources, timeline, world};
+use crate::{
+    bar, brush, compare, frame, graph, inspect, magnified, params, passes, problems, resources, timeline, world,
+};
 
 /// Below so many points the window has room for the panels of one side only: the picture is what one looks at.
 const NARROW: f32 = 1000.0;
@@ -30,6 +32,12 @@ pub struct Panels {
     pub(crate) peek: Option<Peek>,
     /// Texts of the fields of the panel of the world.
     fields: world::Fields,
+    /// Which part of the picture of the graph is seen.
+    graph: graph::Camera,
+    /// The name of a new preset.
+    preset: String,
+    /// The file that a picture is loaded from.
+    picture: String,
     /// A key of the timeline on its way to another time.
     moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
@@ -84,9 +92,11 @@ impl Panels {
         self.follow_window(ctx);
         if self.layout.visible {
             brush::outline(ctx, &view.world.editing.outline);
+            magnified::show(ctx, &view.magnified);
             if let Some(found) = view.inspected.filter(|_| self.layout.is_open(Panel::Inspect)) {
-                inspect::mark(ctx, found);
+                inspect::mark(ctx, found, &view.magnified);
             }
+            compare::edge(ctx, &view.compare);
             self.bar(ctx, view, &mut actions);
             self.edges.clear();
             for side in self.sides(ctx) {
@@ -253,17 +263,39 @@ impl Panels {
         panel: Panel,
         (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
     ) {
-        ScrollArea::both().id_salt(panel.title()).auto_shrink(false).show(ui, |ui| match panel {
-            Panel::Passes => passes::show(ui, view, (actions, hovered)),
-            Panel::Resources => {
-                let before = actions.len();
-                resources::show(ui, view, actions);
-                if actions[before..].iter().any(|action| matches!(action, Action::Show(_))) {
-                    self.open(Panel::Inspect);
-                }
+        let before = actions.len();
+        match panel {
+            // It scrolls by itself.
+            Panel::Graph => graph::show(ui, view, &mut self.graph, actions),
+            _ => {
+                ScrollArea::both()
+                    .id_salt(panel.title())
+                    .auto_shrink(false)
+                    .show(ui, |ui| self.scrolled(ui, view, panel, (&mut *actions, hovered)));
             }
-            Panel::Params => params::show(ui, view, actions),
+        }
+        // What is clicked there is looked into.
+        let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
+        if shows && matches!(panel, Panel::Resources | Panel::Graph) {
+            self.open(Panel::Inspect);
+        }
+    }
+
+    /// The panels that may be larger than their dock.
+    fn scrolled(
+        &mut self,
+        ui: &mut Ui,
+        view: &View<'_>,
+        panel: Panel,
+        (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
+    ) {
+        match panel {
+            Panel::Graph => {}
+            Panel::Passes => passes::show(ui, view, (actions, hovered)),
+            Panel::Resources => resources::show(ui, view, actions),
+            Panel::Params => params::show(ui, view, &mut self.preset, actions),
             Panel::Inspect => inspect::show(ui, view, actions),
+            Panel::Compare => compare::show(ui, &view.compare, &mut self.picture, actions),
             Panel::World => world::show(ui, &view.world, &mut self.fields, actions),
             Panel::Frame => frame::show(ui, &view.frame, actions),
             Panel::Timeline => {
@@ -272,7 +304,7 @@ impl Panels {
                 }
             }
             Panel::Problems => problems::show(ui, view, actions),
-        });
+        }
     }
 
     /// Begins and ends looking at what the pointer rests on.

@@ -10,7 +10,7 @@ use crate::action::Action;
 use crate::bar::{RED, text_of};
 use crate::docks::caption;
 use crate::statistics::{BINS, Statistics};
-use crate::view::{Inspected, Map, Shown, Sought, Table, Texel, View, Zoom};
+use crate::view::{Inspected, Magnified, Map, Shown, Sought, Table, Texel, View, Zoom};
 
 /// Points between columns of numbers, and between their rows.
 const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
@@ -239,14 +239,16 @@ fn squares(ui: &mut Ui, zoom: &Zoom) {
 }
 
 /// Marks the pinned texel in the picture, below all panels.
-pub(crate) fn mark(ctx: &Context, found: &Inspected) {
+pub(crate) fn mark(ctx: &Context, found: &Inspected, magnified: &Magnified) {
     let Some(pinned) = &found.pinned else { return };
     let area = ctx.content_rect();
-    let place = |axis: usize| (pinned.at[axis] as f32 + 0.5) / found.extent[axis].max(1) as f32;
-    let center = area.min + area.size() * vec2(place(0), place(1));
+    let center = magnified.point(area, pinned.at.map(|place| f64::from(place) + 0.5), found.extent);
     let painter = ctx.layer_painter(LayerId::background());
+    // A magnified texel may be larger than the usual circle.
+    let texel = if magnified.size < 1.0 { magnified.texel(area).max_elem() } else { 0.0 };
+    let radius = (texel * 0.75).clamp(9.0, 400.0);
     for (width, color) in [(3.5, Color32::from_black_alpha(160)), (1.5, Color32::WHITE)] {
-        painter.circle_stroke(center, 9.0, Stroke::new(width, color));
+        painter.circle_stroke(center, radius, Stroke::new(width, color));
     }
 }
 

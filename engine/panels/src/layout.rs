@@ -10,10 +10,14 @@ pub enum Panel {
     Passes,
     /// Which pass touches which resource.
     Resources,
+    /// Passes and resources as nodes.
+    Graph,
     /// Live values.
     Params,
     /// What the shown resource holds.
     Inspect,
+    /// A kept picture beside what is shown.
+    Compare,
     /// Camera and world.
     World,
     /// Times of frames, memory, scale.
@@ -35,14 +39,16 @@ pub enum Side {
 
 impl Panel {
     /// Every panel, in the order of the bar.
-    pub const ALL: [Panel; 8] = [
+    pub const ALL: [Panel; 10] = [
         Panel::Passes,
         Panel::Resources,
+        Panel::Graph,
         Panel::Frame,
         Panel::Timeline,
         Panel::Problems,
         Panel::Params,
         Panel::Inspect,
+        Panel::Compare,
         Panel::World,
     ];
 
@@ -51,8 +57,10 @@ impl Panel {
         match self {
             Panel::Passes => "Passes",
             Panel::Resources => "Resources",
+            Panel::Graph => "Graph",
             Panel::Params => "Params",
             Panel::Inspect => "Inspect",
+            Panel::Compare => "Compare",
             Panel::World => "World",
             Panel::Frame => "Frame",
             Panel::Timeline => "Timeline",
@@ -64,8 +72,8 @@ impl Panel {
     pub fn side(self) -> Side {
         match self {
             Panel::Passes | Panel::Resources => Side::Left,
-            Panel::Params | Panel::Inspect | Panel::World => Side::Right,
-            Panel::Frame | Panel::Timeline | Panel::Problems => Side::Bottom,
+            Panel::Params | Panel::Inspect | Panel::Compare | Panel::World => Side::Right,
+            Panel::Graph | Panel::Frame | Panel::Timeline | Panel::Problems => Side::Bottom,
         }
     }
 }

@@ -6,12 +6,17 @@
 mod action;
 mod bar;
 mod brush;
+mod compare;
 mod docks;
 mod frame;
+mod graph;
+mod graph_layout;
 mod inspect;
 mod layout;
+mod magnified;
 mod params;
 mod passes;
+mod presets;
 mod problems;
 mod resources;
 mod samples;

@@ -3,6 +3,7 @@
 use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
 use crate::action::{Action, WriteTo};
+use crate::presets;
 use crate::view::{Kind, Param, View};
 
 /// Integers of so few values are chosen from a list.
@@ -14,8 +15,8 @@ const BESIDE: f32 = 250.0;
 /// Points that the word `demo` needs behind a label.
 const DRIVEN: f32 = 44.0;
 
-/// Draws the panel.
-pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
+/// Draws the panel. `preset` is the text of the field for a name of a preset.
+pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &mut Vec<Action>) {
     let params = &view.params;
     if params.is_empty() {
         ui.weak("The graph declares no params.");
@@ -46,6 +47,7 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
             actions.extend(changed.iter().cloned().map(Action::ResetParam));
         }
     });
+    presets::show(ui, &view.presets, preset, actions);
     for section in sections(params) {
         let rows = |ui: &mut Ui, actions: &mut Vec<Action>| {
             for param in &section.params {

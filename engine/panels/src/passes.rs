@@ -39,32 +39,14 @@ fn row(
     longest: f32,
     (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
 ) {
-    let output = pass.output.and_then(|index| view.resources.get(index));
-    // What is left out has no place in the frame after which something could be shown.
-    let after = pass.state.is_planned().then(|| pass.after.to_owned());
-    let target = output.map(|resource| {
-        // A pass of a loop writes another mip in each round.
-        let used = resource.uses.get(index).copied().unwrap_or_default();
-        Shown::after(resource.name.clone(), after).part(used)
-    });
+    let target = target(view, index);
     let locked = target.as_ref().is_some_and(|target| view.status.locked.is_at(target));
     let name = match pass.state {
         PassState::Ran => RichText::new(pass.name),
         _ => RichText::new(pass.name).weak(),
     };
     let response = ui.selectable_label(locked, name);
-    let response = response.on_hover_ui(|ui| {
-        ui.label(RichText::new(pass.name).strong());
-        ui.label(pass.state.reason());
-        if !pass.groups.is_empty() {
-            ui.label(format!("workgroups {}", pass.groups));
-        }
-        if let Some(output) = output {
-            let shown = target.as_ref().map(text_of).unwrap_or_default();
-            ui.label(format!("shows {shown} ({}); a click locks it", output.about));
-        }
-        ui.weak(pass.place);
-    });
+    let response = response.on_hover_ui(|ui| about(ui, view, index));
     if let Some(target) = target {
         if response.hovered() && pass.state.is_planned() {
             *hovered = Some(target.clone());
@@ -85,6 +67,32 @@ fn row(
     if pass.state != PassState::Ran && pass.state.is_planned() && median(pass).is_some() {
         ui.weak(pass.state.word()).on_hover_text(pass.state.reason());
     }
+}
+
+/// What a pass shows: the part that it writes of the resource that it is best known by.
+pub(crate) fn target(view: &View<'_>, index: usize) -> Option<Shown> {
+    let pass = &view.passes[index];
+    let resource = pass.output.and_then(|index| view.resources.get(index))?;
+    // What is left out has no place in the frame after which something could be shown.
+    let after = pass.state.is_planned().then(|| pass.after.to_owned());
+    // A pass of a loop writes another mip in each round.
+    let used = resource.uses.get(index).copied().unwrap_or_default();
+    Some(Shown::after(resource.name.clone(), after).part(used))
+}
+
+/// What is said of a pass while the pointer rests on it.
+pub(crate) fn about(ui: &mut Ui, view: &View<'_>, index: usize) {
+    let pass = &view.passes[index];
+    ui.label(RichText::new(pass.name).strong());
+    ui.label(pass.state.reason());
+    if !pass.groups.is_empty() {
+        ui.label(format!("workgroups {}", pass.groups));
+    }
+    if let Some(output) = pass.output.and_then(|index| view.resources.get(index)) {
+        let shown = target(view, index).as_ref().map(text_of).unwrap_or_default();
+        ui.label(format!("shows {shown} ({}); a click locks it", output.about));
+    }
+    ui.weak(pass.place);
 }
 
 fn median(pass: &Pass<'_>) -> Option<f32> {

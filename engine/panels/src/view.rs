@@ -1,13 +1,17 @@
 //! What the panels show, as plain data. The window fills it anew for each frame that it draws.
 
+mod comparing;
 mod demo;
 mod editing;
+mod magnified;
 
 use crate::samples::Samples;
 use crate::statistics::Statistics;
 
+pub use comparing::{Compare, CompareMode, Figures};
 pub use demo::{Lane, Timeline, Track};
 pub use editing::{Brush, Editing, Effect, Shape, Swatch};
+pub use magnified::{Magnified, WrittenTexel};
 
 /// Everything that the panels show.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +26,8 @@ pub struct View<'a> {
     pub resources: &'a [Resource],
     /// Live values in the order of the file.
     pub params: Vec<Param>,
+    /// Named values of them, by name.
+    pub presets: Vec<Preset>,
     /// Diagnostics.
     pub problems: &'a [Problem],
     /// World and camera.
@@ -30,6 +36,10 @@ pub struct View<'a> {
     pub timeline: Option<Timeline>,
     /// What the shown resource holds.
     pub inspected: Option<&'a Inspected>,
+    /// The part of the picture that fills the window.
+    pub magnified: Magnified,
+    /// What the picture is compared with.
+    pub compare: Compare,
 }
 
 /// What is shown and how it stands with it.
@@ -334,6 +344,15 @@ pub struct Param {
     pub file: String,
     /// Path and line of its declaration.
     pub place: String,
+}
+
+/// Named values of params.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Preset {
+    /// Its name.
+    pub name: String,
+    /// The params that have other values now: a line for each, with both.
+    pub differing: Vec<String>,
 }
 
 /// A diagnostic.

@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Effect, FirstPicture, Kind, Lane, Loading, Map, Param, PassState, Problem, Shape, Shown, Sought, Timeline,
-    Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Effect, Figures, FirstPicture, Kind, Lane, Loading, Map, Param, PassState, Preset,
+    Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -620,4 +620,110 @@ fn a_pass_that_is_off_is_named_in_the_bar() {
 fn a_narrow_window_shows_a_side_that_has_a_panel() {
     let harness = Window::new(&[Panel::Passes]).harness(640.0, 400.0);
     harness.get_by_label("hit");
+}
+
+#[test]
+fn a_kept_picture_is_compared_in_the_ways_that_are_asked_for() {
+    let mut harness = Window::new(&[Panel::Compare]).harness(1280.0, 720.0);
+    harness.get_by_label("Nothing is kept yet.");
+    assert_eq!(click(&mut harness, "Keep"), [Action::Keep]);
+    let kept = Some("color, generation 3, 320 × 180".to_owned());
+    harness.state_mut().compare = Compare { kept, mode: CompareMode::Wipe, ..Compare::default() };
+    harness.run_steps(2);
+    harness.get_by_label("color, generation 3, 320 × 180");
+    assert_eq!(click(&mut harness, "difference"), [Action::CompareMode(CompareMode::Difference)]);
+    assert_eq!(click(&mut harness, "kept picture"), [Action::Flip]);
+    assert_eq!(click(&mut harness, "Measure"), [Action::Measure]);
+    harness.state_mut().compare.figures = Figures::Found {
+        of: "color, generation 4".to_owned(),
+        flip: 0.5,
+        rmse: 0.25,
+        max: 2.0,
+        differing: [1234, 57_600],
+    };
+    harness.run_steps(2);
+    for said in ["0.500000", "0.250000", "2.000000", "1,234 of 57,600"] {
+        harness.get_by_label(said);
+    }
+    // What cannot be compared is said, and not measured.
+    harness.state_mut().compare.refused = Some("the shown target is 4×4, the kept picture 8×8".to_owned());
+    harness.run_steps(2);
+    harness.get_by_label("the shown target is 4×4, the kept picture 8×8");
+    assert_eq!(click(&mut harness, "Measure"), []);
+    assert_eq!(click(&mut harness, "×"), [Action::ForgetKept]);
+}
+
+#[test]
+fn a_picture_is_loaded_from_a_file_that_was_named() {
+    let mut harness = Window::new(&[Panel::Compare]).harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Load"), [], "no file is named");
+    let field = harness.get_by_role(egui::accesskit::Role::TextInput);
+    field.focus();
+    field.type_text(" shots/a.png ");
+    harness.run_steps(3);
+    assert_eq!(click(&mut harness, "Load"), [Action::KeepFile("shots/a.png".to_owned())]);
+}
+
+#[test]
+fn the_graph_is_a_picture_whose_nodes_are_inspected_by_a_click() {
+    let mut harness = Window::new(&[Panel::Graph]).harness(1280.0, 720.0);
+    let hit = Shown::after("depth", Some("hit".to_owned()));
+    assert_eq!(click(&mut harness, "pass hit"), [Action::Show(hit.clone())]);
+    assert!(harness.state().panels.layout.is_open(Panel::Inspect));
+    assert_eq!(click(&mut harness, "depth as hit leaves it"), [Action::Show(hit)]);
+    // A pass that writes nothing shows nothing, and all stand from left to right.
+    assert_eq!(click(&mut harness, "pass bloom"), []);
+    let left = |name: &str| harness.get_by_label(name).rect().left();
+    assert!(left("pass hit") < left("depth as hit leaves it"));
+    assert!(left("depth as hit leaves it") < left("pass shade"));
+    assert!(left("pass shade") < left("color as shade leaves it"));
+}
+
+#[test]
+fn the_picture_of_a_graph_follows_a_drag_and_zooms_at_the_pointer() {
+    let mut harness = Window::new(&[Panel::Graph]).harness(1280.0, 720.0);
+    let place = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect();
+    let before = place(&harness, "pass hit");
+    let ground = before.center() + Vec2::new(0.0, 60.0);
+    harness.drag_at(ground);
+    harness.run_steps(2);
+    harness.hover_at(ground + Vec2::new(50.0, 10.0));
+    harness.run_steps(2);
+    harness.drop_at(ground + Vec2::new(50.0, 10.0));
+    harness.run_steps(2);
+    let moved = place(&harness, "pass hit");
+    assert!((moved.center() - before.center() - Vec2::new(50.0, 10.0)).length() < 7.0, "{before} {moved}");
+    let pointer = moved.center();
+    harness.hover_at(pointer);
+    harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: Vec2::new(0.0, -100.0),
+        modifiers: egui::Modifiers::NONE,
+    });
+    harness.run_steps(20);
+    let smaller = place(&harness, "pass hit");
+    assert!(smaller.width() < moved.width() * 0.8 && (smaller.center() - pointer).length() < 3.0, "{smaller} {moved}");
+}
+
+#[test]
+fn presets_are_kept_set_and_deleted() {
+    let mut window = Window::new(&[Panel::Params]);
+    window.presets = vec![
+        Preset { name: "dusk".to_owned(), differing: vec!["exposure: 2, then 0.5".to_owned()] },
+        Preset { name: "noon".to_owned(), ..Preset::default() },
+    ];
+    let mut harness = window.harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Keep values"), [], "it has no name");
+    assert_eq!(click(&mut harness, "dusk"), [Action::ApplyPreset("dusk".to_owned())]);
+    harness.get_by_label("noon").click_secondary();
+    harness.run_steps(6);
+    assert_eq!(click(&mut harness, "Delete noon"), [Action::DeletePreset("noon".to_owned())]);
+    let field = harness.get_by_role(egui::accesskit::Role::TextInput);
+    field.focus();
+    field.type_text("dawn");
+    harness.run_steps(3);
+    assert_eq!(click(&mut harness, "Keep values"), [Action::SavePreset("dawn".to_owned())]);
+    harness.state_mut().presets.push(Preset { name: "dawn".to_owned(), ..Preset::default() });
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Replace"), [Action::SavePreset("dawn".to_owned())]);
 }

@@ -28,7 +28,8 @@ use raxel_gpu::{
 };
 use raxel_overlay::{meshes, patch, texture};
 use raxel_panels::view::{
-    Kind, Lane, Param, PassState, Problem, Resource, Shown, Timeline, Track, Use, WorldExtent, WorldStatistics,
+    Compare, CompareMode, Figures, Kind, Lane, Magnified, Param, PassState, Preset, Problem, Resource, Shown, Timeline,
+    Track, Use, WorldExtent, WorldStatistics, WrittenTexel,
 };
 use raxel_panels::{Panel, Samples, Statistics};
 use raxel_runtime::present::new_overlay;
@@ -166,6 +167,11 @@ fn full(panel: Panel) -> Window {
         grouped(Param { driven: true, ..param("height of the sun", vec![0.8], vec![0.8]) }, "Air"),
         Param { kind: Kind::Int, range: None, ..param("offset", vec![-3.0, 12.0, 40.0], vec![0.0; 3]) },
     ];
+    let preset = |name: &str, differing: &[&str]| Preset {
+        name: name.to_owned(),
+        differing: differing.iter().map(|line| (*line).to_owned()).collect(),
+    };
+    window.presets = vec![preset("dusk", &["exposure: 2.5, then 0.5"]), preset("noon", &[])];
     window.world = WorldStatistics {
         extent: WorldExtent::Whole { chunks: 4096, voxels: 123_456_789, lamps: 10_000 },
         sources: vec![("world.tree64".to_owned(), 91 << 20), ("world.lights".to_owned(), 2 << 20)],
@@ -194,6 +200,19 @@ fn full(panel: Panel) -> Window {
     let bell = |n: u16| (f32::from(n) / 500.0 - 1.0).powi(3) + f32::from(n % 7) * 0.01;
     what.statistics = Statistics::of((0..1000).map(bell).chain([f32::NAN]));
     window.inspected = Some(what);
+    window.compare = Compare {
+        kept: Some("color,after=trace_primary_visibility, generation 12, 1920 × 1080".to_owned()),
+        mode: CompareMode::Difference,
+        gain: 4.0,
+        figures: Figures::Found {
+            of: "color, generation 14".to_owned(),
+            flip: 0.012_345,
+            rmse: 0.25,
+            max: 3.5,
+            differing: [12_345, 2_073_600],
+        },
+        ..Compare::default()
+    };
     window.steps = [12, 3];
     let lasting = vec![3.0, 2.5];
     let tracks = vec![
@@ -247,7 +266,19 @@ fn each_panel_looks_as_it_did() {
     let mut whole = full(Panel::Timeline);
     whole.panels.layout.open(Panel::Resources);
     whole.panels.layout.open(Panel::Inspect);
-    for (name, mut window, size, pixels_per_point) in each.chain([("window".to_owned(), whole, [1280, 720], 1.0)]) {
+    // A magnified picture of eight by five texels, and the edge of a wipe over it.
+    let mut magnified = Window::new(&[]);
+    let lines = |x: u32, y: u32| vec![format!("{x}.{y}00"), "-0.125".to_owned(), "NaN".to_owned()];
+    let values = (0..40).map(|n| (n % 8, n / 8)).map(|(x, y)| WrittenTexel { at: [x, y], lines: lines(x, y) });
+    magnified.magnified = Magnified { origin: [0.25, 0.4], size: 0.5, extent: [8, 5], values: values.collect() };
+    magnified.compare = Compare {
+        kept: Some("color, generation 1, 8 × 5".to_owned()),
+        mode: CompareMode::Wipe,
+        edge: 0.4,
+        ..Compare::default()
+    };
+    let others = [("window".to_owned(), whole, [1280, 720], 1.0), ("magnified".to_owned(), magnified, [640, 400], 1.0)];
+    for (name, mut window, size, pixels_per_point) in each.chain(others) {
         let picture = painter.picture(&mut window, size, pixels_per_point);
         let path = folder().join(format!("{name}.png"));
         if std::env::var_os("RAXEL_WRITE_PANELS").is_some() {

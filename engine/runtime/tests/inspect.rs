@@ -4,10 +4,11 @@
 
 mod project;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use project::{TestProject, assert_silent};
-use raxel_execute::{Captured, PassOutcome, Texels};
+use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap, Value};
 use raxel_runtime::{Observe, Options, Session};
 
@@ -201,4 +202,80 @@ fn a_device_that_is_given_up_is_opened_anew() {
     assert_ne!(session.device().id(), before);
     session.frame().unwrap();
     assert_eq!(texels(&mut session).texel([0, 0]).unwrap().0[0], 0.5);
+}
+
+/// A row of the picture that a frame shows, one channel of it.
+fn row(session: &mut Session, y: u32, channel: usize) -> Vec<u8> {
+    session.frame().unwrap();
+    let picture = session.read_presented().unwrap();
+    let row = (y * picture.width * 4) as usize..((y + 1) * picture.width * 4) as usize;
+    picture.rgba[row].iter().skip(channel).step_by(4).copied().collect()
+}
+
+/// The second channel is 2 x: it is shown in grey, 0 to 255.
+const GRAY: Display = Display { map: DisplayMap::Gray, range: [0.0, 255.0], channel: 1 };
+
+#[test]
+fn a_part_of_the_target_fills_the_picture_texel_by_texel() {
+    let (_project, mut session) = open();
+    session.set_display(Some(GRAY));
+    let width = session.size()[0] as usize;
+    let whole = row(&mut session, 0, 0);
+    assert!(whole.iter().enumerate().all(|(x, gray)| usize::from(*gray) == 2 * x), "{whole:?}");
+    session.set_region(Region { origin: [0.5, 0.0], size: 0.25 });
+    let part = row(&mut session, 0, 0);
+    let expected = |x: usize| 2 * (width / 2 + x / 4);
+    assert!(part.iter().enumerate().all(|(x, gray)| usize::from(*gray) == expected(x)), "{part:?}");
+    // A picture that stands still is the same once more, and the whole comes back.
+    assert_eq!(row(&mut session, 0, 0), part);
+    session.set_region(Region::WHOLE);
+    assert_eq!(row(&mut session, 0, 0), whole);
+    assert_silent(&session);
+}
+
+#[test]
+fn a_target_is_compared_with_what_it_was() {
+    let (_project, mut session) = open();
+    session.set_display(Some(Display { channel: 0, range: [0.0, 1.0], ..GRAY }));
+    let kept = texels(&mut session);
+    let reference = Arc::new(session.builder().reference(&kept).unwrap());
+    assert_eq!((reference.extent(), session.mismatch(&reference)), (session.size(), None));
+    session.set_param("value", Value::F32(0.125)).unwrap();
+    let width = session.size()[0] as usize;
+    let (now, before) = (vec![64; width], vec![128; width]);
+    assert_eq!(row(&mut session, 1, 0), now);
+    let shows = |session: &mut Session, comparison, channel| {
+        session.set_comparison(Some((reference.clone(), comparison)));
+        row(session, 1, channel)
+    };
+    assert_eq!(shows(&mut session, Comparison::Reference, 0), before);
+    let wiped = shows(&mut session, Comparison::Wipe(0.25), 0);
+    assert_eq!(wiped, [&now[..width / 4], &before[width / 4..]].concat());
+    // It has become darker by a quarter: blue, and twice as bright when amplified.
+    let blue = shows(&mut session, Comparison::Difference(1.0), 2);
+    assert_eq!(blue, vec![64; width]);
+    assert_eq!(shows(&mut session, Comparison::Difference(2.0), 2), vec![128; width]);
+    assert!(shows(&mut session, Comparison::Difference(2.0), 0)[0] < 20, "red stays dark");
+    session.set_param("value", Value::F32(0.25)).unwrap();
+    assert_eq!(shows(&mut session, Comparison::Difference(9.0), 2), vec![0; width], "equal is black");
+
+    // A picture of a screen: its own colours.
+    let extent = session.size();
+    let white = vec![[1.0, 0.5, 0.0]; (extent[0] * extent[1]) as usize];
+    let displayed = session.builder().reference_picture(&white, extent, ReferenceValues::Displayed).unwrap();
+    session.set_comparison(Some((Arc::new(displayed), Comparison::Reference)));
+    assert_eq!([0, 1, 2].map(|channel| row(&mut session, 0, channel)[0]), [255, 128, 0]);
+
+    // What cannot be compared is shown by itself, and said.
+    session.set_comparison(Some((reference.clone(), Comparison::Reference)));
+    session.set_debug_target_text("numbers").unwrap();
+    session.frame().unwrap();
+    assert_eq!(session.mismatch(&reference), Some(Mismatch::Buffer));
+    session.set_debug_target_text("color").unwrap();
+    session.resize(extent[0], extent[1] - 8);
+    assert_eq!(row(&mut session, 0, 0), before);
+    let other = [extent[0], extent[1] - 8];
+    assert_eq!(session.mismatch(&reference), Some(Mismatch::Extent(other, extent)));
+    session.set_comparison(None);
+    assert_silent(&session);
 }

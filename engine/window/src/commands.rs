@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
 use raxel_execute::moment::Moment;
-use raxel_graph::checked::{BufferSize, ResourceKind, Value};
+use raxel_graph::checked::{BufferSize, Param, ResourceKind, Value};
 use raxel_output::{self as output, Pending, shown};
 use raxel_panels::view::{Brush, Effect, Sought};
 use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::params::from_components;
+use raxel_runtime::params::{components, from_components};
 use raxel_runtime::{EditFailure, Session};
 use raxel_terminal::console::{self, To};
 use raxel_terminal::failure::Result;
@@ -52,6 +52,10 @@ impl Viewer<'_> {
             Command::HandBack => self.session.hand_back(),
             Command::CopyCamera => self.perform(Action::CopyCamera, event_loop),
             Command::Pin => self.pin(),
+            Command::Look(step) => self.look(step),
+            Command::Keep => self.compare(Action::Keep),
+            Command::NextComparison => self.next_comparison(),
+            Command::Flip => self.compare(Action::Flip),
             Command::Cancel => self.cancel(event_loop),
             Command::Screenshot => match self.screenshot() {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
@@ -96,9 +100,22 @@ impl Viewer<'_> {
                 self.said(reset);
             }
             Action::WriteParams(names, to) => self.write_params(&names, to),
+            Action::SavePreset(name) => self.save_preset(&name),
+            Action::ApplyPreset(name) => self.apply_preset(&name),
+            Action::DeletePreset(name) => {
+                let deleted = self.presets.remove(self.session.graph_path(), &name);
+                self.said(deleted);
+            }
             Action::UndoWrite => self.undo_write(),
             Action::Pin(at) => self.inspector.pin(at),
             Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
+            action @ (Action::Keep
+            | Action::KeepFile(_)
+            | Action::ForgetKept
+            | Action::CompareMode(_)
+            | Action::Flip
+            | Action::Gain(_)
+            | Action::Measure) => self.compare(action),
             Action::Pause => self.run_command(Command::Pause, event_loop),
             Action::Step => self.run_command(Command::Step, event_loop),
             Action::Reset => self.reset(),
@@ -153,6 +170,7 @@ impl Viewer<'_> {
     pub(super) fn stroke(&mut self) {
         let effect = brush::effect(&self.brush, self.modifiers);
         let Some(pixel) = self.controls.cursor() else { return };
+        let pixel = self.magnifier.unmagnified(pixel, self.session.viewport().window());
         let hit = match self.session.pick(pixel, brush::REACH) {
             Ok(Some(hit)) => hit,
             Ok(None) => return,
@@ -214,6 +232,41 @@ impl Viewer<'_> {
         if let Some(value) = param.and_then(|param| from_components(numbers, &param.default)) {
             let set = self.session.set_param(name, value);
             self.said(set);
+        }
+    }
+
+    /// Keeps the values of all params under a name.
+    fn save_preset(&mut self, name: &str) {
+        let value = |param: &Param| Some((param.name.clone(), components(&self.session.param(&param.name).ok()?)));
+        let values = self.session.params().iter().filter_map(value).collect();
+        match self.presets.save(self.session.graph_path(), name, &values) {
+            Ok(()) => self.notice(format!("kept the values as `{name}`")),
+            Err(error) => self.warn(error),
+        }
+    }
+
+    /// Sets the params that the graph has to the values of a preset, and names the others.
+    fn apply_preset(&mut self, name: &str) {
+        let graph = self.session.graph_path().to_owned();
+        let Some(values) = self.presets.of_graph(&graph).find(|(known, _)| *known == name).map(|(_, v)| v.clone())
+        else {
+            return;
+        };
+        let mut left = Vec::new();
+        for (param, numbers) in values {
+            let default = self.session.params().iter().find(|known| known.name == param).map(|known| known.default);
+            match default.and_then(|default| from_components(&numbers, &default)) {
+                Some(value) => {
+                    let set = self.session.set_param(&param, value);
+                    self.said(set);
+                }
+                None => left.push(format!("`{param}`")),
+            }
+        }
+        if left.is_empty() {
+            self.notice(format!("the params are as in `{name}`"));
+        } else {
+            self.warn(format!("the graph has no such param any more: {}", left.join(", ")));
         }
     }
 
@@ -301,9 +354,11 @@ impl Viewer<'_> {
         }
     }
 
-    /// Pins the next texel of what is looked for, or the one before, and says when there is none.
+    /// Pins the next texel of what is looked for, or the one before, and brings it into sight. Says when there is none.
     fn find(&mut self, sought: Sought, channel: u32, forward: bool) {
-        if !self.inspector.find(sought, channel, forward) {
+        if self.inspector.find(sought, channel, forward) {
+            self.reveal_pin();
+        } else {
             self.notice(format!("no value of this channel is {}", sought.word()));
         }
     }
@@ -313,7 +368,7 @@ impl Viewer<'_> {
         let cursor = self.controls.cursor().map(|pixel| self.session.viewport().to_output(pixel));
         if !self.panels.layout.is_open(Panel::Inspect) {
             self.notice("open Inspect to pin a texel".to_owned());
-        } else if !self.inspector.pin_under(cursor, self.session.size()) {
+        } else if !self.inspector.pin_under(cursor, self.session.size(), &self.magnifier.region()) {
             self.notice("no texel is under the cursor".to_owned());
         }
     }

@@ -5,9 +5,11 @@ use std::collections::HashSet;
 use raxel_runtime::camera::{FlyInput, FlySpeed};
 use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
+use super::looking::Move;
+
 /// One thing that a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub(super) enum Command {
     /// Show the next debug target.
     NextTarget,
     /// Show the debug target before.
@@ -32,6 +34,14 @@ pub enum Command {
     Panels,
     /// Pin the texel under the cursor, or none any more.
     Pin,
+    /// Zoom or pan.
+    Look(Move),
+    /// Keep what is shown, to compare with it.
+    Keep,
+    /// Another way of comparing.
+    NextComparison,
+    /// Show the kept picture alone, or not any more.
+    Flip,
     /// Put the camera where it began.
     Home,
     /// Write the camera to stdout and to the clipboard.
@@ -60,6 +70,9 @@ Home            back to where the camera began
 C               the camera as the lines of a world's file, on stdout and on the clipboard
 K  G            the camera as a key in the demo's file;  give the camera back to the demo
 P               pin the texel under the cursor in Inspect, and let go of it
++ -  0          magnify twice, half as much; the whole picture. Ctrl and the wheel magnify, too; in a magnified picture, the wheel alone,
+                a drag and the arrow keys move the picture
+B  X  V         keep what is shown; ways to compare with it: wipe, difference, off;  the kept picture alone
 Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
@@ -143,6 +156,19 @@ impl Controls {
             Key::Named(NamedKey::F11) => Command::Capture,
             Key::Named(NamedKey::F12) => Command::Screenshot,
             Key::Named(NamedKey::Escape) => Command::Quit,
+            Key::Named(NamedKey::ArrowLeft) => Command::Look(Move::By(-1, 0)),
+            Key::Named(NamedKey::ArrowRight) => Command::Look(Move::By(1, 0)),
+            Key::Named(NamedKey::ArrowUp) => Command::Look(Move::By(0, -1)),
+            Key::Named(NamedKey::ArrowDown) => Command::Look(Move::By(0, 1)),
+            // With Ctrl they change the size of the panels.
+            Key::Character(text) if (text == "+" || text == "=") && !modifiers.control_key() => Command::Look(Move::In),
+            Key::Character(text) if text == "-" && !modifiers.control_key() => Command::Look(Move::Out),
+            Key::Character(text) if text == "0" && !modifiers.control_key() => Command::Look(Move::Whole),
+            Key::Character(text) if text.eq_ignore_ascii_case("b") && !modifiers.control_key() => Command::Keep,
+            Key::Character(text) if text.eq_ignore_ascii_case("x") && !modifiers.control_key() => {
+                Command::NextComparison
+            }
+            Key::Character(text) if text.eq_ignore_ascii_case("v") && !modifiers.control_key() => Command::Flip,
             Key::Character(text) if text == "." => Command::Step,
             Key::Character(text) if text == "[" => Command::Smaller,
             Key::Character(text) if text == "]" => Command::Larger,
@@ -159,7 +185,12 @@ impl Controls {
         // A held key repeats; only stepping and cycling are meant to.
         let repeats = matches!(
             command,
-            Command::Step | Command::NextTarget | Command::PreviousTarget | Command::Undo | Command::Redo
+            Command::Look(_)
+                | Command::Step
+                | Command::NextTarget
+                | Command::PreviousTarget
+                | Command::Undo
+                | Command::Redo
         );
         (!repeat || repeats).then_some(command)
     }

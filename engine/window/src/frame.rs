@@ -69,7 +69,12 @@ impl Viewer<'_> {
         }
         self.turn_demo();
         self.fly();
-        let inspects = self.panels.layout.is_open(Panel::Inspect);
+        let inspects =
+            self.panels.layout.is_open(Panel::Inspect) || self.inspector.is_copying() || self.writes_values();
+        self.session.set_region(self.magnifier.region());
+        if let Some(said) = self.comparing.update(&mut self.session) {
+            self.notice(said);
+        }
         if inspects {
             self.inspector.ask(&mut self.session);
         }
@@ -97,6 +102,9 @@ impl Viewer<'_> {
         if inspects {
             self.inspector.take(&mut self.session, &report);
             self.write_table();
+            self.take_copy();
+        } else {
+            self.inspector.rest();
         }
         let still = !report.displayed && report.dispatched == 0;
         let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());
@@ -196,6 +204,8 @@ impl Viewer<'_> {
 
     /// Draws the panels over the next picture and does what the user asks for in them.
     fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
+        let (magnified, region) = (self.magnified(), self.magnifier.region());
+        let extent = self.session.viewport().window();
         let Some(Open { window, overlay, .. }) = &mut self.window else { return };
         let shown = panel_data::shown(self.session.debug_target(), self.session.graph());
         let locked = self.before_peek.as_ref().unwrap_or(self.session.debug_target());
@@ -220,7 +230,7 @@ impl Viewer<'_> {
         let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
         // Which voxel that is takes a walk through the world: only where it is said.
         let says = self.panels.layout.is_open(Panel::World) && !overlay.has_pointer();
-        let pixel = self.controls.cursor().filter(|_| says);
+        let pixel = self.controls.cursor().filter(|_| says).map(|pixel| self.magnifier.unmagnified(pixel, extent));
         let (hit, unavailable) = match pixel.map(|pixel| self.session.pick(pixel, brush::REACH)) {
             Some(Ok(hit)) => (hit, None),
             Some(Err(unavailable)) => (None, Some(unavailable.to_string())),
@@ -233,6 +243,8 @@ impl Viewer<'_> {
             }
             Some(Stroke::Pick(_)) | None => Vec::new(),
         };
+        let outline = outline.into_iter().map(|segment| segment.map(|point| self.magnifier.magnified(point, extent)));
+        let outline = outline.collect();
         self.data.palette(self.session.scene());
         let editing = Editing {
             brush: self.brush,
@@ -247,16 +259,20 @@ impl Viewer<'_> {
         let counted = self.session.counted();
         let with_counted =
             (!counted.is_empty()).then(|| [self.problems.clone(), problems(&counted, self.session.texts())].concat());
+        let params = self.data.params(&self.session);
         let view = View {
             status,
             frame: self.data.frame(&self.session, self.fps_cap),
             passes: self.data.passes(&self.session),
             resources,
-            params: self.data.params(&self.session),
+            presets: self.presets.view(self.session.graph_path(), &params),
+            params,
             problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
-            inspected: self.inspector.view(&self.session, resources, cursor),
+            inspected: self.inspector.view(&self.session, resources, cursor, &region),
+            magnified,
+            compare: self.comparing.view(&self.session),
         };
         let panels = &mut self.panels;
         let actions = overlay.draw(window, |context| panels.show(context, &view));
@@ -391,8 +407,16 @@ impl Viewer<'_> {
         self.frame_time = Some(smoothed);
         self.data.interval.push(seconds * 1e3);
         let over_panel = self.window.as_ref().is_some_and(|open| open.overlay.has_pointer());
-        self.session.set_cursor(self.controls.cursor().filter(|_| !over_panel));
-        let (input, speed) = self.controls.fly();
+        let cursor = self.controls.cursor().filter(|_| !over_panel);
+        let window = self.session.viewport().window();
+        self.session.set_cursor(cursor.map(|pixel| self.magnifier.unmagnified(pixel, window)));
+        let (mut input, speed) = self.controls.fly();
+        // A drag moves a magnified picture, and turns the camera else.
+        if self.magnifier.is_on() {
+            let [width, height] = self.session.viewport().window().map(f64::from);
+            let [x, y] = std::mem::take(&mut input.look);
+            self.magnifier.pan([x / width, y / height]);
+        }
         if input == FlyInput::default() {
             return;
         }

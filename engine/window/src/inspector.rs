@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_execute::{Captured, FrameReport, ReadTicket, Texels, display_of};
+use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
-use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel};
+use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel, WrittenTexel};
 use raxel_panels::{Statistics, not_finite, view};
 use raxel_runtime::Session;
 use raxel_shader::interface::ScalarKind;
@@ -50,9 +50,31 @@ pub struct Inspector {
     first: u64,
     /// The whole buffer is to be written to a file when it is there.
     writing: bool,
+    /// A copy that was asked for, and then one that has come.
+    copying: Option<CopiedFor>,
+    copied: Option<(CopiedFor, Shown)>,
     /// The pinned texel, and the extent of the picture that it was pinned in.
     pinned: Option<([u32; 2], [u32; 2])>,
     seen: Inspected,
+}
+
+/// What a copy of what is shown is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CopiedFor {
+    /// To be kept, and compared with.
+    Keeping,
+    /// To be measured against what was kept.
+    Measuring,
+}
+
+/// A copy of what is shown.
+pub struct Copy {
+    /// What it is for.
+    pub purpose: CopiedFor,
+    /// What it is of.
+    pub shown: Shown,
+    /// Its texels and the way they are shown; `None` of a buffer.
+    pub texels: Option<(Texels, Display)>,
 }
 
 struct Found {
@@ -64,6 +86,43 @@ struct Found {
 }
 
 impl Inspector {
+    /// Asks for a copy of what is shown, for [`Self::copied`].
+    pub fn copy(&mut self, purpose: CopiedFor) {
+        (self.copying, self.stale, self.asked) = (Some(purpose), true, None);
+    }
+
+    /// Whether a copy was asked for that is not there yet.
+    pub fn is_copying(&self) -> bool {
+        self.copying.is_some()
+    }
+
+    /// The copy that was asked for, once it is there.
+    pub fn copied(&mut self, graph: &Graph) -> Option<Copy> {
+        let (purpose, shown) = self.copied.take()?;
+        let map = self.map.unwrap_or_else(|| graphs_map(graph, &shown));
+        let display = self.display(graph, map);
+        let texels = self.picture().cloned().map(|texels| (texels, display));
+        Some(Copy { purpose, shown, texels })
+    }
+
+    /// Nobody looks: what is known is out of date from here on.
+    pub fn rest(&mut self) {
+        self.stale = true;
+    }
+
+    /// The values of the texels in a region of what is shown, as far as they are known.
+    pub fn written(&self, shown: &Shown, region: &Region) -> Vec<WrittenTexel> {
+        match self.found.as_ref().filter(|found| found.shown == *shown).map(|found| &found.captured) {
+            Some(Captured::Texels(texels)) => locate::written(texels, region),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The pinned texel, and the extent of the picture that it was pinned in.
+    pub fn pinned(&self) -> Option<([u32; 2], [u32; 2])> {
+        self.pinned
+    }
+
     /// Before a frame: asks for a copy when there is something new to copy.
     pub fn ask(&mut self, session: &mut Session) {
         let shown = panel_data::shown(session.debug_target(), session.graph());
@@ -96,6 +155,9 @@ impl Inspector {
         if let Some((shown, ticket)) = self.on_its_way.take() {
             match ticket.poll() {
                 Ok(Some(captured)) => {
+                    if self.of.as_ref() == Some(&shown) {
+                        self.copied = self.copying.take().map(|purpose| (purpose, shown.clone()));
+                    }
                     self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
                 }
                 Ok(None) => self.on_its_way = Some((shown, ticket)),
@@ -133,11 +195,11 @@ impl Inspector {
     }
 
     /// Pins the texel under a pixel of the output, or lets go of the one that is pinned. False when there is no picture under it.
-    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2]) -> bool {
+    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2], region: &Region) -> bool {
         if self.pinned.take().is_some() {
             return true;
         }
-        let at = self.picture().zip(pixel).and_then(|(texels, pixel)| texel_under(texels, pixel, output));
+        let at = self.picture().zip(pixel).and_then(|(texels, pixel)| texel_under(texels, pixel, output, region));
         self.pin(at);
         at.is_some()
     }
@@ -208,12 +270,13 @@ impl Inspector {
         self.cost = began.elapsed();
     }
 
-    /// What the panel shows. `cursor` is a pixel of the output.
+    /// What the panel shows. `cursor` is a pixel of the output, which shows a region of the picture.
     pub fn view(
         &mut self,
         session: &Session,
         resources: &[view::Resource],
         cursor: Option<[i32; 2]>,
+        region: &Region,
     ) -> Option<&Inspected> {
         let found = self.found.as_ref()?;
         let graph = session.graph();
@@ -243,7 +306,7 @@ impl Inspector {
                 seen.statistics = found.statistics.as_ref().and_then(|(_, statistics)| statistics.clone());
                 seen.not_finite.clone_from(&found.not_finite);
                 seen.extent = extent_of(texels);
-                let under = cursor.and_then(|pixel| texel_under(texels, pixel, session.size()));
+                let under = cursor.and_then(|pixel| texel_under(texels, pixel, session.size(), region));
                 seen.cursor = under.and_then(|at| texel(texels, at));
                 let pinned = self.pinned_in(texels);
                 seen.pinned = pinned.and_then(|at| texel(texels, at));
@@ -284,17 +347,24 @@ fn extent_of(texels: &Texels) -> [u32; 2] {
     [texels.width, texels.height]
 }
 
-/// The place of the texel that a pixel of the output shows.
+/// The place of the texel that a pixel of the output shows, by the rule of the shader that makes the picture (`display.comp`).
 #[expect(
     clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
     reason = "the pixel is inside the output, so that the texel is inside the extent"
 )]
-fn texel_under(texels: &Texels, pixel: [i32; 2], output: [u32; 2]) -> Option<[u32; 2]> {
+fn texel_under(texels: &Texels, pixel: [i32; 2], output: [u32; 2], region: &Region) -> Option<[u32; 2]> {
     let extent = extent_of(texels);
     let mut at = [0; 2];
     for axis in 0..2 {
         let pixel = u64::try_from(pixel[axis]).ok().filter(|&pixel| pixel < u64::from(output[axis]))?;
-        at[axis] = (pixel * u64::from(extent[axis]) / u64::from(output[axis].max(1))) as u32;
+        at[axis] = if *region == Region::WHOLE {
+            (pixel * u64::from(extent[axis]) / u64::from(output[axis].max(1))) as u32
+        } else {
+            let share = (pixel as f64 + 0.5) / f64::from(output[axis].max(1));
+            let place = (region.origin[axis] + share * region.size) * f64::from(extent[axis]);
+            (place as u32).min(extent[axis].saturating_sub(1))
+        };
     }
     Some(at)
 }
@@ -325,13 +395,18 @@ mod tests {
     fn the_texel_under_a_pixel_is_exact() {
         let bytes = [1.5_f32, f32::NAN, -0.0, 2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
         let texels = Texels { format: Format::R32f, width: 2, height: 2, bytes };
-        let under =
-            |texels: &Texels, pixel, output| texel_under(texels, pixel, output).and_then(|at| texel(texels, at));
+        let under = |texels: &Texels, pixel, output| {
+            texel_under(texels, pixel, output, &Region::WHOLE).and_then(|at| texel(texels, at))
+        };
         let at = |x, y| under(&texels, [x, y], [8, 8]).map(|texel| (texel.at, texel.values[0].clone()));
         assert_eq!(at(0, 0), Some(([0, 0], ["1.5".to_owned(), "0x3fc00000".to_owned()])));
         assert_eq!(at(7, 3).unwrap().1[0], "NaN");
         assert_eq!(at(3, 4), Some(([0, 1], ["-0".to_owned(), "0x80000000".to_owned()])));
         assert_eq!((at(8, 0), at(-1, 0)), (None, None));
+        // Magnified, a pixel shows another texel.
+        let half = Region { origin: [0.25, 0.5], size: 0.5 };
+        let magnified = |x, y| texel_under(&texels, [x, y], [8, 8], &half);
+        assert_eq!([magnified(0, 0), magnified(3, 7), magnified(4, 0)], [Some([0, 1]), Some([0, 1]), Some([1, 1])]);
         let texels = Texels { format: Format::Rg16i, width: 1, height: 1, bytes: vec![0xff, 0xff, 2, 0] };
         let texel = under(&texels, [0, 0], [1, 1]).unwrap();
         assert_eq!(texel.values, [["-1", "0xffff"], ["2", "0x2"]].map(|pair| pair.map(str::to_owned)));
@@ -354,10 +429,10 @@ mod tests {
         // Twice as wide: the same place.
         inspector.found = picture(4, &[0.0; 8]);
         assert_eq!(pinned(&inspector), Some([1, 1]));
-        assert!(inspector.pin_under(None, [8, 8]), "let go of");
+        assert!(inspector.pin_under(None, [8, 8], &Region::WHOLE), "let go of");
         assert_eq!(pinned(&inspector), None);
-        assert!(!inspector.pin_under(None, [8, 8]), "nothing is under the cursor");
-        assert!(inspector.pin_under(Some([7, 0]), [8, 8]));
+        assert!(!inspector.pin_under(None, [8, 8], &Region::WHOLE), "nothing is under the cursor");
+        assert!(inspector.pin_under(Some([7, 0]), [8, 8], &Region::WHOLE));
         assert_eq!(pinned(&inspector), Some([3, 0]));
     }
 }

@@ -6,8 +6,10 @@ mod app;
 mod args;
 mod brush;
 mod commands;
+mod comparing;
 mod controls;
 mod demo_keys;
+mod described;
 mod editor;
 mod elements;
 mod error_window;
@@ -15,11 +17,14 @@ mod frame;
 mod inspector;
 mod layout_file;
 mod locate;
+mod looking;
 pub mod lost_display;
+mod magnifier;
 mod outline;
 mod overlay;
 mod panel_data;
 mod presenting;
+mod presets;
 mod problem_log;
 mod reload_log;
 mod title;
@@ -45,13 +50,16 @@ use winit::window::{Window, WindowId};
 
 use self::app::App;
 pub use self::args::Args;
+use self::comparing::Comparing;
 use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
+use self::magnifier::Magnifier;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
+use self::presets::Presets;
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use self::write_back::Written;
@@ -163,8 +171,12 @@ struct Viewer<'a> {
     window: Option<Open>,
     panels: Panels,
     layout_file: LayoutFile,
+    presets: Presets,
     data: PanelData,
     inspector: Inspector,
+    /// Which part of the picture fills the window.
+    magnifier: Magnifier,
+    comparing: Comparing,
     problems: Vec<Problem>,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
@@ -256,15 +268,22 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                 self.redraw();
             }
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
-                self.controls.drag(state == ElementState::Pressed && !taken);
+                let pressed = state == ElementState::Pressed && !taken;
+                let held = self.hold_wipe(pressed);
+                self.controls.drag(pressed && !held);
                 self.redraw();
             }
             WindowEvent::MouseWheel { delta, .. } if !taken => {
-                self.controls.wheel(match delta {
+                let lines = match delta {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / 50.0,
-                });
-                self.notice(self.controls.speed_text());
+                };
+                if self.wheel_magnifies() {
+                    self.magnify(lines);
+                } else {
+                    self.controls.wheel(lines);
+                    self.notice(self.controls.speed_text());
+                }
                 self.redraw();
             }
             WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Right, .. } if !taken => {
@@ -279,12 +298,14 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                 if self.painting.is_some() {
                     self.stroke();
                 }
+                self.comparing.drag_edge(position.x, self.session.viewport().window()[0]);
                 self.redraw();
             }
             WindowEvent::CursorLeft { .. } => self.controls.cursor_left(),
             WindowEvent::Focused(false) => {
                 self.controls.release_all();
                 self.painting = None;
+                self.comparing.release_edge();
             }
             WindowEvent::RedrawRequested => {
                 if let Err(failure) = self.draw(event_loop) {
@@ -327,6 +348,10 @@ impl<'a> Viewer<'a> {
             console.message(&format!("warning: {said}"));
         }
         layout.visible &= !args.no_panels;
+        let mut presets = Presets::of(session.project().root());
+        if let Err(error) = presets.read() {
+            console.message(&format!("warning: {error}"));
+        }
         Ok(Viewer {
             args,
             control,
@@ -337,8 +362,11 @@ impl<'a> Viewer<'a> {
             session,
             panels: Panels::new(layout),
             layout_file,
+            presets,
             data: PanelData::default(),
             inspector: Inspector::default(),
+            magnifier: Magnifier::default(),
+            comparing: Comparing::default(),
             notice: None,
             before_peek: None,
             written: Vec::new(),
@@ -425,6 +453,13 @@ impl<'a> Viewer<'a> {
     fn is_on_edge(&self) -> bool {
         let at = self.window.as_ref().zip(self.controls.pointer());
         at.is_some_and(|(open, pixel)| self.panels.is_edge(open.overlay.point(pixel)))
+    }
+
+    /// The left button was pressed or released. Whether it holds the edge of a wipe now.
+    fn hold_wipe(&mut self, pressed: bool) -> bool {
+        self.comparing.release_edge();
+        let Some([x, _]) = self.controls.pointer().filter(|_| pressed) else { return false };
+        self.comparing.hold_edge(x, self.session.viewport().window()[0], &self.session)
     }
 
     fn resize(&mut self, size: PhysicalSize<u32>) {

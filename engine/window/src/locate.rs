@@ -1,8 +1,9 @@
 //! Where in a picture the texels are that its numbers speak of, and what lies around one.
 
-use raxel_execute::Texels;
+use raxel_execute::{Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
-use raxel_panels::view::{Sought, Zoom};
+use raxel_panels::view::{Sought, WrittenTexel, Zoom};
+use raxel_shader::interface::ScalarKind;
 use raxel_world::srgb_from_linear;
 
 /// The texel after another, or the one before, whose channel has what is looked for: in order of rows, and from the last to the first. The
@@ -52,6 +53,40 @@ pub fn zoom(texels: &Texels, at: [u32; 2], display: &Display) -> Zoom {
         Some(color_of(texels.texel([x, y])?.0, texels.format.channels(), display))
     };
     Zoom { colors: (0..Zoom::SIDE * Zoom::SIDE).map(color).collect() }
+}
+
+/// The values of the texels that are seen in a region, a line for each channel.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the places are inside the picture")]
+pub fn written(texels: &Texels, region: &Region) -> Vec<WrittenTexel> {
+    let span = |axis: usize, extent: u32| {
+        let (first, extent) = (region.origin[axis] * f64::from(extent), f64::from(extent));
+        (first.floor() as u32)..((first + region.size * extent).ceil().min(extent) as u32)
+    };
+    let channels = texels.format.channels() as usize;
+    let write = |at: [u32; 2]| {
+        let integers = texels.integer(at);
+        let (floats, _) = texels.texel(at)?;
+        let line = |channel: usize| match (texels.scalar(), integers) {
+            (ScalarKind::Int, Some(integers)) => integers[channel].cast_signed().to_string(),
+            (ScalarKind::Uint, Some(integers)) => integers[channel].to_string(),
+            _ => short(floats[channel]),
+        };
+        Some(WrittenTexel { at, lines: (0..channels).map(line).collect() })
+    };
+    let rows = span(1, texels.height);
+    rows.flat_map(|y| span(0, texels.width).filter_map(move |x| write([x, y])).collect::<Vec<_>>()).collect()
+}
+
+/// A number in at most some seven characters.
+fn short(value: f32) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        0.001..1.0 => format!("{value:.3}"),
+        1.0..100.0 => format!("{value:.2}"),
+        100.0..100_000.0 => format!("{value:.0}"),
+        size if size.is_finite() => format!("{value:.0e}"),
+        _ => value.to_string(),
+    }
 }
 
 fn color_of(texel: [f32; 4], channels: u32, display: &Display) -> [u8; 3] {
@@ -118,6 +153,17 @@ mod tests {
         assert_eq!(scaled([5, 7], [8, 8], [8, 8]), [5, 7]);
         assert_eq!(scaled([5, 7], [8, 8], [4, 2]), [2, 1]);
         assert_eq!(scaled([1, 0], [2, 1], [8, 8]), [6, 4]);
+    }
+
+    #[test]
+    fn the_values_of_what_is_seen_are_written() {
+        let right = Region { origin: [0.5, 0.0], size: 0.5 };
+        let lines: Vec<_> = written(&texels(), &right).into_iter().map(|found| (found.at, found.lines)).collect();
+        assert_eq!(lines, [([1, 0], vec!["NaN".to_owned()]), ([2, 0], vec!["inf".to_owned()])]);
+        let integers = Texels { format: Format::Rg16i, width: 1, height: 1, bytes: vec![0xff, 0xff, 2, 0] };
+        assert_eq!(written(&integers, &Region::WHOLE)[0].lines, ["-1", "2"]);
+        let said = [0.0, -0.0123, 3.146, 720.4, 1e-9, -2.5e8, f32::NEG_INFINITY].map(short);
+        assert_eq!(said, ["0", "-0.012", "3.15", "720", "1e-9", "-2e8", "-inf"]);
     }
 
     #[test]

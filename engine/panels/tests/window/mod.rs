@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use raxel_panels::view::{
-    Brush, Editing, Frame, Inspected, Kind, Map, Param, Pass, PassState, Problem, Resource, Shown, Status, Swatch,
-    Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
+    Brush, Compare, Editing, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem, Resource,
+    Shown, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
 
@@ -16,8 +16,11 @@ pub struct Window {
     pub passes: Vec<(&'static str, PassState, Option<usize>)>,
     pub resources: Vec<Resource>,
     pub params: Vec<Param>,
+    pub presets: Vec<Preset>,
     pub problems: Vec<Problem>,
     pub inspected: Option<Inspected>,
+    pub magnified: Magnified,
+    pub compare: Compare,
     pub status: Status,
     pub timeline: Option<Timeline>,
     pub brush: Brush,
@@ -62,8 +65,11 @@ impl Window {
                 param("exposure", vec![2.0], vec![1.0]),
                 Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
             ],
+            presets: Vec::new(),
             problems: Vec::new(),
             inspected: None,
+            magnified: Magnified::default(),
+            compare: Compare::default(),
             status: Status {
                 graph: "test".to_owned(),
                 graph_file: "graphs/test.toml".to_owned(),
@@ -111,6 +117,7 @@ impl Window {
             passes: self.passes.iter().map(|(name, state, output)| pass(name, *state, *output)).collect(),
             resources: &self.resources,
             params: self.params.clone(),
+            presets: self.presets.clone(),
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
@@ -129,6 +136,8 @@ impl Window {
             },
             timeline: self.timeline.clone(),
             inspected: self.inspected.as_ref(),
+            magnified: self.magnified.clone(),
+            compare: self.compare.clone(),
         };
         self.actions.extend(self.panels.show(ctx, &view));
     }

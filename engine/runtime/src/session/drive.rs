@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_execute::moment::Moment;
-use raxel_execute::{ExternalResource, Override, WriteError};
+use raxel_execute::{Builder, Comparison, ExternalResource, Mismatch, Override, Reference, Region, WriteError};
 use raxel_graph::checked::{Display, Fill, Graph, Param, PassId, Value};
 
 use super::{Session, open};
@@ -130,6 +130,28 @@ impl Session {
     pub fn set_display(&mut self, display: Option<Display>) {
         self.display = display;
         self.executor.set_display(display);
+    }
+
+    /// Shows a part of the debug target from the next frame on.
+    pub fn set_region(&mut self, region: Region) {
+        self.region = region;
+        self.executor.set_region(region);
+    }
+
+    /// Shows the debug target together with a reference from the next frame on, as long as [`Self::mismatch`] has nothing against it. A loss of
+    /// the device ends the comparison, and the reference is to be uploaded again ([`Self::builder`]).
+    pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
+        self.executor.set_comparison(compared);
+    }
+
+    /// Why what is shown cannot be compared with a reference; `None` where it can.
+    pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
+        self.executor.mismatch(reference)
+    }
+
+    /// Uploads references for the session's device, on any thread.
+    pub fn builder(&self) -> Builder {
+        self.context.builder.clone()
     }
 
     /// Keeps a resource readable at the end of each frame from the next one on, whatever is shown. Needed with [`Observe::Shown`] only.

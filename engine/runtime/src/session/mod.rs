@@ -28,7 +28,7 @@ pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap};
 use raxel_execute::moment::Moment;
-use raxel_execute::{Executor, ExecutorOptions, Override, Suspect};
+use raxel_execute::{Executor, ExecutorOptions, Override, Region, Suspect};
 use raxel_graph::checked::{Display, Graph, ParamId, PassId, Value};
 use raxel_graph::plan::{Observe, Plan};
 use raxel_layouts::Layout;
@@ -167,6 +167,8 @@ pub struct Session {
     debug_target: DebugTarget,
     /// How, instead of as the graph says.
     display: Option<Display>,
+    /// Which part of it.
+    region: Region,
     pinned: Vec<String>,
 
     clock: Clock,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::moment::Fraction;
-use raxel_execute::{self as execute, Executor, ExecutorOptions};
+use raxel_execute::{self as execute, Executor, ExecutorOptions, Region};
 
 use super::recover::Budget;
 use super::{OpenError, Options, Session};
@@ -104,6 +104,7 @@ impl Session {
             viewport,
             debug_target: options.debug_target.clone(),
             display: None,
+            region: Region::WHOLE,
             pinned: options.pinned.clone(),
             plans: vec![(selection.clone(), assembly.plan.clone())],
             selection,

@@ -66,6 +66,7 @@ impl Session {
         })?;
         executor.swap(prepared);
         executor.set_display(self.display);
+        executor.set_region(self.region);
         (self.executor, self.device, self.context) = (executor, device, context);
         self.plans.clear();
         self.history.reset();

@@ -1,0 +1,430 @@
+//! Compares what is shown with a picture that was kept: a copy of a target, or a file.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+
+use raxel_execute::{Builder, Comparison, ExecuteError, Reference, ReferenceValues, Texels};
+use raxel_graph::checked::{Display, DisplayMap};
+use raxel_panels::view::{Compare, CompareMode, Figures};
+use raxel_picture::{Encoding, Picture};
+use raxel_runtime::Session;
+use raxel_world::srgb_from_linear;
+
+/// Pixels beside the edge of a wipe where a press takes hold of it.
+const GRIP: f64 = 8.0;
+
+/// What is compared with what is shown, and how.
+pub struct Comparing {
+    kept: Option<Kept>,
+    mode: CompareMode,
+    flipped: bool,
+    /// Share of the window's width.
+    edge: f64,
+    /// The left button holds the edge.
+    held: bool,
+    gain: f32,
+    figures: Figures,
+    /// Why the two cannot be compared, as it was said last.
+    refused: Option<String>,
+    /// On its way: a file that is read, a picture to the device, the figures.
+    loading: Option<Receiver<Result<Kept, String>>>,
+    uploading: Option<Uploading>,
+    measuring: Option<Receiver<Figures>>,
+}
+
+/// A reference on its way to a device.
+struct Uploading {
+    device: u64,
+    made: Receiver<Result<Reference, ExecuteError>>,
+}
+
+/// A picture that was kept.
+struct Kept {
+    name: String,
+    pixels: Pixels,
+    /// On which device it is, by its number, or why it could not be put there.
+    on_device: Option<(u64, Result<Arc<Reference>, String>)>,
+}
+
+/// The pixels of a kept picture.
+#[derive(Clone)]
+enum Pixels {
+    Texels(Arc<Texels>),
+    File(Arc<Picture>),
+}
+
+impl Default for Comparing {
+    fn default() -> Self {
+        Self {
+            kept: None,
+            mode: CompareMode::Off,
+            flipped: false,
+            edge: 0.5,
+            held: false,
+            gain: 1.0,
+            figures: Figures::None,
+            refused: None,
+            loading: None,
+            uploading: None,
+            measuring: None,
+        }
+    }
+}
+
+impl Comparing {
+    /// Keeps a copy of what is shown.
+    pub fn keep(&mut self, name: &str, texels: Texels) {
+        let name = format!("{name}, {} × {}", texels.width, texels.height);
+        self.replace(Kept { name, pixels: Pixels::Texels(Arc::new(texels)), on_device: None });
+    }
+
+    /// Reads a picture from a file on a thread of its own; [`Self::update`] says how that went.
+    pub fn load(&mut self, path: &Path, name: &str) {
+        let (path, name) = (path.to_owned(), name.to_owned());
+        let (send, receive) = channel();
+        thread::spawn(move || {
+            let read = raxel_picture::read(&path, None).map_err(|error| format!("`{name}` cannot be loaded: {error}"));
+            // A window that was closed does not wait for it.
+            let _ = send.send(read.map(|picture| Kept {
+                name: format!("{name}, {} × {}", picture.width, picture.height),
+                pixels: Pixels::File(Arc::new(picture)),
+                on_device: None,
+            }));
+        });
+        self.loading = Some(receive);
+    }
+
+    fn replace(&mut self, kept: Kept) {
+        self.kept = Some(kept);
+        (self.uploading, self.measuring, self.figures) = (None, None, Figures::None);
+        if self.mode == CompareMode::Off {
+            self.mode = CompareMode::Wipe;
+        }
+    }
+
+    /// Lets go of the kept picture.
+    pub fn forget(&mut self) {
+        *self = Self { edge: self.edge, gain: self.gain, ..Self::default() };
+    }
+
+    /// Whether something is kept.
+    pub fn is_on(&self) -> bool {
+        self.kept.is_some()
+    }
+
+    /// Another way of showing both.
+    pub fn set_mode(&mut self, mode: CompareMode) {
+        (self.mode, self.flipped) = (mode, false);
+    }
+
+    /// The next way of showing both.
+    pub fn next_mode(&mut self) -> CompareMode {
+        let at = CompareMode::ALL.iter().position(|mode| *mode == self.mode).unwrap_or(0);
+        self.set_mode(CompareMode::ALL[(at + 1) % CompareMode::ALL.len()]);
+        self.mode
+    }
+
+    /// Shows the kept picture alone, or not any more.
+    pub fn flip(&mut self) {
+        self.flipped = !self.flipped;
+    }
+
+    /// What differences are multiplied by.
+    pub fn set_gain(&mut self, gain: f32) {
+        if gain.is_finite() {
+            self.gain = gain.clamp(0.01, 1e5);
+        }
+    }
+
+    /// Takes hold of the edge of the wipe, where a pixel of a window of this width is on it.
+    pub fn hold_edge(&mut self, x: f64, width: u32, session: &Session) -> bool {
+        self.held = self.view(session).has_edge() && (x - self.edge * f64::from(width)).abs() <= GRIP;
+        self.held
+    }
+
+    /// Puts the edge that is held at a pixel.
+    pub fn drag_edge(&mut self, x: f64, width: u32) {
+        if self.held {
+            self.edge = (x / f64::from(width.max(1))).clamp(0.0, 1.0);
+        }
+    }
+
+    /// Lets go of the edge.
+    pub fn release_edge(&mut self) {
+        self.held = false;
+    }
+
+    /// Before a frame: takes what has come from other threads, and tells the session what to show. Gives what is to be said.
+    pub fn update(&mut self, session: &mut Session) -> Option<String> {
+        let said = self.take_loaded();
+        if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
+            (self.figures, self.measuring) = (figures, None);
+        }
+        self.upload(session);
+        let comparison = match (self.flipped, self.mode) {
+            (true, _) => Some(Comparison::Reference),
+            (false, CompareMode::Off) => None,
+            (false, CompareMode::Wipe) => Some(Comparison::Wipe(self.edge)),
+            (false, CompareMode::Difference) => Some(Comparison::Difference(self.gain)),
+        };
+        session.set_comparison(self.reference(session).cloned().zip(comparison));
+        said.or_else(|| self.refusal(session))
+    }
+
+    /// Why the two cannot be compared, when that is news.
+    fn refusal(&mut self, session: &Session) -> Option<String> {
+        let refused = self.view(session).refused;
+        let news = refused.clone().filter(|_| refused != self.refused);
+        self.refused = refused;
+        news
+    }
+
+    fn take_loaded(&mut self) -> Option<String> {
+        match self.loading.as_ref()?.try_recv() {
+            Ok(Ok(kept)) => {
+                let said = format!("compares with {}", kept.name);
+                self.replace(kept);
+                self.loading = None;
+                Some(said)
+            }
+            Ok(Err(error)) => {
+                self.loading = None;
+                Some(error)
+            }
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                self.loading = None;
+                Some("the picture cannot be loaded".to_owned())
+            }
+        }
+    }
+
+    /// Puts the kept picture on the session's device, on a thread of its own: once, and again after a loss of the device.
+    fn upload(&mut self, session: &Session) {
+        let Some(kept) = &mut self.kept else { return };
+        let device = session.device().id();
+        if let Some(uploading) = self.uploading.take_if(|uploading| uploading.device == device) {
+            match uploading.made.try_recv() {
+                Ok(made) => {
+                    kept.on_device = Some((device, made.map(Arc::new).map_err(|error| error.to_string())));
+                }
+                Err(TryRecvError::Empty) => self.uploading = Some(uploading),
+                Err(TryRecvError::Disconnected) => {
+                    kept.on_device = Some((device, Err("the kept picture did not reach the device".to_owned())));
+                }
+            }
+        }
+        let known = kept.on_device.as_ref().is_some_and(|(on, _)| *on == device);
+        if known || self.uploading.as_ref().is_some_and(|uploading| uploading.device == device) {
+            return;
+        }
+        let (builder, pixels) = (session.builder(), kept.pixels.clone());
+        let (send, made) = channel();
+        thread::spawn(move || {
+            // A window that was closed does not wait for it.
+            let _ = send.send(pixels.reference(&builder));
+        });
+        self.uploading = Some(Uploading { device, made });
+    }
+
+    fn reference(&self, session: &Session) -> Option<&Arc<Reference>> {
+        let (device, made) = self.kept.as_ref()?.on_device.as_ref()?;
+        made.as_ref().ok().filter(|_| *device == session.device().id())
+    }
+
+    /// Finds how far a copy of what is shown, of this name, is from the kept picture, on a thread of its own. `display` is how it is shown.
+    pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
+        let Some(kept) = &self.kept else { return };
+        let (name, pixels) = (name.to_owned(), kept.pixels.clone());
+        let (send, receive) = channel();
+        thread::spawn(move || {
+            // A window that was closed does not wait for it.
+            let _ = send.send(figures(&pixels, name, &texels, &display));
+        });
+        self.measuring = Some(receive);
+    }
+
+    /// The figures were asked for, and what is shown is being copied.
+    pub fn await_figures(&mut self) {
+        self.figures = Figures::Awaited;
+    }
+
+    /// What is shown could not be copied.
+    pub fn give_up_figures(&mut self) {
+        if self.figures == Figures::Awaited {
+            self.figures = Figures::Refused("a buffer is shown".to_owned());
+        }
+    }
+
+    /// What the panel shows.
+    pub fn view(&self, session: &Session) -> Compare {
+        let failed = self.kept.as_ref().and_then(|kept| kept.on_device.as_ref()?.1.as_ref().err().cloned());
+        let mismatch = || Some(session.mismatch(self.reference(session)?)?.to_string());
+        Compare {
+            kept: self.kept.as_ref().map(|kept| kept.name.clone()),
+            mode: self.mode,
+            flipped: self.flipped,
+            edge: self.edge,
+            gain: self.gain,
+            refused: failed.or_else(mismatch),
+            figures: self.figures.clone(),
+        }
+    }
+}
+
+impl Pixels {
+    fn reference(&self, builder: &Builder) -> Result<Reference, ExecuteError> {
+        match self {
+            Pixels::Texels(texels) => builder.reference(texels),
+            Pixels::File(picture) => {
+                let values = match picture.encoding {
+                    Encoding::Display => ReferenceValues::Displayed,
+                    Encoding::Linear => ReferenceValues::Floats,
+                };
+                builder.reference_picture(&picture.pixels, [picture.width, picture.height], values)
+            }
+        }
+    }
+}
+
+/// The figures of `raxel compare`, with the kept picture as the reference.
+fn figures(kept: &Pixels, of: String, shown: &Texels, display: &Display) -> Figures {
+    let pictures = match kept {
+        Pixels::Texels(kept) => Ok((picture(kept), picture(shown))),
+        Pixels::File(kept) if kept.encoding == Encoding::Linear => Ok(((**kept).clone(), picture(shown))),
+        Pixels::File(kept) => displayed(shown, display).map(|shown| ((**kept).clone(), shown)),
+    };
+    let found = pictures.and_then(|(kept, shown)| {
+        let pixels = kept.pixels.len() as u64;
+        let found = raxel_picture::compare(&kept, &shown).map_err(|error| error.to_string())?;
+        Ok((found, pixels))
+    });
+    match found {
+        Ok((found, pixels)) => Figures::Found {
+            of,
+            flip: found.flip,
+            rmse: found.rmse,
+            max: found.max,
+            differing: [found.differing, pixels],
+        },
+        Err(why) => Figures::Refused(why),
+    }
+}
+
+/// Texels as linear light; one channel is grey.
+fn picture(texels: &Texels) -> Picture {
+    let gray = texels.format.channels() == 1;
+    let pixel = |[r, g, b, _]: [f32; 4]| if gray { [r; 3] } else { [r, g, b] };
+    let pixels = texels.floats().into_iter().map(pixel).collect();
+    Picture { width: texels.width, height: texels.height, pixels, encoding: Encoding::Linear }
+}
+
+/// Texels as a screen shows them, to be compared with a picture of a screen.
+fn displayed(texels: &Texels, display: &Display) -> Result<Picture, String> {
+    let [low, high] = display.range;
+    let encode: &dyn Fn(f32) -> f32 = match display.map {
+        DisplayMap::Color => {
+            &|value| f32::from(srgb_from_linear(((value - low) / (high - low)).clamp(0.0, 1.0))) / 255.0
+        }
+        DisplayMap::Raw => &|value| value.clamp(0.0, 1.0),
+        _ => {
+            let why = "a picture of a screen has figures only for targets that are shown by `color` or `raw`";
+            return Err(why.to_owned());
+        }
+    };
+    let mut picture = picture(texels);
+    picture.pixels.iter_mut().flatten().for_each(|value| *value = encode(*value));
+    Ok(Picture { encoding: Encoding::Display, ..picture })
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_shader::format::Format;
+
+    use super::*;
+
+    const COLOR: Display = Display { map: DisplayMap::Color, range: [0.0, 1.0], channel: 0 };
+
+    fn texels(values: &[f32]) -> Texels {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Texels { format: Format::R32f, width: u32::try_from(values.len()).unwrap(), height: 1, bytes }
+    }
+
+    fn kept(values: &[f32]) -> Pixels {
+        Pixels::Texels(Arc::new(texels(values)))
+    }
+
+    fn file(pixels: &[[f32; 3]], encoding: Encoding) -> Pixels {
+        let width = u32::try_from(pixels.len()).unwrap();
+        Pixels::File(Arc::new(Picture { width, height: 1, pixels: pixels.to_vec(), encoding }))
+    }
+
+    fn found(figures: &Figures) -> ([u64; 2], [u64; 2]) {
+        let Figures::Found { rmse, max, differing, .. } = figures else { panic!("{figures:?}") };
+        // In hundredths.
+        ([rmse, max].map(|value| (value * 100.0).round() as u64), *differing)
+    }
+
+    #[test]
+    fn figures_are_of_values_and_say_what_they_are_of() {
+        let shown = texels(&[1.0, 2.0, 3.0, 4.0]);
+        let figures = |kept: &Pixels| super::figures(kept, "color, generation 2".to_owned(), &shown, &COLOR);
+        assert_eq!(found(&figures(&kept(&[1.0, 2.0, 3.0, 4.0]))), ([0, 0], [0, 4]));
+        assert_eq!(found(&figures(&kept(&[1.0, 2.0, 3.0, 6.0]))), ([100, 200], [1, 4]));
+        assert!(matches!(figures(&kept(&[0.0; 4])), Figures::Found { of, .. } if of == "color, generation 2"));
+        let linear = file(&[[1.0; 3], [2.0; 3], [3.0; 3], [3.0; 3]], Encoding::Linear);
+        assert_eq!(found(&figures(&linear)), ([50, 100], [1, 4]));
+        let Figures::Refused(why) = figures(&kept(&[1.0; 3])) else { panic!("of another size") };
+        assert!(why.contains("3×1") && why.contains("4×1"), "{why}");
+    }
+
+    #[test]
+    fn a_picture_of_a_screen_is_compared_with_what_a_screen_shows() {
+        let white = file(&[[1.0; 3], [0.0; 3]], Encoding::Display);
+        let figures = |shown: &[f32], display: &Display| super::figures(&white, String::new(), &texels(shown), display);
+        assert_eq!(found(&figures(&[1.0, 0.0], &COLOR)), ([0, 0], [0, 2]));
+        assert_eq!(found(&figures(&[4.0, 2.0], &Display { range: [2.0, 4.0], ..COLOR })), ([0, 0], [0, 2]));
+        // A half of linear light is brighter on a screen than half of the way.
+        assert_eq!(found(&figures(&[1.0, 0.5], &COLOR)).0[1], 74);
+        let turbo = Display { map: DisplayMap::Turbo, ..COLOR };
+        assert!(matches!(figures(&[1.0, 0.0], &turbo), Figures::Refused(why) if why.contains("`color` or `raw`")));
+    }
+
+    #[test]
+    fn what_is_kept_is_compared_at_once_and_let_go_of_with_all_but_the_edge() {
+        let mut comparing = Comparing::default();
+        comparing.flip();
+        comparing.drag_edge(32.0, 128);
+        assert!((comparing.edge - 0.5).abs() < 1e-9, "nobody holds it");
+        comparing.held = true;
+        comparing.keep("color", texels(&[1.0]));
+        assert!(comparing.is_on() && comparing.mode == CompareMode::Wipe);
+        assert_eq!([comparing.next_mode(), comparing.next_mode()], [CompareMode::Difference, CompareMode::Off]);
+        assert!(!comparing.flipped, "another way of showing both shows both");
+        comparing.set_gain(f32::NAN);
+        comparing.set_gain(1e9);
+        comparing.drag_edge(-5.0, 128);
+        assert!(comparing.gain.to_bits() == 1e5_f32.to_bits() && comparing.edge.abs() < 1e-9);
+        comparing.forget();
+        assert!(!comparing.is_on() && comparing.mode == CompareMode::Off);
+    }
+
+    #[test]
+    fn a_file_that_is_no_picture_is_said_and_keeps_what_was_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("note.png");
+        std::fs::write(&path, "no picture").unwrap();
+        let mut comparing = Comparing::default();
+        comparing.keep("color", texels(&[1.0]));
+        comparing.load(&path, "note.png");
+        let said = loop {
+            if let Some(said) = comparing.take_loaded() {
+                break said;
+            }
+        };
+        assert!(said.starts_with("`note.png` cannot be loaded: it is not a PNG"), "{said}");
+        assert!(comparing.kept.as_ref().is_some_and(|kept| kept.name == "color, 1 × 1"));
+    }
+}

@@ -1,0 +1,214 @@
+//! Named values of params, in `.raxel/presets.toml` of the project: a table for each graph and, in it, one for each preset.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use raxel_output::replace;
+use raxel_panels::view::{Param, Preset};
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+
+/// What a new file begins with.
+const HEAD: &str = "# Presets of params: values by graph, name and param. The window writes them.\n";
+
+/// Components of params, by their names.
+pub type Values = BTreeMap<String, Vec<f64>>;
+
+/// The presets of a project.
+pub struct Presets {
+    path: PathBuf,
+    /// By graph and name, as they were read last.
+    known: BTreeMap<String, BTreeMap<String, Values>>,
+}
+
+impl Presets {
+    /// Of the project at a folder. [`Self::read`] finds what there is.
+    pub fn of(project: &Path) -> Self {
+        Self { path: project.join(".raxel/presets.toml"), known: BTreeMap::new() }
+    }
+
+    /// Reads the file. What was known stays where it cannot be read.
+    ///
+    /// # Errors
+    /// What is wrong with the file, in one line.
+    pub fn read(&mut self) -> Result<(), String> {
+        let document = self.document()?;
+        let tables = |item: &dyn TableLike| -> Vec<(String, Item)> {
+            item.iter().map(|(name, item)| (name.to_owned(), item.clone())).collect()
+        };
+        let mut known: BTreeMap<String, BTreeMap<String, Values>> = BTreeMap::new();
+        for (graph, presets) in tables(document.as_table()) {
+            for (name, values) in presets.as_table_like().map(tables).unwrap_or_default() {
+                let values = values.as_table_like().map(tables).unwrap_or_default();
+                let read = values.into_iter().map(|(param, item)| {
+                    let numbers = components(&item).ok_or_else(|| {
+                        self.wrong(&format!("`{graph}`.`{name}`.`{param}` must be an array of numbers"))
+                    })?;
+                    Ok((param, numbers))
+                });
+                let read = read.collect::<Result<Values, String>>()?;
+                known.entry(graph.clone()).or_default().insert(name, read);
+            }
+        }
+        self.known = known;
+        Ok(())
+    }
+
+    /// The presets of a graph, by name.
+    pub fn of_graph(&self, graph: &str) -> impl Iterator<Item = (&str, &Values)> {
+        self.known.get(graph).into_iter().flatten().map(|(name, values)| (name.as_str(), values))
+    }
+
+    /// The presets of a graph as the panel shows them, beside the values that its params have now.
+    pub fn view(&self, graph: &str, params: &[Param]) -> Vec<Preset> {
+        let preset = |(name, values): (&str, &Values)| {
+            let differing = params.iter().filter_map(|param| {
+                let then = values.get(&param.name).filter(|then| **then != param.value)?;
+                Some(format!("{}: {}, then {}", param.name, listed(&param.value), listed(then)))
+            });
+            Preset { name: name.to_owned(), differing: differing.collect() }
+        };
+        self.of_graph(graph).map(preset).collect()
+    }
+
+    /// Keeps values under a name; a preset of that name is replaced, everything else in the file stays.
+    ///
+    /// # Errors
+    /// Why the file cannot be read or written.
+    pub fn save(&mut self, graph: &str, name: &str, values: &Values) -> Result<(), String> {
+        self.change(|document| {
+            let presets = document.entry(graph).or_insert_with(implicit_table);
+            let presets = presets.as_table_like_mut()?;
+            let mut table = Table::new();
+            for (param, numbers) in values {
+                table.insert(param, Item::Value(Value::Array(numbers.iter().copied().collect::<Array>())));
+            }
+            presets.insert(name, Item::Table(table));
+            Some(())
+        })
+    }
+
+    /// Takes a preset out of the file.
+    ///
+    /// # Errors
+    /// Why the file cannot be read or written.
+    pub fn remove(&mut self, graph: &str, name: &str) -> Result<(), String> {
+        self.change(|document| {
+            document.get_mut(graph)?.as_table_like_mut()?.remove(name);
+            Some(())
+        })
+    }
+
+    fn change(&mut self, edit: impl FnOnce(&mut DocumentMut) -> Option<()>) -> Result<(), String> {
+        // Another window may have written it, and a user.
+        let mut document = self.document()?;
+        edit(&mut document).ok_or_else(|| self.wrong("what stands under the graph's name must be a table"))?;
+        let mut text = document.to_string();
+        if !self.path.exists() {
+            text.insert_str(0, HEAD);
+        }
+        let written = self.path.parent().map_or(Ok(()), fs::create_dir_all);
+        written.and_then(|()| replace(&self.path, text.as_bytes())).map_err(|error| self.wrong(&error.to_string()))?;
+        self.read()
+    }
+
+    fn document(&self) -> Result<DocumentMut, String> {
+        let text = match fs::read_to_string(&self.path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+            read => read.map_err(|error| self.wrong(&error.to_string()))?,
+        };
+        text.parse().map_err(|error: toml_edit::TomlError| self.wrong(error.message()))
+    }
+
+    fn wrong(&self, why: &str) -> String {
+        format!("{}: {why}", self.path.display())
+    }
+}
+
+/// `1, 0.5, 0.25`.
+fn listed(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// The numbers of an array.
+fn components(item: &Item) -> Option<Vec<f64>> {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|integer| integer as f64));
+    item.as_array()?.iter().map(number).collect()
+}
+
+/// A table that is not written itself, but only its members.
+fn implicit_table() -> Item {
+    let mut table = Table::new();
+    table.set_implicit(true);
+    Item::Table(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(exposure: f64) -> Values {
+        [("exposure".to_owned(), vec![exposure]), ("sun".to_owned(), vec![1.0, 0.5, 0.25])].into()
+    }
+
+    #[test]
+    fn presets_are_kept_by_graph_and_what_is_written_beside_them_stays() {
+        let project = tempfile::tempdir().unwrap();
+        let mut presets = Presets::of(project.path());
+        presets.read().unwrap();
+        assert_eq!(presets.of_graph("graphs/a.toml").count(), 0);
+        presets.save("graphs/a.toml", "noon", &values(2.0)).unwrap();
+        presets.save("graphs/a.toml", "at dusk", &values(0.5)).unwrap();
+        presets.save("graphs/b.toml", "noon", &values(9.0)).unwrap();
+        let text = fs::read_to_string(&presets.path).unwrap();
+        assert!(text.starts_with(HEAD), "{text}");
+        // A user has written a comment and a whole number.
+        let text = text.replace("exposure = [9.0]", "# bright\nexposure = [9]");
+        fs::write(&presets.path, text).unwrap();
+        presets.save("graphs/a.toml", "noon", &values(3.0)).unwrap();
+        presets.remove("graphs/a.toml", "at dusk").unwrap();
+        let mut again = Presets::of(project.path());
+        again.read().unwrap();
+        assert_eq!(again.of_graph("graphs/a.toml").collect::<Vec<_>>(), [("noon", &values(3.0))]);
+        assert_eq!(again.of_graph("graphs/b.toml").collect::<Vec<_>>(), [("noon", &values(9.0))]);
+        assert!(fs::read_to_string(&again.path).unwrap().contains("# bright"));
+    }
+
+    #[test]
+    fn a_preset_says_what_is_otherwise_now() {
+        let project = tempfile::tempdir().unwrap();
+        let mut presets = Presets::of(project.path());
+        presets.save("g", "noon", &values(2.0)).unwrap();
+        let param =
+            |name: &str, value: &[f64]| Param { name: name.to_owned(), value: value.to_vec(), ..Param::default() };
+        // The graph has a param that the preset does not know, and not all that it knows.
+        let now = [param("exposure", &[0.5]), param("new", &[1.0])];
+        let differing = |now: &[Param]| presets.view("g", now).remove(0).differing;
+        assert_eq!(differing(&now), ["exposure: 0.5, then 2"]);
+        assert_eq!(
+            differing(&[param("exposure", &[2.0]), param("sun", &[1.0, 0.5, 0.0])]),
+            ["sun: 1, 0.5, 0, then 1, 0.5, 0.25"]
+        );
+        assert_eq!(differing(&[param("exposure", &[2.0])]), [""; 0]);
+        assert_eq!(presets.view("other", &now), []);
+    }
+
+    #[test]
+    fn a_file_that_is_wrong_is_said_and_left_as_it_is() {
+        let project = tempfile::tempdir().unwrap();
+        let mut presets = Presets::of(project.path());
+        presets.save("g", "a", &values(1.0)).unwrap();
+        for (wrong, said) in [("[g.a]\nx = \"red\"\n", "`g`.`a`.`x` must be"), ("[g", "presets.toml")] {
+            fs::write(&presets.path, wrong).unwrap();
+            let error = presets.read().unwrap_err();
+            assert!(error.contains(said), "{error}");
+            assert_eq!(presets.of_graph("g").count(), 1, "what was known stays");
+        }
+        assert!(presets.save("g", "b", &values(2.0)).is_err());
+        assert_eq!(fs::read_to_string(&presets.path).unwrap(), "[g");
+        fs::write(&presets.path, "g = 3\n").unwrap();
+        let error = presets.save("g", "b", &values(2.0)).unwrap_err();
+        assert!(error.contains("must be a table"), "{error}");
+    }
+}
