@@ -58,6 +58,7 @@ use self::write_back::Written;
 use raxel_control::Control;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::prints::PrintLog;
 use raxel_terminal::session::{print_log, print_validation, validated};
 
 /// Wakes the window: an edit is ready.
@@ -166,6 +167,7 @@ struct Viewer<'a> {
     data: PanelData,
     inspector: Inspector,
     problems: Vec<Problem>,
+    printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
     /// What was shown before the pointer came to rest on a pass.
@@ -334,6 +336,7 @@ impl<'a> Viewer<'a> {
             reloads: ReloadLog::new(console),
             home: *session.camera(),
             problems: problem_log::problems(session.warnings(), session.texts()),
+            printed: PrintLog::default(),
             session,
             panels: Panels::new(layout),
             layout_file,
