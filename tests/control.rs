@@ -173,7 +173,10 @@ fn what_shaders_print_is_an_event_before_the_answer() {
     let mut talk = Talk::start(&mut command(project.root(), &scene));
     writeln!(talk.requests, "{}", json!({ "do": "step" })).unwrap();
     let printed = talk.line();
-    assert_eq!((&printed["event"], &printed["pass"], &printed["frame"]), (&json!("printed"), &json!("look"), &json!(0)));
+    assert_eq!(
+        (&printed["event"], &printed["pass"], &printed["frame"]),
+        (&json!("printed"), &json!("look"), &json!(0))
+    );
     assert_eq!(printed["lines"].as_array().map(Vec::len), Some(1), "{printed}");
     assert_eq!(printed["lines"][0]["file"], "shaders/examples/print.comp");
     assert_eq!(talk.line()["frame"], 0);

@@ -394,7 +394,10 @@ fn the_signature_of_a_call_is_shown_while_it_is_typed() {
     assert_eq!(own["activeParameter"], 1);
     assert_eq!(own["signatures"][0]["documentation"]["value"], "Twice as far.");
     let glsl = signature("clamp(1.0, |");
-    assert_eq!((&glsl["signatures"][0]["label"], &glsl["activeParameter"]), (&json!("T clamp(T x, T low, T high)"), &json!(1)));
+    assert_eq!(
+        (&glsl["signatures"][0]["label"], &glsl["activeParameter"]),
+        (&json!("T clamp(T x, T low, T high)"), &json!(1))
+    );
     let library = signature("rx_tone(|");
     assert_eq!(library["signatures"][0]["label"], "vec3 rx_tone(vec3 light, uint curve)");
     assert!(signature("|").is_null());
@@ -414,7 +417,8 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
     };
     // A parameter, and not the local of the same name elsewhere.
     let edit = rename(&mut editor, &shader, &at(NOTE, "near", 0), "close");
-    let lines: Vec<u64> = edits_in(&edit, &shader).iter().map(|edit| edit["range"]["start"]["line"].as_u64().unwrap()).collect();
+    let lines: Vec<u64> =
+        edits_in(&edit, &shader).iter().map(|edit| edit["range"]["start"]["line"].as_u64().unwrap()).collect();
     assert_eq!(lines, [5, 6]);
     // A binding, from the shader and from a graph: in both, and in a graph that extends it.
     for (file, position) in [(&shader, at(NOTE, "outColor", 1)), (&graph, at(NOTES, "outColor", 0))] {
@@ -469,7 +473,8 @@ fn diagnostics_bring_their_fix_and_push_values_their_type() {
     let fixed = [&line[..column("start")], edit["newText"].as_str().unwrap(), &line[column("end")..]].concat();
     assert_eq!(fixed, "push = { time = \"param.speed\" }", "{actions}");
     let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
-    let hints = editor.ask("textDocument/inlayHint", json!({ "textDocument": { "uri": address(&graph) }, "range": all }));
+    let hints =
+        editor.ask("textDocument/inlayHint", json!({ "textDocument": { "uri": address(&graph) }, "range": all }));
     assert_eq!(hints.as_array().map(Vec::len), Some(1), "{hints}");
     assert_eq!((&hints[0]["label"], &hints[0]["position"]["line"]), (&json!(": float"), &json!(12)));
 }

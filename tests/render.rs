@@ -404,14 +404,21 @@ fn what_passes_count_is_said_at_the_end() {
 #[test]
 fn shaders_print_and_assert() {
     let project = Project::shipped();
-    let scene = ["render", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54", "-o", "a.png"];
+    let scene =
+        ["render", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54", "-o", "a.png"];
     let said = project.raxel(&scene).exits(0).stderr;
     let line = said.lines().find(|line| line.contains("voxel (")).unwrap_or_else(|| panic!("{said}"));
-    assert!(line.starts_with("shaders/examples/print.comp:") && line.contains(": `look`, frame 0, (48, 27, 0): "), "{line}");
+    assert!(
+        line.starts_with("shaders/examples/print.comp:") && line.contains(": `look`, frame 0, (48, 27, 0): "),
+        "{line}"
+    );
     let json = project.raxel(&[&scene[..], &["--format", "json"]].concat()).exits(0).stderr;
     let event = json.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
     let event = event.into_iter().find(|event| event["event"] == "printed").unwrap_or_else(|| panic!("{json}"));
-    assert_eq!((&event["pass"], &event["frame"], &event["lines"][0]["invocation"][1]), (&"look".into(), &0.into(), &27.into()));
+    assert_eq!(
+        (&event["pass"], &event["frame"], &event["lines"][0]["invocation"][1]),
+        (&"look".into(), &0.into(), &27.into())
+    );
 
     project.edit("shaders/examples/print.comp", "rx_assert(!found || hit.t >= 0.0)", "rx_assert(pixel.y != 3)");
     std::fs::remove_file(project.path("a.png")).unwrap();

@@ -16,7 +16,8 @@ fn fix(document: &Document, params: &CodeActionParams, diagnostic: &Diagnostic) 
     let meant = diagnostic.message.split("did you mean `").nth(1)?.split('`').next()?;
     let bytes = offset(&document.text, diagnostic.range.start)..offset(&document.text, diagnostic.range.end);
     let wrong = document.text.get(bytes)?;
-    let quote = wrong.chars().next().filter(|first| ['"', '\''].contains(first) && wrong.len() > 1 && wrong.ends_with(*first));
+    let quote =
+        wrong.chars().next().filter(|first| ['"', '\''].contains(first) && wrong.len() > 1 && wrong.ends_with(*first));
     let inner = quote.map_or(wrong, |quote| wrong.trim_matches(quote));
     // What stands around the word in a value stays: `param.` in `param.sun`, `@1` behind a target.
     let name = |c: char| c == '_' || c == '-' || c.is_alphanumeric();
@@ -27,10 +28,8 @@ fn fix(document: &Document, params: &CodeActionParams, diagnostic: &Diagnostic) 
     }
     let new_text = wrong.replacen(word, meant, 1);
     #[allow(clippy::mutable_key_type, reason = "addresses are not changed while they are keys")]
-    let changes = HashMap::from([(
-        params.text_document.uri.clone(),
-        vec![TextEdit { range: diagnostic.range, new_text }],
-    )]);
+    let changes =
+        HashMap::from([(params.text_document.uri.clone(), vec![TextEdit { range: diagnostic.range, new_text }])]);
     Some(CodeAction {
         title: format!("Change `{word}` to `{meant}`"),
         kind: Some(CodeActionKind::QUICKFIX),
@@ -43,8 +42,6 @@ fn fix(document: &Document, params: &CodeActionParams, diagnostic: &Diagnostic) 
 
 /// Whether a text has a word, with no letters of a name around it.
 fn whole_word(text: &str, word: &str, name: impl Fn(char) -> bool) -> bool {
-    let is_whole = |(at, _): (usize, &str)| {
-        !text[..at].ends_with(&name) && !text[at + word.len()..].starts_with(&name)
-    };
+    let is_whole = |(at, _): (usize, &str)| !text[..at].ends_with(&name) && !text[at + word.len()..].starts_with(&name);
     text.match_indices(word).any(is_whole)
 }

@@ -44,12 +44,16 @@ fn push_types(documents: &Documents, document: &Document, at: usize) -> BTreeMap
     let with_push: Vec<_> = shader.into_iter().filter(|text| text.text.contains("push_constant")).collect();
     let blocks = declared_in(&with_push).filter(|(_, declared)| declared.kind == DeclarationKind::Push);
     let bodies = blocks.filter_map(|(text, declared)| text.text.get(declared.body?));
-    bodies.flat_map(members).filter_map(|(name, declaration)| Some((name.clone(), type_of(&declaration, &name)?))).collect()
+    bodies
+        .flat_map(members)
+        .filter_map(|(name, declaration)| Some((name.clone(), type_of(&declaration, &name)?)))
+        .collect()
 }
 
 /// The type in the declaration of a member: `vec2[4]` of `vec2 size[4]`.
 fn type_of(declaration: &str, name: &str) -> Option<String> {
-    let plain = declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')')).map_or(declaration, |(_, rest)| rest);
+    let plain =
+        declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')')).map_or(declaration, |(_, rest)| rest);
     let ty = plain.split_whitespace().next()?;
     let behind = plain.split(',').find_map(|part| part.split_once(name))?.1;
     let length = behind.trim_start().strip_prefix('[').and_then(|rest| rest.split_once(']'));

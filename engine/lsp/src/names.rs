@@ -7,8 +7,8 @@ use lsp_types::Location;
 
 use super::address;
 use super::documents::{Document, Documents, range};
-use super::scopes::{code_of, identifiers, local_at, locals};
 use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
+use super::scopes::{code_of, identifiers, local_at, locals};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -146,8 +146,9 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
 /// Where the local or parameter at a byte of a shader is declared.
 fn local_place(document: &Document, at: usize) -> Option<Range<usize>> {
     let code = code_of(&document.text);
-    let (name, place, _) =
-        identifiers(&code).into_iter().find(|(_, place, member)| !member && (place.contains(&at) || place.end == at))?;
+    let (name, place, _) = identifiers(&code)
+        .into_iter()
+        .find(|(_, place, member)| !member && (place.contains(&at) || place.end == at))?;
     local_at(&locals(&code), name, place.start).map(|local| local.place.clone())
 }
 

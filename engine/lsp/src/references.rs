@@ -63,7 +63,11 @@ pub(super) fn uses(documents: &Documents, document: &Document, at: usize) -> Res
             *text == name && !member && local_at(&locals, name, place.start) == Some(local)
         };
         let mut uses = Uses::of(name);
-        uses.add(&document.path, text, identifiers(&code).into_iter().filter(means).map(|(_, place, _)| place).collect());
+        uses.add(
+            &document.path,
+            text,
+            identifiers(&code).into_iter().filter(means).map(|(_, place, _)| place).collect(),
+        );
         return Ok(uses);
     }
     of_shader(documents, document, &document.path, name)
@@ -103,7 +107,8 @@ fn of_shader(documents: &Documents, document: &Document, path: &str, name: &str)
 fn globals(text: &str, name: &str) -> Vec<Range<usize>> {
     let locals = locals(&code_of(text));
     // Macros use names, too; the names of files are none.
-    let blank = |line: &str| if line.trim_start().starts_with("#include") { " ".repeat(line.len()) } else { line.to_owned() };
+    let blank =
+        |line: &str| if line.trim_start().starts_with("#include") { " ".repeat(line.len()) } else { line.to_owned() };
     let code: String = without_comments(text).split_inclusive('\n').map(blank).collect();
     let found = identifiers(&code).into_iter();
     let means = |(text, place, member): &(&str, Range<usize>, bool)| {
@@ -221,7 +226,10 @@ fn shader_files(document: &Document) -> Vec<String> {
             let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 open.push(path);
-            } else if Path::new(&path).extension().is_some_and(|extension| ["comp", "glsl"].iter().any(|glsl| extension == *glsl)) {
+            } else if Path::new(&path)
+                .extension()
+                .is_some_and(|extension| ["comp", "glsl"].iter().any(|glsl| extension == *glsl))
+            {
                 found.push(path);
             }
         }
@@ -258,7 +266,8 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
     let mut changes: std::collections::HashMap<Url, Vec<TextEdit>> = std::collections::HashMap::new();
     for (path, (text, places)) in &uses.files {
         let taken = if Path::new(path).extension().is_some_and(|extension| extension == "toml") {
-            !params(text, new).is_empty() || passes(text).iter().any(|pass| !keys_in(text, pass.clone(), new).is_empty())
+            !params(text, new).is_empty()
+                || passes(text).iter().any(|pass| !keys_in(text, pass.clone(), new).is_empty())
         } else {
             identifiers(&without_comments(text)).iter().any(|(name, _, member)| *name == new && !member)
         };

@@ -347,8 +347,11 @@ void main() { bool near = true; near = false; }
     fn line_of(name: &str, n: usize) -> Option<usize> {
         let code = code_of(TEXT);
         let locals = locals(&code);
-        let uses: Vec<usize> =
-            identifiers(&code).into_iter().filter(|(text, ..)| *text == name).map(|(_, place, _)| place.start).collect();
+        let uses: Vec<usize> = identifiers(&code)
+            .into_iter()
+            .filter(|(text, ..)| *text == name)
+            .map(|(_, place, _)| place.start)
+            .collect();
         local_at(&locals, name, uses[n]).map(|local| TEXT[..local.place.start].matches('\n').count() + 1)
     }
 

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use lsp_types::{Documentation, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, SignatureHelp, SignatureInformation};
+use lsp_types::{
+    Documentation, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, SignatureHelp, SignatureInformation,
+};
 use raxel_shader::library;
 
 use super::builtins;
@@ -16,7 +18,8 @@ pub(super) fn help(documents: &Documents, document: &Document, at: usize) -> Opt
     if document.is_toml() {
         return None;
     }
-    let (name, argument) = call(&code_of(&document.text), at)?;
+    let code = code_of(&document.text);
+    let (name, argument) = call(&code, at)?;
     let mut found: Vec<(String, String)> = Vec::new();
     for (text, declared) in declared_in(&shader(documents, document, &document.path)) {
         if declared.kind == DeclarationKind::Function && declared.name == name {
@@ -27,10 +30,13 @@ pub(super) fn help(documents: &Documents, document: &Document, at: usize) -> Opt
     if found.is_empty() {
         let items = library::items();
         let items = items.iter().filter(|item| item.name == name && item.declaration.contains('('));
-        found.extend(items.map(|item| (item.declaration.clone(), format!("{}\n\n`#include <{}>`", item.about, item.file))));
+        found.extend(
+            items.map(|item| (item.declaration.clone(), format!("{}\n\n`#include <{}>`", item.about, item.file))),
+        );
     }
     if found.is_empty() {
-        let of_glsl = builtins::BUILTINS.iter().filter(|(known, declaration, _)| *known == name && declaration.contains('('));
+        let of_glsl =
+            builtins::BUILTINS.iter().filter(|(known, declaration, _)| *known == name && declaration.contains('('));
         found.extend(of_glsl.flat_map(|(_, declarations, about)| {
             declarations.lines().map(|declaration| (declaration.to_owned(), (*about).to_owned()))
         }));
@@ -117,6 +123,8 @@ mod tests {
         let signature = "float far(float near, out vec3 all)";
         let parts: Vec<&str> = parameters(signature).into_iter().map(|part| &signature[part]).collect();
         assert_eq!(parts, ["float near", "out vec3 all"]);
-        assert!(parameters("void main()").is_empty() && parameters("nothing").is_empty() && parameters(")(").is_empty());
+        assert!(
+            parameters("void main()").is_empty() && parameters("nothing").is_empty() && parameters(")(").is_empty()
+        );
     }
 }

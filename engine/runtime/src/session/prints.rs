@@ -45,6 +45,11 @@ struct Failing {
 impl Prints {
     /// A frame of the executor began, and the session's number of it.
     pub(super) fn begin(&mut self, executed: u64, frame: u64) {
+        if self.frames.back().is_some_and(|(last, _)| executed <= *last) {
+            // Another executor, after the device was lost, counts from 0 again.
+            self.frames.clear();
+            self.since = 0;
+        }
         if self.frames.len() == MOST_FRAMES {
             self.frames.pop_front();
         }
