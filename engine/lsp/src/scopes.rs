@@ -46,6 +46,9 @@ impl Token<'_> {
 const STATEMENTS: [&str; 11] =
     ["return", "else", "if", "for", "while", "do", "switch", "case", "default", "break", "discard"];
 
+/// Words in front of a type.
+const QUALIFIERS: [&str; 9] = ["const", "in", "out", "inout", "highp", "mediump", "lowp", "precise", "shared"];
+
 /// The code without comments and directives, of the same length.
 pub(super) fn code_of(text: &str) -> String {
     without_directives(&without_comments(text))
@@ -196,7 +199,10 @@ impl Reader<'_> {
             } else {
                 part.len().saturating_sub(1)
             };
-            if let (Some(name), true) = (part.get(named).filter(|name| name.is_identifier()), named > 0) {
+            let is_type = |token: &Token<'_>| token.is_identifier() && !QUALIFIERS.contains(&token.text);
+            if let (Some(name), true) =
+                (part.get(named).filter(|name| name.is_identifier()), part[..named].iter().any(is_type))
+            {
                 let ty: Vec<&str> = part[..named].iter().map(|token| token.text).collect();
                 self.add(*name, ty.join(" "), true);
             }
@@ -226,7 +232,7 @@ impl Reader<'_> {
     /// Reads `type a = …, b[2];` at a token. Gives the token that ends it, or `None` where something else stands.
     fn declarators(&mut self, mut at: usize) -> Option<usize> {
         let mut ty = Vec::new();
-        while matches!(self.text(at), "const" | "highp" | "mediump" | "lowp" | "precise" | "shared") {
+        while QUALIFIERS.contains(&self.text(at)) {
             ty.push(self.text(at).to_owned());
             at += 1;
         }
