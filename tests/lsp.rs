@@ -439,7 +439,7 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
         (at(NOTE, "outColor", 0), "image2D", "is a name of GLSL"),
         (at(NOTE, "outColor", 0), "far", "is a name in"),
         (at(NOTE, "imageStore", 0), "store", "is a name of GLSL"),
-        (at(NOTE, "time;", 0), "", "is no name"),
+        (at(NOTE, "time;", 0), "x", "is declared nowhere"),
     ] {
         let params = json!({ "textDocument": { "uri": address(&shader) }, "position": position, "newName": new });
         let refused = editor.refused("textDocument/rename", params);

@@ -22,6 +22,17 @@ const KEYWORDS: &str = "attribute const uniform varying buffer shared coherent v
     precision struct common partition active asm class union enum typedef template this resource goto inline noinline public static extern external \
     interface long short half fixed unsigned superp input output filter sizeof cast namespace using";
 
+/// Whether GLSL has a name for itself: a keyword, a type, a function, or one that it reserves.
+fn is_of_glsl(name: &str) -> bool {
+    let opaque = |name: &str| {
+        let dimension = ["image", "sampler"].iter().find_map(|kind| name.strip_prefix(kind));
+        dimension.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase()))
+    };
+    let reserved = name.starts_with("gl_") || name.contains("__");
+    let known = builtins::about(name).is_some() || KEYWORDS.split_whitespace().any(|word| word == name);
+    reserved || known || opaque(name) || name.strip_prefix(['i', 'u']).is_some_and(opaque)
+}
+
 /// A name with all its places.
 pub(super) struct Uses {
     name: String,
@@ -81,7 +92,7 @@ fn of_shader(documents: &Documents, document: &Document, path: &str, name: &str)
     let texts = shader(documents, document, path);
     let known = declared_in(&texts).find(|(_, known)| known.is_called(name));
     let Some((text, known)) = known else {
-        let of_glsl = builtins::about(name).is_some() || KEYWORDS.split_whitespace().any(|word| word == name);
+        let of_glsl = is_of_glsl(name);
         let reason = if of_glsl { "is a name of GLSL" } else { "is declared nowhere in this shader and its includes" };
         return Err(format!("`{name}` {reason}"));
     };
@@ -257,8 +268,7 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
         return Err(format!("`{new}` is no name: letters, digits and `_`, the first no digit"));
     }
     if !uses.in_toml {
-        let of_glsl = builtins::about(new).is_some() || KEYWORDS.split_whitespace().any(|word| word == new);
-        if of_glsl || new.starts_with("gl_") || new.contains("__") {
+        if is_of_glsl(new) {
             return Err(format!("`{new}` is a name of GLSL"));
         }
     }
