@@ -16,6 +16,7 @@ pub(crate) enum Piece {
 
 /// How a component looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of its own, as C has them")]
 pub(crate) struct Conversion {
     left: bool,
     zeros: bool,
