@@ -165,6 +165,31 @@ fn a_closed_pipe_ends_it() {
     assert!(child.finish().success());
 }
 
+/// What the frames of a request have printed comes before its answer; a failed assertion is among the diagnostics.
+#[test]
+fn what_shaders_print_is_an_event_before_the_answer() {
+    let project = Project::shipped();
+    let scene = ["control", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+    let mut talk = Talk::start(&mut command(project.root(), &scene));
+    writeln!(talk.requests, "{}", json!({ "do": "step" })).unwrap();
+    let printed = talk.line();
+    assert_eq!(
+        (&printed["event"], &printed["pass"], &printed["frame"]),
+        (&json!("printed"), &json!("look"), &json!(0))
+    );
+    assert_eq!(printed["lines"].as_array().map(Vec::len), Some(1), "{printed}");
+    assert_eq!(printed["lines"][0]["file"], "shaders/examples/print.comp");
+    assert_eq!(talk.line()["frame"], 0);
+    talk.reloaded(|| {
+        project.edit("shaders/examples/print.comp", "rx_assert(!found || hit.t >= 0.0)", "rx_assert(pixel.x < 95)");
+    });
+    talk.ask(json!({ "do": "step" }));
+    let found = talk.ask(json!({ "do": "diagnostics" }));
+    assert_eq!(found["diagnostics"][0]["code"], "RX0412", "{found}");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
 /// What shaders count that should not be is an event once, and among the diagnostics for as long as it goes on.
 #[test]
 fn a_full_queue_is_an_event_and_a_diagnostic() {

@@ -400,6 +400,34 @@ fn what_passes_count_is_said_at_the_end() {
     assert_eq!(found.len(), 1, "{lines}");
 }
 
+/// What a pass prints comes frame by frame, and a failed assertion is an error after the picture was written.
+#[test]
+fn shaders_print_and_assert() {
+    let project = Project::shipped();
+    let scene =
+        ["render", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54", "-o", "a.png"];
+    let said = project.raxel(&scene).exits(0).stderr;
+    let line = said.lines().find(|line| line.contains("voxel (")).unwrap_or_else(|| panic!("{said}"));
+    assert!(
+        line.starts_with("shaders/examples/print.comp:") && line.contains(": `look`, frame 0, (48, 27, 0): "),
+        "{line}"
+    );
+    let json = project.raxel(&[&scene[..], &["--format", "json"]].concat()).exits(0).stderr;
+    let event = json.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let event = event.into_iter().find(|event| event["event"] == "printed").unwrap_or_else(|| panic!("{json}"));
+    assert_eq!(
+        (&event["pass"], &event["frame"], &event["lines"][0]["invocation"][1]),
+        (&"look".into(), &0.into(), &27.into())
+    );
+
+    project.edit("shaders/examples/print.comp", "rx_assert(!found || hit.t >= 0.0)", "rx_assert(pixel.y != 3)");
+    std::fs::remove_file(project.path("a.png")).unwrap();
+    let said = project.raxel(&scene).exits(1).stderr;
+    assert!(said.contains("error[RX0412]: `rx_assert(pixel.y != 3)` failed in pass `look`: 96 invocations"), "{said}");
+    assert!(said.contains("shaders/examples/print.comp:") && said.contains(", 3, 0) of frame 0"), "{said}");
+    assert!(project.path("a.png").exists());
+}
+
 /// `a` stores 1, `b` copies it into what is presented, and `c`, which nothing shown depends on, stores 2.
 #[test]
 fn texels_are_those_that_the_last_writer_left() {

@@ -59,7 +59,7 @@ class Session:
             message = f"`{command[0]}` cannot be started ({error.strerror}): put raxel on the path, or set RAXEL, e.g. to target/release/raxel"
             raise type(error)(error.errno, message) from None
         self._id = 0
-        #: Edits that were swapped in or found to be wrong, in order, as raxel told them.
+        #: Edits that were swapped in or found to be wrong, what passes have printed, and what was said, in order, as raxel told them.
         self.events = []
         try:
             self._until("ready")
@@ -118,6 +118,12 @@ class Session:
     def diagnostics(self):
         """What the last edit brought: `generation`, the one that is `showing`, and the `diagnostics` themselves."""
         return self.ask("diagnostics")
+
+    def prints(self):
+        """What passes have printed since the last call, a dict for each pass and frame: `pass`, `frame`, `lines` and `omitted`."""
+        printed = [event for event in self.events if event["event"] == "printed"]
+        self.events = [event for event in self.events if event["event"] != "printed"]
+        return printed
 
     # What is driven.
 

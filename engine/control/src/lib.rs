@@ -11,13 +11,14 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
+use raxel_execute::PassPrints;
 use raxel_runtime::Session;
 use raxel_runtime::reload::ReloadEvent;
 use serde_json::{Value, json};
 
 use self::answer::{Middle, Refusal};
 use self::request::Request;
-use raxel_terminal::console;
+use raxel_terminal::{console, prints};
 
 /// Who runs the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,6 +187,19 @@ impl Control {
         }
     }
 
+    /// Says what the frames of a request have printed, before its answer.
+    fn say_prints(&self, session: &mut Session) {
+        // A window says it frame by frame. That a device is lost is said by the next frame.
+        if self.drive == Drive::Requests && (!session.has_prints() || session.wait().is_ok()) {
+            Self::say_printed(&session.take_prints());
+        }
+    }
+
+    /// Says what passes have printed as events.
+    pub fn say_printed(printed: &[PassPrints]) {
+        printed.iter().for_each(|prints| console::json(&prints::event(prints)));
+    }
+
     /// Gives up waiting for an edit that does not come.
     fn tire(&mut self) {
         if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
@@ -216,13 +230,17 @@ impl Control {
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
                 answer::give(&id, Ok(found));
             }
-            Ok(request) => answer::give(
-                &id,
-                match session {
-                    Some(session) => answer::answer(request, session, self.drive, &mut self.middle),
+            Ok(request) => {
+                let answer = match session {
+                    Some(session) => {
+                        let answer = answer::answer(request, session, self.drive, &mut self.middle);
+                        self.say_prints(session);
+                        answer
+                    }
                     None => Err(Refusal::nothing_runs()),
-                },
-            ),
+                };
+                answer::give(&id, answer);
+            }
         }
         Next::More
     }

@@ -17,6 +17,7 @@ use super::inputs::FrameInputs;
 use super::lens::{Comparison, Mismatch, Reference, Region};
 use super::physical::Filling;
 use super::prepare::{Builder, Prepared, display_key};
+use super::prints::PassPrints;
 use super::readback::ReadTicket;
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
@@ -76,6 +77,8 @@ pub struct Executor {
     captured: Option<ReadTicket<Captured>>,
     /// What frames of the running plan have counted in words that are warned of, in their order.
     counted: Vec<CounterReading>,
+    /// What passes have printed in finished frames, in their order.
+    printed: Vec<PassPrints>,
     progress: Observed,
 }
 
@@ -135,6 +138,7 @@ impl Executor {
             captures: 0,
             captured: None,
             counted: Vec::new(),
+            printed: Vec::new(),
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
@@ -281,7 +285,7 @@ impl Executor {
         device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
         device.collect();
         self.read_times(slot_index)?;
-        self.read_counted(slot_index);
+        self.read_said(slot_index);
         // The frame that used this slot's staging buffer last has finished.
         let uploads = self.uploads.stage(&device, slot_index)?;
 
@@ -343,6 +347,7 @@ impl Executor {
         } else if self.needs_full_barrier {
             recording.barrier(&self.full);
         }
+        running.printed.begin(&mut recording);
         self.uploads.record(&mut recording, slot_index, &running.updates);
         if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
             recording.reset_timestamps(timestamps);
@@ -365,9 +370,12 @@ impl Executor {
         count(&mut report, counts);
         running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
         slot.counted = Some(running.counted.clone());
+        running.printed.record(&mut recording, slot_index, &slot.ran, &mut slot.printing);
+        slot.printed = Some(running.printed.clone());
         // Nothing may fail from here on: the frame is a fact.
         let submitted = recording.submit()?;
         slot.submitted = Instant::now();
+        running.printed.submitted();
         if let Some(capture) = capture.filter(|_| counts.displayed) {
             self.captured = Some(capture.ticket(&device, submitted));
         }
@@ -462,15 +470,27 @@ impl Executor {
 
     /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
     pub fn take_counted(&mut self) -> Vec<CounterReading> {
+        self.read_finished();
+        std::mem::take(&mut self.counted)
+    }
+
+    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. Also what a plan has printed
+    /// that runs no more.
+    pub fn take_prints(&mut self) -> Vec<PassPrints> {
+        self.read_finished();
+        std::mem::take(&mut self.printed)
+    }
+
+    /// Reads what finished frames have counted and printed.
+    fn read_finished(&mut self) {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {
             let submitted = self.slots[slot].commands.submitted();
             if !self.shared.device.has_reached(submitted).unwrap_or(false) {
                 break;
             }
-            self.read_counted(slot);
+            self.read_said(slot);
         }
-        std::mem::take(&mut self.counted)
     }
 
     /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
@@ -542,8 +562,8 @@ impl Executor {
         self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
     }
 
-    /// Reads what a finished frame has counted, once, if it is of the plan that runs now.
-    fn read_counted(&mut self, slot: usize) {
+    /// Reads what a finished frame has counted, if it is of the plan that runs now, and what it has printed; once.
+    fn read_said(&mut self, slot: usize) {
         let slot = &mut self.slots[slot];
         if let (Some(counted), Some(running)) = (&slot.counted, &self.running)
             && Arc::ptr_eq(counted, &running.counted)
@@ -551,6 +571,10 @@ impl Executor {
             self.counted.extend(counted.read(slot.index, &slot.copied));
         }
         slot.copied.clear();
+        if let Some(printed) = slot.printed.take() {
+            self.printed.extend(printed.read(slot.index, slot.frame, &slot.printing));
+        }
+        slot.printing.clear();
     }
 
     /// Tells the memo what the running plan's sources hold.

@@ -192,6 +192,12 @@ fn make_pipeline(
             };
             Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
         })
+        .chain(shader.interface.prints.iter().map(|prints| Slot {
+            set: 0,
+            binding: prints.binding,
+            ty: vk::DescriptorType::STORAGE_BUFFER,
+            count: 1,
+        }))
         .collect();
     let opaque = if device.capabilities().kind == DeviceKind::Cpu { opaque(shader) } else { None };
     let info = PipelineInfo {

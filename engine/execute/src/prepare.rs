@@ -21,6 +21,7 @@ use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::instrumentation::Instrumentation;
 use super::physical::{self, Physical};
+use super::prints::PrintReadback;
 use super::replay::Replay;
 use super::rotations::{Rotations, copy_of};
 use super::shared::{PictureImage, Shared, lock};
@@ -54,6 +55,7 @@ pub struct Prepared {
     pub(super) display: PreparedDisplay,
     pub(super) instrumentation: Arc<Instrumentation>,
     pub(super) counted: Arc<CounterReadback>,
+    pub(super) printed: Arc<PrintReadback>,
 }
 
 pub(super) struct PreparedPass {
@@ -174,8 +176,9 @@ impl Builder {
                 Some([buffer("uniform blocks, even frames")?, buffer("uniform blocks, odd frames")?])
             }
         };
+        let printed = Arc::new(PrintReadback::new(device, &plan)?);
         let passes = (0..plan.passes.len())
-            .map(|index| self.pass(&plan, index, &replay, &resources, uniforms.as_ref()))
+            .map(|index| self.pass(&plan, index, &replay, &resources, (uniforms.as_ref(), &printed)))
             .collect::<Result<_, _>>()?;
         let display = self.display(&plan, &resources, variant, push, picture)?;
         Ok(Prepared {
@@ -185,6 +188,7 @@ impl Builder {
                 .map(|dependency| Barrier::default().memory(scope(dependency.src), scope(dependency.dst))),
             instrumentation: Arc::new(Instrumentation::new(device, &self.shared.options, &plan)?),
             counted: Arc::new(CounterReadback::new(device, &plan)?),
+            printed,
             replay,
             resources,
             passes,
@@ -218,7 +222,7 @@ impl Builder {
         index: usize,
         replay: &Replay,
         resources: &[Arc<Physical>],
-        uniforms: Option<&[Arc<Buffer>; FRAMES]>,
+        (uniforms, printed): (Option<&[Arc<Buffer>; FRAMES]>, &PrintReadback),
     ) -> Result<PreparedPass, ExecuteError> {
         let planned = &plan.passes[index];
         let pass = plan.graph.pass(planned.pass);
@@ -250,6 +254,7 @@ impl Builder {
                     }
                     elements.push(bound);
                 }
+                elements.extend(printed.binding(index).map(|resource| vec![resource]));
                 sets.push(Descriptors::new(&self.shared.device, &pass.name, &pipeline, &elements)?);
             }
         }

@@ -8,6 +8,7 @@ use raxel_gpu::{CommandBuffer, Device};
 use super::counters::CounterReadback;
 use super::error::{ExecuteError, Suspect};
 use super::instrumentation::Instrumentation;
+use super::prints::PrintReadback;
 
 /// One of the frames in flight.
 pub(super) struct FrameSlot {
@@ -22,6 +23,9 @@ pub(super) struct FrameSlot {
     /// The words that are warned of, and which of them that frame has copied; none once they are read.
     pub(super) counted: Option<Arc<CounterReadback>>,
     pub(super) copied: Vec<u32>,
+    /// What passes print to, and those of its passes that that frame has copied; none once they are read.
+    pub(super) printed: Option<Arc<PrintReadback>>,
+    pub(super) printing: Vec<usize>,
     /// When it was submitted last.
     pub(super) submitted: Instant,
 }
@@ -37,6 +41,8 @@ impl FrameSlot {
             times_read: true,
             counted: None,
             copied: Vec::new(),
+            printed: None,
+            printing: Vec::new(),
             submitted: Instant::now(),
         })
     }
@@ -53,6 +59,7 @@ impl FrameSlot {
     pub(super) fn undo(&mut self) {
         self.ran.clear();
         self.copied.clear();
+        self.printing.clear();
         self.times_read = true;
     }
 

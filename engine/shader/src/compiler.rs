@@ -15,6 +15,7 @@ use crate::interface::Interface;
 use crate::kept;
 use crate::messages;
 use crate::places;
+use crate::prints::{self, Prints};
 use crate::reflect;
 use crate::request::{Request, Shader, ShaderProvider};
 use crate::sources::{Dependency, Sources};
@@ -60,8 +61,8 @@ impl Compiler {
             let finished = finish(&words, request, ready, &sources);
             finished.map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         });
-        let result = result.map(|Finished { spirv, interface, warnings }| {
-            sources.diagnostics.extend(warnings);
+        let result = result.map(|Finished { spirv, interface, said }| {
+            sources.diagnostics.extend(said);
             (spirv, interface)
         });
         texts.extend(&sources.texts);
@@ -162,7 +163,8 @@ impl std::fmt::Debug for Compiler {
 struct Finished {
     spirv: Vec<u32>,
     interface: Interface,
-    warnings: Vec<Diagnostic>,
+    /// What was found on the way.
+    said: Vec<Diagnostic>,
 }
 
 /// Checks a module, reads its interface, and makes of it what the driver is given.
@@ -179,10 +181,15 @@ fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) 
     let mut interface = reflect::reflect(&module, &request.entry)
         .map_err(|reason| Box::new(reflection_diagnostic(&reason, &request.path)))?;
     places::fill(&mut interface, sources);
-    let warnings = messages::undefined(&module.undefined(), sources);
+    let mut said = messages::undefined(&module.undefined(), sources);
+    let binding = interface.bindings.iter().filter(|binding| binding.set == 0).map(|binding| binding.binding + 1).max();
+    let binding = binding.unwrap_or(0);
+    let printing = module.with_prints(binding).map_err(|error| Box::new(prints::unprintable(&error, sources)))?;
+    interface.prints = printing.as_ref().map(|printing| Prints::of(printing, binding, sources, &mut said));
+    let module = printing.as_ref().map_or(Ok(module), |printing| open(&printing.words)).map_err(refused)?;
     let bounded = module.with_shared_bounds().map_err(refused)?;
     let module = bounded.as_deref().map_or(Ok(module), open).map_err(refused)?;
-    Ok(Finished { spirv: module.without_debug_text(), interface, warnings })
+    Ok(Finished { spirv: module.without_debug_text(), interface, said })
 }
 
 /// A compiled shader, and what it depends on.
@@ -222,6 +229,10 @@ impl Entry {
         };
         let mut module = blake3::Hasher::new();
         module.update(&raxel_spirv::bytes_of(&spirv)).update(interface.entry.as_bytes());
+        // Passes that share a pipeline run again for another text, so that it is printed.
+        for call in interface.prints.iter().flat_map(|prints| &prints.calls) {
+            module.update(format!("{call:?}").as_bytes());
+        }
         let [key, module] = [key, module].map(|hasher| *hasher.finalize().as_bytes());
         let shader = Shader { request: request.clone(), spirv: spirv.into(), interface, files, key, module };
         Self {

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::format::Format;
 pub use crate::format::ScalarKind;
+use crate::prints::Prints;
 
 /// Everything the outside must supply to a compute shader.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -28,6 +29,9 @@ pub struct Interface {
     pub specialization: Vec<SpecConstant>,
     /// Bytes of `shared` variables, with the defaults of specialization constants.
     pub shared_bytes: u64,
+    /// What the shader prints, if it prints anything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prints: Option<Prints>,
     /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
     pub capabilities: Vec<String>,
 }

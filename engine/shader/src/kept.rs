@@ -90,7 +90,8 @@ impl<'c> Keeper<'c> {
     pub fn keep(self, job: &Job, words: &[u32], warnings: &str) {
         let texts = self.includes.iter().filter_map(|(_, answer)| Some(&*answer.as_ref()?.1)).chain([&*job.text]);
         let defines = job.request.defines.iter().map(|(_, value)| &**value);
-        let counts_lines = !warnings.is_empty() || texts.chain(defines).any(|text| text.contains("__LINE__"));
+        let has_lines = !warnings.is_empty() || raxel_spirv::prints(words);
+        let counts_lines = has_lines || texts.chain(defines).any(|text| text.contains("__LINE__"));
         let form = if counts_lines { TextForm::Exact } else { TextForm::Stripped };
         let includes = self.includes.iter().map(|(include, answer)| (include.clone(), hash(answer, form))).collect();
         let kept = Kept { includes, words: words.to_vec(), warnings: warnings.to_owned() };

@@ -20,6 +20,8 @@ pub mod library;
 mod limits;
 mod messages;
 mod places;
+mod print_format;
+pub mod prints;
 mod reflect;
 mod request;
 mod sources;

@@ -379,7 +379,7 @@ fn glsl_type(words: &[&str]) -> String {
 }
 
 /// The range of `token` on line `line` (from 1), or of the line's first word, or of the whole line.
-fn place(text: &str, line: usize, token: Option<&str>) -> Range<usize> {
+pub(crate) fn place(text: &str, line: usize, token: Option<&str>) -> Range<usize> {
     let lines = lexer::line_ranges(text);
     // The compiler may blame the line after the last.
     let Some(range) = lines.get(line.saturating_sub(1)).or(lines.last()) else { return 0..0 };

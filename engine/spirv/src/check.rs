@@ -212,7 +212,7 @@ pub(crate) fn find_entry(instructions: &[Instruction<'_>], entry: &str) -> Resul
 }
 
 /// A literal string (section 2.2.1): UTF-8, ended by a zero byte.
-fn literal(words: &[u32]) -> Result<String, ModuleError> {
+pub(crate) fn literal(words: &[u32]) -> Result<String, ModuleError> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0).collect();
     if bytes.len() >= words.len() * 4 {
         return broken("a string has no end");

@@ -8,6 +8,7 @@ use crate::binary::HEADER_WORDS;
 use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
+use crate::print::{self, PrintError, Printing};
 use crate::reads::Chains;
 use crate::undefined::{self, Undefined};
 use crate::{bindings, bounds, check, opaque, reads};
@@ -217,6 +218,14 @@ impl<'w> Module<'w> {
     /// When a bound cannot be written into the module.
     pub fn with_shared_bounds(&self) -> Result<Option<Vec<u32>>, ModuleError> {
         bounds::bounded(self.words, &self.instructions)
+    }
+
+    /// The module that writes what it prints into the storage buffer at `binding` of set 0; `None` when it prints nothing.
+    ///
+    /// # Errors
+    /// When it prints what is no number of 32 bits, no boolean and no vector of them, or has too many calls that print.
+    pub fn with_prints(&self, binding: u32) -> Result<Option<Printing>, PrintError> {
+        print::printing(self.words, &self.instructions, binding)
     }
 
     /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them, or no room

@@ -7,6 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use spirv::{BuiltIn, Decoration, Op, StorageClass};
 
+use crate::additions::{interface, is_declaration, write};
 use crate::binary::HEADER_WORDS;
 use crate::check::MAX_BOUND;
 use crate::instruction::{Instruction, MAX_OPERANDS};
@@ -53,22 +54,6 @@ pub(crate) fn opaque(words: &[u32], instructions: &[Instruction<'_>]) -> Option<
     opaque.extend_from_slice(&declared.additions);
     opaque.extend_from_slice(&rewritten);
     Some(opaque)
-}
-
-/// Whether an instruction is a type, constant or global variable: the section that follows the decorations (section 2.4).
-fn is_declaration(instruction: &Instruction<'_>) -> bool {
-    let sections =
-        [Op::TypeVoid as u32..=Op::TypeForwardPointer as u32, Op::ConstantTrue as u32..=Op::SpecConstantOp as u32];
-    sections.iter().any(|section| section.contains(&instruction.opcode))
-        || instruction.is(Op::Variable)
-        || instruction.is(Op::Undef)
-}
-
-/// The variables that an entry point lists, behind its name.
-fn interface(operands: &[u32]) -> &[u32] {
-    let name = operands.get(2..).unwrap_or(&[]);
-    let end = name.iter().position(|word| word.to_le_bytes().contains(&0)).map_or(name.len(), |last| last + 1);
-    &name[end..]
 }
 
 /// 32-bit components of a value.
@@ -240,10 +225,6 @@ impl Declared {
         self.next_id += 1;
         self.next_id - 1
     }
-}
-
-fn write(op: Op, operands: &[u32], words: &mut Vec<u32>) {
-    Instruction { opcode: op as u32, operands }.write(words);
 }
 
 #[cfg(test)]

@@ -9,5 +9,6 @@ pub mod console;
 pub mod device;
 pub mod failure;
 pub mod offline;
+pub mod prints;
 pub mod session;
 pub mod trace;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use raxel_diagnostics::names;
+use raxel_diagnostics::{codes, names};
 use raxel_gpu::{Device, DeviceOptions, Severity};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -18,6 +18,7 @@ use raxel_worldfile::CAMERA_COORDINATES;
 use crate::console::{Console, Format, To};
 use crate::failure::{Exit, Failure, Result};
 use crate::offline::{FileKind, OfflineProject};
+use crate::prints::print_prints;
 
 /// What `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
@@ -255,10 +256,17 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Says what a session has to say since the last call: about its world, its save, and what its passes have counted.
-pub fn print_messages(session: &mut Session, console: &Console) {
+/// Says what a session has to say since the last call: about its world, its save, what its passes have printed and counted, and which
+/// assertions of its shaders have failed.
+///
+/// # Errors
+/// When an assertion has failed.
+pub fn print_messages(session: &mut Session, console: &Console) -> Result {
+    print_prints(session, console);
     let said = session.take_messages();
     console.diagnostics(&said, session.texts(), To::Stderr);
+    let failed = said.iter().any(|message| message.code == codes::session::ASSERTION_FAILED);
+    if failed { Err(Failure::printed(Exit::Check)) } else { Ok(()) }
 }
 
 /// Prints the messages of the validation layer since the last call. True when there were any.

@@ -20,7 +20,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
 use super::presenting::{Open, Pictures};
-use super::problem_log::problems;
+use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
     GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush,
@@ -93,10 +93,13 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
+        let printed = self.session.take_prints();
+        self.printed.say(&printed, self.console);
         let said = self.session.take_messages();
         self.console.diagnostics(&said, self.session.texts(), To::Stderr);
         if self.control.is_some() {
             Control::say(&said, self.session.texts());
+            Control::say_printed(&printed);
         }
         self.data.note(&mut self.session, &report);
         if inspects {
@@ -255,10 +258,11 @@ impl Viewer<'_> {
             outline,
         };
         let resources = self.data.resources();
-        // What passes count at the moment stands beside what is wrong with the files.
+        // What passes count and print at the moment stands beside what is wrong with the files.
         let counted = self.session.counted();
-        let with_counted =
-            (!counted.is_empty()).then(|| [self.problems.clone(), problems(&counted, self.session.texts())].concat());
+        let printed = self.session.printed();
+        let with_counted = (!counted.is_empty() || !printed.is_empty())
+            .then(|| [self.problems.clone(), problems(&counted, self.session.texts()), prints(printed)].concat());
         let params = self.data.params(&self.session);
         let view = View {
             status,

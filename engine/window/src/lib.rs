@@ -66,6 +66,7 @@ use self::write_back::Written;
 use raxel_control::Control;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::prints::PrintLog;
 use raxel_terminal::session::{print_log, print_validation, validated};
 
 /// Wakes the window: an edit is ready.
@@ -178,6 +179,7 @@ struct Viewer<'a> {
     magnifier: Magnifier,
     comparing: Comparing,
     problems: Vec<Problem>,
+    printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
     /// What was shown before the pointer came to rest on a pass.
@@ -359,6 +361,7 @@ impl<'a> Viewer<'a> {
             reloads: ReloadLog::new(console),
             home: *session.camera(),
             problems: problem_log::problems(session.warnings(), session.texts()),
+            printed: PrintLog::default(),
             session,
             panels: Panels::new(layout),
             layout_file,

@@ -1,7 +1,9 @@
-//! Diagnostics for the panel of problems: as the terminal has them, each with its place as text.
+//! Diagnostics and prints for the panel of problems: as the terminal has them, each with its place as text.
 
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, render};
+use raxel_execute::PassPrints;
 use raxel_panels::view::Problem;
+use raxel_terminal::prints::lines;
 
 /// The diagnostics as the panel shows them.
 pub fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
@@ -18,4 +20,25 @@ pub fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
         text: render::human(std::slice::from_ref(diagnostic), texts, false).trim_end().to_owned(),
     };
     diagnostics.iter().map(problem).collect()
+}
+
+/// Lines of one pass that the panel shows.
+const LINES: usize = 20;
+
+/// What passes have printed, as the panel shows it below what is wrong.
+pub fn prints(printed: &[PassPrints]) -> Vec<Problem> {
+    let problem = |prints: &PassPrints| {
+        let place = prints.lines.first().and_then(|line| line.place.as_ref());
+        let mut shown = lines(prints);
+        let more = shown.len().saturating_sub(LINES);
+        shown.truncate(LINES);
+        shown.extend((more > 0).then(|| format!("and {more} lines more, in the terminal")));
+        Problem {
+            error: false,
+            place: place.map(|(file, line)| format!("{file}:{line}")),
+            title: format!("printed by pass `{}` in frame {}", prints.pass, prints.frame),
+            text: shown.join("\n"),
+        }
+    };
+    printed.iter().map(problem).collect()
 }

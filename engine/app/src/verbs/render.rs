@@ -14,6 +14,7 @@ use raxel_terminal::args::{Messages, OnDevice, Size, size};
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
+use raxel_terminal::prints::print_prints;
 use raxel_terminal::session::{What, frame_failure, print_messages, print_validation, validated};
 use serde_json::json;
 
@@ -220,16 +221,17 @@ impl Args {
             if self.time {
                 times.add(session, console)?;
             }
+            bar.suspend(|| print_prints(session, console));
             bar.inc(1);
             Ok(())
         };
         let frame = |session: &mut Session| session.frame().map(drop).map_err(|error| frame_failure(error, console));
         let stages = shoot.run(session, place, each, frame)?;
         bar.finish_and_clear();
-        print_messages(session, console);
+        let asserted = print_messages(session, console);
         let complaints = print_validation(session, console);
         report(output, session, shoot, &stages, &times, console);
-        validated(complaints)
+        validated(complaints).and(asserted)
     }
 
     /// What does not go together.

@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     if paths.is_empty() {
         paths = front.project.demos();
     }
-    let (mut checks, mut failed, mut complaints) = (0, 0, false);
+    let (mut checks, mut failed, mut complaints, mut asserted) = (0, 0, false, Ok(()));
     for path in each_once(paths) {
         let part = front.loader.demo(&path);
         let texts = part.texts.clone();
@@ -62,18 +62,28 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             }
             continue;
         }
-        let mut test = Test { args, console, front: &front, texts: &texts, demo, found: Vec::new(), complaints: false };
+        let mut test = Test {
+            args,
+            console,
+            front: &front,
+            texts: &texts,
+            demo,
+            found: Vec::new(),
+            complaints: false,
+            asserted: Ok(()),
+        };
         test.run(device)?;
         checks += test.demo.checks.len();
         failed += test.found.len();
         complaints |= test.complaints;
+        asserted = asserted.and(test.asserted);
     }
     match (checks, failed) {
         (0, _) => Err(Failure::usage("no demo of the project checks anything").help("[[check]] in a demo makes one")),
-        (_, 0) if args.write => validated(complaints),
+        (_, 0) if args.write => validated(complaints).and(asserted),
         (_, 0) => {
             console.message(&format!("{checks} check{} held", if checks == 1 { "" } else { "s" }));
-            validated(complaints)
+            validated(complaints).and(asserted)
         }
         _ => Err(Failure::new(Exit::Check, format!("{failed} of {checks} checks do not hold"))),
     }
@@ -88,6 +98,8 @@ struct Test<'a> {
     demo: Arc<Demo>,
     found: Vec<Diagnostic>,
     complaints: bool,
+    /// Whether all assertions of shaders have held.
+    asserted: Result,
 }
 
 /// A picture that is looked at: index of the check, and the frame.
@@ -150,7 +162,8 @@ impl Test<'_> {
         if timed {
             self.judge_passes(&times);
         }
-        print_messages(&mut session, self.console);
+        let asserted = print_messages(&mut session, self.console);
+        self.asserted = std::mem::replace(&mut self.asserted, Ok(())).and(asserted);
         self.complaints |= print_validation(&session, self.console);
         Ok(())
     }

@@ -36,4 +36,6 @@ declare! {
     DEVICE_REFUSES = "RX0410";
     /// Passes count something that the graph warns of.
     COUNTED = "RX0411";
+    /// An `rx_assert` of a shader failed.
+    ASSERTION_FAILED = "RX0412";
 }

@@ -25,6 +25,8 @@ declare! {
     BAD_TEXT = "RX0216";
     /// A call whose result GLSL and SPIR-V leave undefined.
     UNDEFINED = "RX0217";
+    /// A call of `debugPrintfEXT` whose text and values do not fit, or whose values cannot be printed.
+    UNPRINTABLE = "RX0218";
     /// A SPIR-V module is malformed.
     BAD_SPIRV = "RX0220";
     /// A SPIR-V module is of a version or kind that raxel does not run.

@@ -55,7 +55,7 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
         bar.inc(1);
     }
     bar.finish_and_clear();
-    print_messages(&mut session, console);
+    let asserted = print_messages(&mut session, console);
     let document = machine(&demo, &session, &times);
     match console.format() {
         Format::Json => console::json(&document),
@@ -71,7 +71,7 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
     if failed > 0 {
         return Err(Failure::new(Exit::Check, format!("{failed} checks about passes do not hold")));
     }
-    validated(complaints)
+    validated(complaints).and(asserted)
 }
 
 /// What is timed: graph, name, times.

@@ -7,7 +7,7 @@ use raxel_graph::checked::{Graph, ResourceId, Warning};
 use super::Session;
 
 /// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
-const GONE: u32 = 60;
+pub(super) const GONE: u32 = 60;
 
 /// What is counted in the graph that runs.
 #[derive(Default)]
@@ -72,9 +72,10 @@ impl Word {
 
 impl Session {
     /// What passes count at the moment that should be 0, with the count of the last frame that had any: each for as long as it has not been
-    /// 0 for 60 frames.
+    /// 0 for 60 frames. Then the assertions of shaders that fail, for as long as they have not held for 60 frames.
     pub fn counted(&self) -> Vec<Diagnostic> {
-        self.warned.0.iter().filter_map(|word| word.diagnostic(&self.graph, word.last)).collect()
+        let warned = self.warned.0.iter().filter_map(|word| word.diagnostic(&self.graph, word.last));
+        warned.chain(self.failing()).collect()
     }
 
     /// Notes what finished frames have counted. Waits for none.

@@ -265,6 +265,7 @@ impl Session {
         self.executor.reset_history();
         self.collected.forget_poses();
         self.warned.forget();
+        self.prints.forget();
         self.changed.everything();
         self.previous_camera = self.camera;
         self.still.reset();

@@ -108,10 +108,11 @@ impl Session {
     }
 
     /// What is to be said since the last call: that edits cannot be saved and are saved again, what is wrong with those that passes write,
-    /// that a store does not have chunks of the world, and has them again, and what finished frames have counted that the graph warns of. It
-    /// points into [`Session::texts`].
+    /// that a store does not have chunks of the world, and has them again, what finished frames have counted that the graph warns of,
+    /// and which assertions of shaders have failed. It points into [`Session::texts`].
     pub fn take_messages(&mut self) -> Vec<Diagnostic> {
         self.say_counted();
+        self.say_failed();
         self.editing.take_messages()
     }
 

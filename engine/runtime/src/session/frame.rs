@@ -213,7 +213,9 @@ impl Session {
         }
         self.changed.shown();
         self.collect()?;
+        self.prints.begin(report.frame, time.index);
         self.note_counted();
+        self.note_prints();
         self.previous_camera = self.camera;
         self.history.end();
         Ok(report)

@@ -45,6 +45,7 @@ impl Session {
         }
         // Places are those of the graph that ran.
         self.say_counted();
+        self.say_failed();
         self.state.change_graph(path);
         self.graph = graph;
         (self.debug_target, self.demo_target) = (debug_target, None);
@@ -56,6 +57,7 @@ impl Session {
     /// Brings all that follows the graph to the one that runs now.
     pub(super) fn adopt_graph(&mut self) {
         self.warned.forget();
+        self.prints.forget();
         if !self.graph.collected().any(|id| self.graph.resource(id).collected_as() == Some(POSES)) {
             self.collected.forget_poses();
         }

@@ -11,6 +11,7 @@ mod frame;
 mod graphs;
 mod history;
 mod open;
+mod prints;
 mod recover;
 mod reload;
 mod retry;
@@ -140,6 +141,7 @@ pub struct Session {
     collected: shader_output::ShaderOutput,
     changed: changed::Changed,
     warned: counter_warnings::CounterWarnings,
+    prints: prints::Prints,
     demo: Option<Arc<Demo>>,
     texts: SourceMap,
     warnings: Vec<Diagnostic>,

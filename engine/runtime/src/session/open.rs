@@ -124,6 +124,7 @@ impl Session {
             collected: super::shader_output::ShaderOutput::default(),
             changed: super::changed::Changed::new(),
             warned: super::counter_warnings::CounterWarnings::default(),
+            prints: super::prints::Prints::default(),
             demo,
             texts,
             warnings,
