@@ -74,6 +74,20 @@ impl Editor {
         }
     }
 
+    /// Why a request is refused.
+    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
+    fn refused(&mut self, method: &str, params: Value) -> String {
+        self.id += 1;
+        let id = self.id;
+        self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
+        loop {
+            let message = self.from.next();
+            if message["id"] == json!(id) {
+                return message["error"]["message"].as_str().unwrap_or_else(|| panic!("{message}")).to_owned();
+            }
+        }
+    }
+
     fn open(&mut self, path: &Path, text: &str) {
         let document = json!({ "uri": address(path), "languageId": "x", "version": 1, "text": text });
         self.tell("textDocument/didOpen", json!({ "textDocument": document }));
@@ -306,4 +320,161 @@ fn shaders_have_the_names_of_glsl_and_an_outline() {
     editor.open(&graph, &std::fs::read_to_string(&graph).unwrap());
     let expected = ["sky_depth", "hit", "depth", "normal", "steps", "world", "inspect"];
     assert_eq!(outline(&mut editor, &graph), expected);
+}
+
+/// The edits of a rename in a file, as the texts that they replace by line.
+fn edits_in<'v>(edit: &'v Value, path: &Path) -> Vec<&'v Value> {
+    edit["changes"][address(path)].as_array().map(|edits| edits.iter().collect()).unwrap_or_default()
+}
+
+const NOTE: &str = "#version 460
+layout(local_size_x = 8) in;
+layout(rgba16f) uniform writeonly image2D outColor;
+layout(push_constant) uniform Push { float time; } push;
+// Twice as far.
+float far(float near, float by) {
+    float twice = near * by;
+    return twice;
+}
+void main() {
+    float near = far(push.time, 2.0);
+    imageStore(outColor, ivec2(0), vec4(near));
+}
+";
+
+const NOTES: &str = "name = \"note\"
+present = \"color\"
+[params.speed]
+type = \"f32\"
+default = 1.0
+[targets.color]
+format = \"rgba16f\"
+[[passes]]
+name = \"note\"
+shader = \"note.comp\"
+dispatch = { threads = \"color\" }
+bind = { outColor = \"color\" }
+push = { time = \"param.speed\" }
+";
+
+fn notes() -> (Project, Editor, std::path::PathBuf, std::path::PathBuf) {
+    let project = Project::empty();
+    project.write("graphs/note.toml", NOTES).write("shaders/note.comp", NOTE);
+    project.write("graphs/more.toml", "extends = \"note.toml\"\n[[passes]]\nname = \"note\"\nbind = { outColor = \"color\" }\npush.time = \"param.speed\"\n");
+    let mut editor = Editor::start(&project);
+    let (graph, shader) = (project.path("graphs/note.toml"), project.path("shaders/note.comp"));
+    editor.open(&graph, NOTES);
+    editor.open(&shader, NOTE);
+    (project, editor, graph, shader)
+}
+
+#[test]
+fn locals_and_parameters_are_known_in_their_scope() {
+    let (_project, mut editor, _, shader) = notes();
+    let offered = editor.offered(&shader, &NOTE.replace("return twice", "return tw|"));
+    assert!(["twice", "near", "by", "far", "outColor"].iter().all(|name| offered.iter().any(|label| label == name)));
+    let offered = editor.offered(&shader, &NOTE.replace("vec4(near)", "vec4(|"));
+    assert!(offered.iter().any(|label| label == "near") && offered.iter().all(|label| label != "twice"));
+    let place = editor.place(&shader, &NOTE.replace("near * by", "ne|ar * by"));
+    let said = editor.ask("textDocument/hover", place.clone());
+    assert!(said["contents"]["value"].as_str().unwrap().contains("float near\n```\nA parameter."), "{said}");
+    let found = editor.ask("textDocument/definition", place);
+    assert_eq!(found["range"]["start"], json!({ "line": 5, "character": 16 }));
+}
+
+#[test]
+fn the_signature_of_a_call_is_shown_while_it_is_typed() {
+    let (_project, mut editor, _, shader) = notes();
+    let mut signature = |call: &str| {
+        let place = editor.place(&shader, &NOTE.replace("far(push.time, 2.0);", call));
+        editor.ask("textDocument/signatureHelp", place)
+    };
+    let own = signature("far(max(1.0, 2.0), |");
+    assert_eq!(own["signatures"][0]["label"], "float far(float near, float by)");
+    assert_eq!(own["activeParameter"], 1);
+    assert_eq!(own["signatures"][0]["documentation"]["value"], "Twice as far.");
+    let glsl = signature("clamp(1.0, |");
+    assert_eq!(
+        (&glsl["signatures"][0]["label"], &glsl["activeParameter"]),
+        (&json!("T clamp(T x, T low, T high)"), &json!(1))
+    );
+    let library = signature("rx_tone(|");
+    assert_eq!(library["signatures"][0]["label"], "vec3 rx_tone(vec3 light, uint curve)");
+    assert!(signature("|").is_null());
+}
+
+#[test]
+fn names_are_followed_and_changed_across_shaders_and_graphs() {
+    let (project, mut editor, graph, shader) = notes();
+    let at = |text: &str, of: &str, skip: usize| {
+        let byte = text.match_indices(of).nth(skip).unwrap().0;
+        let line = text[..byte].matches('\n').count();
+        json!({ "line": line, "character": text[..byte].rsplit('\n').next().unwrap().len() })
+    };
+    let rename = |editor: &mut Editor, file: &Path, position: &Value, new: &str| {
+        let params = json!({ "textDocument": { "uri": address(file) }, "position": position, "newName": new });
+        editor.ask("textDocument/rename", params)
+    };
+    // A parameter, and not the local of the same name elsewhere.
+    let edit = rename(&mut editor, &shader, &at(NOTE, "near", 0), "close");
+    let lines: Vec<u64> =
+        edits_in(&edit, &shader).iter().map(|edit| edit["range"]["start"]["line"].as_u64().unwrap()).collect();
+    assert_eq!(lines, [5, 6]);
+    // A binding, from the shader and from a graph: in both, and in a graph that extends it.
+    for (file, position) in [(&shader, at(NOTE, "outColor", 1)), (&graph, at(NOTES, "outColor", 0))] {
+        let edit = rename(&mut editor, file, &position, "picture");
+        assert_eq!(edits_in(&edit, &shader).len(), 2, "{edit}");
+        assert_eq!(edits_in(&edit, &graph).len(), 1, "{edit}");
+        assert_eq!(edits_in(&edit, &project.path("graphs/more.toml")).len(), 1, "{edit}");
+    }
+    // A param, in the graph that declares it and in the one that extends it.
+    let edit = rename(&mut editor, &graph, &at(NOTES, "speed", 1), "rate");
+    assert_eq!(edits_in(&edit, &graph).len(), 2, "{edit}");
+    assert_eq!(edits_in(&edit, &project.path("graphs/more.toml")).len(), 1, "{edit}");
+    let params = json!({ "textDocument": { "uri": address(&shader) }, "position": at(NOTE, "far", 1), "context": { "includeDeclaration": true } });
+    assert_eq!(editor.ask("textDocument/references", params).as_array().map(Vec::len), Some(2));
+    // What cannot be is refused with a reason, and half a text is no reason to stop.
+    for (position, new, reason) in [
+        (at(NOTE, "outColor", 0), "2d", "is no name"),
+        (at(NOTE, "outColor", 0), "image2D", "is a name of GLSL"),
+        (at(NOTE, "outColor", 0), "far", "is a name in"),
+        (at(NOTE, "imageStore", 0), "store", "is a name of GLSL"),
+        (at(NOTE, "time;", 0), "x", "is declared nowhere"),
+    ] {
+        let params = json!({ "textDocument": { "uri": address(&shader) }, "position": position, "newName": new });
+        let refused = editor.refused("textDocument/rename", params);
+        assert!(refused.contains(reason), "{refused}");
+    }
+    editor.change(&shader, "void main( { float a = ");
+    let place = json!({ "textDocument": { "uri": address(&shader) }, "position": { "line": 0, "character": 19 }, "newName": "b" });
+    editor.ask("textDocument/rename", place);
+}
+
+#[test]
+fn diagnostics_bring_their_fix_and_push_values_their_type() {
+    let (_project, mut editor, graph, _) = notes();
+    let wrong = NOTES.replace("\"param.speed\"", "\"param.sped\"");
+    editor.change(&graph, &wrong);
+    let found = loop {
+        let found = editor.diagnostics(&graph);
+        if found.iter().any(|found| found["message"].as_str().unwrap().contains("did you mean")) {
+            break found;
+        }
+    };
+    let params = json!({
+        "textDocument": { "uri": address(&graph) },
+        "range": found[0]["range"],
+        "context": { "diagnostics": found },
+    });
+    let actions = editor.ask("textDocument/codeAction", params);
+    let edit = &edits_in(&actions[0]["edit"], &graph)[0];
+    let line = wrong.lines().nth(usize::try_from(edit["range"]["start"]["line"].as_u64().unwrap()).unwrap()).unwrap();
+    let column = |end: &str| usize::try_from(edit["range"][end]["character"].as_u64().unwrap()).unwrap();
+    let fixed = [&line[..column("start")], edit["newText"].as_str().unwrap(), &line[column("end")..]].concat();
+    assert_eq!(fixed, "push = { time = \"param.speed\" }", "{actions}");
+    let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
+    let hints =
+        editor.ask("textDocument/inlayHint", json!({ "textDocument": { "uri": address(&graph) }, "range": all }));
+    assert_eq!(hints.as_array().map(Vec::len), Some(1), "{hints}");
+    assert_eq!((&hints[0]["label"], &hints[0]["position"]["line"]), (&json!(": float"), &json!(12)));
 }

@@ -14,6 +14,7 @@ use super::names::{bare, declaration, declared, identifier, keys_of, named_passe
 use super::project_texts::{
     ProjectText, bound_by, declared_in, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
+use super::scopes::{Local, code_of, identifiers, local_at, locals};
 use super::toml_place::{TomlPlace, header_at};
 use super::{builtins, symbols};
 
@@ -134,6 +135,10 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     if found.is_empty() {
         return None;
     }
+    if let Some((local, about)) = local(document, at) {
+        let kind = if local.parameter { "A parameter." } else { "A local variable." };
+        return Some(format!("```glsl\n{}\n```\n{kind} {about}", local.declaration()));
+    }
     if let Some(item) = library::items().into_iter().find(|item| item.name == found) {
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
     }
@@ -151,6 +156,19 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     }
     hover_table(documents, document, bare(found))
         .or_else(|| hover_declared(documents, document, &shader_of_pass(documents, document, at), found))
+}
+
+/// The local or parameter that a byte of a shader means, with the comment on its line.
+fn local(document: &Document, at: usize) -> Option<(Local, String)> {
+    if document.is_toml() {
+        return None;
+    }
+    let code = code_of(&document.text);
+    let found = identifiers(&code).into_iter().find(|(_, place, _)| place.contains(&at) || place.end == at)?;
+    let (name, place, member) = found;
+    let local = local_at(&locals(&code), name, place.start).filter(|_| !member).cloned()?;
+    let about = comment_on(&document.text, &local.place);
+    Some((local, about))
 }
 
 /// The declaration of a shader's name, with what stands above it, and what graphs bind to it.
@@ -392,6 +410,12 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
         return includes(document);
     }
     let mut found: Vec<CompletionItem> = Vec::new();
+    for local in locals(&code_of(&document.text)).into_iter().rev().filter(|local| local.scope.contains(&at)) {
+        if found.iter().all(|known| known.label != local.name) {
+            let about = format!("```glsl\n{}\n```", local.declaration());
+            found.push(item(&local.name, CompletionItemKind::VARIABLE, &about));
+        }
+    }
     for (text, declared) in declared_in(&texts()).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
         let about = comment_on(&text.text, &declared.whole);
         let about = format!("```glsl\n{}\n```\n{about}\n\n`{}`", &text.text[declared.whole.clone()], text.path);

@@ -82,7 +82,7 @@ pub(super) fn members(body: &str) -> Vec<(String, String)> {
 }
 
 /// The text with blanks for its comments: every byte keeps its place.
-fn without_comments(text: &str) -> String {
+pub(super) fn without_comments(text: &str) -> String {
     let mut code = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(at) = rest.find("//").into_iter().chain(rest.find("/*")).min() {
@@ -99,7 +99,7 @@ fn without_comments(text: &str) -> String {
 }
 
 /// The same without lines of the preprocessor.
-fn without_directives(code: &str) -> String {
+pub(super) fn without_directives(code: &str) -> String {
     let blank = |line: &str| -> String { line.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect() };
     let lines = code.split_inclusive('\n');
     lines.map(|line| if line.trim_start().starts_with('#') { blank(line) } else { line.to_owned() }).collect()
@@ -235,7 +235,7 @@ fn open_of(head: &str) -> Option<usize> {
     None
 }
 
-fn is_name(c: char) -> bool {
+pub(super) fn is_name(c: char) -> bool {
     c == '_' || c.is_ascii_alphanumeric()
 }
 

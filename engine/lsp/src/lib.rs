@@ -2,13 +2,18 @@
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
+mod actions;
 mod builtins;
 mod complete;
 mod documents;
 mod glsl;
+mod hints;
 mod names;
 mod project_texts;
 mod publish;
+mod references;
+mod scopes;
+mod signature;
 mod symbols;
 mod toml_place;
 
@@ -19,11 +24,16 @@ use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestI
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument, Notification as _,
 };
-use lsp_types::request::{Completion, DocumentSymbolRequest, GotoDefinition, HoverRequest, Request as _};
+use lsp_types::request::{
+    CodeActionRequest, Completion, DocumentSymbolRequest, GotoDefinition, HoverRequest, InlayHintRequest, References,
+    Rename, Request as _, SignatureHelpRequest,
+};
 use lsp_types::{
-    CompletionOptions, CompletionParams, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
-    DidOpenTextDocumentParams, DocumentSymbolParams, GotoDefinitionParams, GotoDefinitionResponse, HoverParams,
-    HoverProviderCapability, OneOf, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, Url,
+    CodeActionParams, CodeActionProviderCapability, CompletionOptions, CompletionParams, DidChangeTextDocumentParams,
+    DidCloseTextDocumentParams, DidOpenTextDocumentParams, DocumentSymbolParams, GotoDefinitionParams,
+    GotoDefinitionResponse, HoverParams, HoverProviderCapability, InlayHintParams, OneOf, ReferenceParams,
+    RenameParams, ServerCapabilities, SignatureHelpOptions, SignatureHelpParams, TextDocumentSyncCapability,
+    TextDocumentSyncKind, Url,
 };
 use serde::de::DeserializeOwned;
 use serde_json::json;
@@ -57,6 +67,14 @@ pub fn run(_: &Args, console: &Console) -> Result {
         definition_provider: Some(OneOf::Left(true)),
         document_symbol_provider: Some(OneOf::Left(true)),
         hover_provider: Some(HoverProviderCapability::Simple(true)),
+        signature_help_provider: Some(SignatureHelpOptions {
+            trigger_characters: Some(["(", ","].map(str::to_owned).to_vec()),
+            ..SignatureHelpOptions::default()
+        }),
+        references_provider: Some(OneOf::Left(true)),
+        rename_provider: Some(OneOf::Left(true)),
+        code_action_provider: Some(CodeActionProviderCapability::Simple(true)),
+        inlay_hint_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     };
     let ended = |error: &dyn std::fmt::Display| Failure::usage(format!("the editor has gone: {error}"));
@@ -162,8 +180,45 @@ impl Server {
                 let document = server.documents.get(&params.text_document.uri)?;
                 Some(json!(symbols::symbols(document)))
             }),
+            SignatureHelpRequest::METHOD => self.reply(id, params, |server, params: SignatureHelpParams| {
+                let at = params.text_document_position_params;
+                let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
+                Some(json!(signature::help(&server.documents, document, offset)?))
+            }),
+            References::METHOD => self.reply(id, params, |server, params: ReferenceParams| {
+                let at = params.text_document_position;
+                let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
+                let uses = references::uses(&server.documents, document, offset).ok()?;
+                Some(json!(references::locations(document, &uses)))
+            }),
+            Rename::METHOD => match serde_json::from_value::<RenameParams>(params) {
+                Ok(params) => match self.rename(&params) {
+                    Ok(edit) => Response::new_ok(id, edit),
+                    Err(reason) => Response::new_err(id, ErrorCode::RequestFailed as i32, reason),
+                },
+                Err(error) => Response::new_err(id, ErrorCode::InvalidParams as i32, error.to_string()),
+            },
+            CodeActionRequest::METHOD => self.reply(id, params, |server, params: CodeActionParams| {
+                let document = server.documents.get(&params.text_document.uri)?;
+                Some(json!(actions::actions(document, &params)))
+            }),
+            InlayHintRequest::METHOD => self.reply(id, params, |server, params: InlayHintParams| {
+                let document = server.documents.get(&params.text_document.uri).filter(|document| document.is_toml())?;
+                let at = |position| documents::offset(&document.text, position);
+                let part = at(params.range.start)..at(params.range.end);
+                Some(json!(hints::hints(&server.documents, document, &part)))
+            }),
             _ => Response::new_err(id, ErrorCode::MethodNotFound as i32, format!("`{method}` is not offered")),
         }
+    }
+
+    /// The edits of a rename, or why it is refused.
+    fn rename(&self, params: &RenameParams) -> std::result::Result<lsp_types::WorkspaceEdit, String> {
+        let at = &params.text_document_position;
+        let opened = self.documents.at(&at.text_document.uri, at.position);
+        let (document, offset) = opened.ok_or("the file is in no project of raxel")?;
+        let uses = references::uses(&self.documents, document, offset)?;
+        references::rename(document, &uses, &params.new_name)
     }
 
     /// Reads the parameters, and gives null where there is nothing to say.

@@ -8,6 +8,7 @@ use lsp_types::Location;
 use super::address;
 use super::documents::{Document, Documents, range};
 use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
+use super::scopes::{code_of, identifiers, local_at, locals};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -127,6 +128,9 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
         if let Some(place) = in_shaders(&shader, found) {
             return Some(place);
         }
+    } else if let Some(local) = local_place(document, at) {
+        let uri = address(&document.project.on_disk(&document.path))?;
+        return Some(Location { uri, range: range(&document.text, &local) });
     } else if let Some(place) = in_shaders(&shader(documents, document, &document.path), identifier(&document.text, at))
     {
         return Some(place);
@@ -137,6 +141,15 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
     let file =
         places.iter().map(|folder| document.project.root().join(folder).join(found)).find(|file| file.is_file())?;
     Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
+}
+
+/// Where the local or parameter at a byte of a shader is declared.
+fn local_place(document: &Document, at: usize) -> Option<Range<usize>> {
+    let code = code_of(&document.text);
+    let (name, place, _) = identifiers(&code)
+        .into_iter()
+        .find(|(_, place, member)| !member && (place.contains(&at) || place.end == at))?;
+    local_at(&locals(&code), name, place.start).map(|local| local.place.clone())
 }
 
 /// The identifier at a byte of a shader.

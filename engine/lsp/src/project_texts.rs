@@ -101,6 +101,13 @@ fn includes(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
+/// Bytes of each pass of a graph, from its `[[passes]]` to the next table of an array.
+pub(super) fn passes(text: &str) -> Vec<Range<usize>> {
+    let starts = text.match_indices("[[passes]]").map(|(at, _)| at);
+    let of_lines = starts.filter(|at| text[..*at].rsplit('\n').next().is_some_and(|before| before.trim().is_empty()));
+    of_lines.filter_map(|at| pass_at(text, at)).collect()
+}
+
 /// Bytes of the pass around a byte of a graph, from its `[[passes]]` to the next.
 pub(super) fn pass_at(text: &str, at: usize) -> Option<Range<usize>> {
     let line_end = text[at..].find('\n').map_or(text.len(), |end| at + end);
