@@ -56,13 +56,17 @@ struct RxInstance {
     ivec3 row_z;
 };
 
+// An instance from its quads in the buffer.
+RxInstance rx_instance_of_quads(uvec4 q[RX_INSTANCE_QUADS]) {
+    return RxInstance(ivec3(q[0].xyz), q[0].w, ivec3(q[1].xyz), ivec3(q[2].xyz), q[1].w, q[2].w, ivec3(q[3].xyz), ivec3(q[4].xyz),
+                      uvec3(q[3].w, q[4].w, q[5].w), ivec3(q[5].xyz), ivec3(q[6].xyz), ivec3(q[7].xyz));
+}
+
 RxInstance rx_instance_of(uint index) {
     uint at = instances.first + RX_INSTANCE_QUADS * index;
-    uvec4 q0 = instances.quads[at], q1 = instances.quads[at + 1u], q2 = instances.quads[at + 2u], q3 = instances.quads[at + 3u];
-    uvec4 q4 = instances.quads[at + 4u], q5 = instances.quads[at + 5u];
-    return RxInstance(ivec3(q0.xyz), q0.w, ivec3(q1.xyz), ivec3(q2.xyz), q1.w, q2.w, ivec3(q3.xyz), ivec3(q4.xyz),
-                      uvec3(q3.w, q4.w, q5.w), ivec3(q5.xyz), ivec3(instances.quads[at + 6u].xyz),
-                      ivec3(instances.quads[at + 7u].xyz));
+    uvec4 q[RX_INSTANCE_QUADS];
+    for (uint i = 0u; i < RX_INSTANCE_QUADS; ++i) q[i] = instances.quads[at + i];
+    return rx_instance_of_quads(q);
 }
 
 bool rx_instance_is_free(RxInstance instance) {
@@ -354,12 +358,8 @@ vec3 rx_scene_normal(RxSceneHit hit) {
     return hit.free ? rx_direction_from_instance(rx_instance_of(hit.instance), normal) : normal;
 }
 
-// The ray that goes on from a hit in a direction of the world. In the world it starts exactly on the face, or, where that is the face of a
-// voxel that is not on the lattice, at most 2^-22 of the size of the model beside it.
-RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
-    RxRay start = rx_ray_from_hit(hit.at, dir);
-    if (!hit.free) return rx_scene_ray(start);
-    RxInstance instance = rx_instance_of(hit.instance);
+// A ray in a direction of the world that starts in the frame of a free instance, whose number is `index`.
+RxSceneRay rx_scene_ray_from_instance(RxInstance instance, uint index, RxRay start, vec3 dir) {
     // The transposed rows bring the place back; it is counted from the middle of the anchor.
     ivec3 column_x = ivec3(instance.row_x.x, instance.row_y.x, instance.row_z.x);
     ivec3 column_y = ivec3(instance.row_x.y, instance.row_y.y, instance.row_z.y);
@@ -373,7 +373,15 @@ RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
     // rx_turned adds half a voxel.
     uvec3 sum = over + instance.fraction + 8388608u;
     RxRay ray = rx_ray(instance.cell + cell + ivec3(sum >> 24) - 1, vec3(sum & 0xffffffu) * 5.9604644775390625e-8, dir);
-    return RxSceneRay(ray, hit.instance, start);
+    return RxSceneRay(ray, index, start);
+}
+
+// The ray that goes on from a hit in a direction of the world. In the world it starts exactly on the face, or, where that is the face of a
+// voxel that is not on the lattice, at most 2^-22 of the size of the model beside it.
+RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
+    RxRay start = rx_ray_from_hit(hit.at, dir);
+    if (!hit.free) return rx_scene_ray(start);
+    return rx_scene_ray_from_instance(rx_instance_of(hit.instance), hit.instance, start, dir);
 }
 
 #endif
