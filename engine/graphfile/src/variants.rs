@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
-use raxel_graph::checked::Condition;
+use raxel_graph::checked::{Condition, Fact};
 
 use crate::model::{Bind, File, Pass};
 use crate::resolve::FACTS;
@@ -29,29 +29,39 @@ pub fn write_out(model: &mut File, found: &mut Vec<Diagnostic>) {
 
 /// A pass for each combination of the facts that its bindings ask for: at most two for each fact about worlds.
 fn cases<'c>(pass: Pass, of: &impl Fn(&Bind) -> Option<&'c Condition>) -> Vec<Pass> {
-    let mut facts: Vec<_> = pass.bind.iter().filter_map(of).map(|condition| &condition.fact).collect();
-    let mut unique = Vec::new();
-    facts.retain(|fact| {
-        !unique.contains(fact) && {
-            unique.push(*fact);
-            true
+    let mut facts: Vec<&Fact> = Vec::new();
+    for condition in pass.bind.iter().filter_map(of) {
+        if !facts.contains(&&condition.fact) {
+            facts.push(&condition.fact);
         }
-    });
+    }
     let mut cases = vec![pass];
     for fact in facts {
-        let split = |pass: Pass| {
-            [false, true].map(|negated| {
-                let mut case = pass.clone();
-                case.bind.retain(|entry| of(entry).is_none_or(|c| c.fact != *fact || c.negated == negated));
-                let here = case.bind.iter().filter(|entry| of(entry).is_some_and(|c| c.fact == *fact));
-                case.defines.extend(here.filter_map(|entry| define(&entry.name)));
-                case.also_when.push(Condition { fact: fact.clone(), negated });
-                case
-            })
-        };
-        cases = cases.into_iter().flat_map(split).collect();
+        let both = |pass: &Pass| [false, true].map(|negated| case(pass, fact, negated, of));
+        cases = cases.iter().flat_map(both).flatten().collect();
     }
     cases
+}
+
+/// The pass where a fact holds, or where it does not; `None` if its own condition keeps it from running there.
+fn case<'c>(pass: &Pass, fact: &Fact, negated: bool, of: &impl Fn(&Bind) -> Option<&'c Condition>) -> Option<Pass> {
+    if excludes(pass, fact, negated) {
+        return None;
+    }
+    let mut case = pass.clone();
+    case.bind.retain(|entry| of(entry).is_none_or(|known| known.fact != *fact || known.negated == negated));
+    let here = case.bind.iter().filter(|entry| of(entry).is_some_and(|known| known.fact == *fact));
+    case.defines.extend(here.filter_map(|entry| define(&entry.name)));
+    case.also_when.push(Condition { fact: fact.clone(), negated });
+    Some(case)
+}
+
+/// Whether the condition of a pass itself keeps it from running where this holds.
+fn excludes(pass: &Pass, fact: &Fact, negated: bool) -> bool {
+    let Some(when) = &pass.when else { return false };
+    let word = when.value.strip_prefix('!').unwrap_or(&when.value);
+    let own = FACTS.iter().any(|(name, known)| *name == word && known == fact);
+    own && (word.len() < when.value.len()) != negated
 }
 
 /// The define by which a shader knows that a buffer is bound. What is no name in GLSL is reported when it is held against the shader.
