@@ -22,8 +22,7 @@ fn yard(project: &Project, models: &str) {
         models.to_owned(),
     ];
     let files = "[models]\ntree = { file = \"models/tree.vox\" }\nlantern = { file = \"models/lantern_warm.vox\" }";
-    let materials =
-        format!("floor = {{ albedo = [0.6, 0.6, 0.55] }}\nwall = {{ albedo = [0.7, 0.2, 0.1] }}\n{files}");
+    let materials = format!("floor = {{ albedo = [0.6, 0.6, 0.55] }}\nwall = {{ albedo = [0.7, 0.2, 0.1] }}\n{files}");
     scenes::world(project, &materials, &build, [28.0, 16.0, 28.0], [10.0, 4.0, 10.0], 50.0);
 }
 
@@ -45,7 +44,9 @@ fn lifted(project: &Project, base: &str, model: &str, more: &str) -> &'static st
     yard(project, &format!("[[instances]]\nmodel = \"{model}\"\nposition = [12, 2, 12]\n{slide}\n{more}"));
     project.write(
         "graphs/test.toml",
-        format!("extends = \"{base}\"\nname = \"test\"\n[params.away]\ntype = \"f32\"\ndefault = 0.0\nrange = [0.0, 1.0]\n"),
+        format!(
+            "extends = \"{base}\"\nname = \"test\"\n[params.away]\ntype = \"f32\"\ndefault = 0.0\nrange = [0.0, 1.0]\n"
+        ),
     );
     "graphs/test.toml"
 }
@@ -187,9 +188,13 @@ fn worlds_without_instances_pay_nothing() {
                     ["instances", "poses", "moves_seen"].contains(&name.as_str())
                 })
             };
-            assert_eq!(plan.graph.passes.iter().enumerate().any(|(at, pass)| {
-                plan.passes.iter().any(|planned| planned.pass.0 as usize == at) && bound(pass)
-            }), pays, "{graph}");
+            assert_eq!(
+                plan.graph.passes.iter().enumerate().any(|(at, pass)| {
+                    plan.passes.iter().any(|planned| planned.pass.0 as usize == at) && bound(pass)
+                }),
+                pays,
+                "{graph}"
+            );
         }
     }
 }

@@ -77,10 +77,11 @@ fn a_pass_is_compiled_with_the_binding_and_without() {
 
 #[test]
 fn a_pass_of_such_worlds_alone_has_no_other_case() {
-    let passes = passes(&GRAPH.replace("when = \"param.on\"", "when = \"world.has_instances\"").replace(
-        "[params.on]\ntype = \"bool\"\ndefault = true\n",
-        "",
-    ));
+    let passes = passes(
+        &GRAPH
+            .replace("when = \"param.on\"", "when = \"world.has_instances\"")
+            .replace("[params.on]\ntype = \"bool\"\ndefault = true\n", ""),
+    );
     assert_eq!(passes.len(), 1);
     assert_eq!(passes[0].accesses.len(), 2);
 }
