@@ -102,7 +102,7 @@ fn case_that_runs(graph: &Graph, pass: PassId, input: &PlanInput) -> PassId {
 }
 
 fn is_on(pass: &Pass, input: &PlanInput) -> bool {
-    pass.runs_where(&input.facts)
+    pass.runs_where(input.facts)
 }
 
 /// How often a loop is repeated.
