@@ -7,7 +7,7 @@ for graph in graphs/examples/*.toml; do
     name=$(basename "$graph" .toml)
     case $name in
         flock) more="--world worlds/flock.toml" ;;
-        instances) more="--world worlds/fair.toml" ;;
+        fair | instances) more="--world worlds/fair.toml" ;;
         copy) more="--world worlds/meadow.toml" ;;
         drill) more="--world worlds/meadow.toml --set radius=10" ;;
         model) more="--world worlds/valley.toml" ;;

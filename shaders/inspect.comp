@@ -1,6 +1,6 @@
 // Writes what the tracer knows about the first hit of each pixel, one target each.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include <raxel/camera.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -24,9 +24,9 @@ void main() {
 
     RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, size);
     RxHit hit;
-    bool found = rx_trace(ray, hit);
-    imageStore(outHit, pixel, uvec4(found ? uvec2(hit.material, hit.face) : uvec2(0u, 7u), 0u, 0u));
+    bool found = rx_trace_places(rx_scene_ray(ray), hit);
+    imageStore(outHit, pixel, uvec4(found ? uvec2(hit.material, RX_FACE_PART(hit.face)) : uvec2(0u, 7u), 0u, 0u));
     imageStore(outDepth, pixel, vec4(found ? hit.t : push.sky_depth));
-    imageStore(outNormal, pixel, vec4(found ? rx_normal(hit.face) : vec3(0.0), 0.0));
+    imageStore(outNormal, pixel, vec4(found ? rx_place_normal(hit.voxel, hit.face) : vec3(0.0), 0.0));
     imageStore(outSteps, pixel, uvec4(hit.steps));
 }

@@ -259,23 +259,29 @@ fn a_packet_that_loses_rays_is_caught() {
 /// Faults in the tracer of instances: of turned models, of those on the lattice, of which hit is first.
 #[test]
 fn faults_in_instances_are_caught() {
-    let instances = std::fs::read_to_string(repository().join("shaders/include/raxel/instances.glsl")).unwrap();
+    let library = |name: &str| format!("shaders/include/raxel/{name}.glsl");
+    let text = |name: &str| std::fs::read_to_string(repository().join(library(name))).unwrap();
     let scope = ["stress", "--scenes", "gravel@near,hills@near", "--rays", "4e4", "--format", "json"];
     let scope = [&scope[..], &["--layouts", "tree64,tree64:instances"]].concat();
-    for (right, wrong) in [
-        ("uvec2(0u, 0x4000u)", "uvec2(0u, 0x3fffu)"),
-        ("? last - c : c", "? last - 1u - c : c"),
-        ("uint shift = exponent + 1u - top;", "uint shift = exponent - top;"),
-        ("return p.z != q.z ? p.z < q.z", "return p.z != q.z ? p.z > q.z"),
-        ("rx_instance_turns_around(instance, axis) ? 1u : 0u", "rx_instance_turns_around(instance, axis) ? 0u : 1u"),
+    for (file, right, wrong) in [
+        ("instance_frame", "uvec2(0u, 0x4000u)", "uvec2(0u, 0x3fffu)"),
+        ("instances", "? last - c : c", "? last - 1u - c : c"),
+        ("instances", "uint shift = exponent + 1u - top;", "uint shift = exponent - top;"),
+        ("instances", "return p.z != q.z ? p.z < q.z", "return p.z != q.z ? p.z > q.z"),
+        (
+            "instances",
+            "rx_instance_turns_around(instance, axis) ? 1u : 0u",
+            "rx_instance_turns_around(instance, axis) ? 0u : 1u",
+        ),
         // Packed materials: the halfword of the palette, where it ends, and voxels without one.
-        ("own & 1u", "0u"),
-        ("kind == 4u ? 0u : (1u << bits) >> 1", "kind == 4u ? 0u : (1u << bits) >> 2"),
-        ("code == 3u ? 4u : code", "code"),
+        ("instances", "own & 1u", "0u"),
+        ("instances", "kind == 4u ? 0u : (1u << bits) >> 1", "kind == 4u ? 0u : (1u << bits) >> 2"),
+        ("instances", "code == 3u ? 4u : code", "code"),
     ] {
-        assert_eq!(instances.matches(right).count(), 1, "{right}");
+        let whole = text(file);
+        assert_eq!(whole.matches(right).count(), 1, "{right}");
         let project = Project::empty();
-        project.write("shaders/include/raxel/instances.glsl", instances.replace(right, wrong));
+        project.write(&library(file), whole.replace(right, wrong));
         let run = project.raxel(&scope).exits(1);
         let found = rows(&run);
         let count = |row: &str| found[row]["total"]["wrong"].as_u64().unwrap();

@@ -1,5 +1,5 @@
 // Light that falls on a place of a face, by one path: from the sky, from lamps, and all that other faces send back. Needs
-// <raxel/world.glsl> and scene.glsl. Before the include,
+// <raxel/scene.glsl> and scene.glsl. Lamps on instances are only found by rays that meet them: no lamp is drawn there. Before the include,
 //
 //     #define PATH_CANDIDATES n     lamps compared at the first place, 1 at the others
 //     #define PATH_SUN_FIRST        also counts direct sun at the first place, which is left out otherwise
@@ -15,6 +15,7 @@
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
 
+#include <raxel/scene.glsl>
 #include <raxel/light/lamps.glsl>
 #ifdef PATH_KNOWN_LAMPS
 #include "face_cache/known_lamps.glsl"
@@ -90,18 +91,25 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     vec3 sum = vec3(0.0), share = vec3(1.0), waiting = vec3(0.0);
     bool ends = false;    // the rest of the light is known
     bool arrived = true;  // at a place whose light is asked for
-    RxRay ray;
+    RxSceneRay ray;
     path_begin(at);
 #ifdef PATH_KNOWN_LAMPS
+#ifdef RX_BINDS_instances
+    // Lists are of places in the world; of what is turned, its nearest axis counts.
+    vec3 away = rx_place_normal(voxel, face), most = abs(away);
+    uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
+    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), uint(PATH_CANDIDATES));
+#else
     known_begin(voxel, face, uint(PATH_CANDIDATES));
+#endif
 #endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
-            bool found = rx_trace(ray, hit);
+            bool found = rx_trace_places(ray, hit);
 #ifdef PATH_PANES
             vec3 left = vec3(1.0);
-            if (found && rx_pass_body(hit, PATH_PANES, ray, left)) {
+            if (found && rx_pass_panes(hit, PATH_PANES, ray, left)) {
                 if (kind == ON) share *= left;
                 else waiting *= left;
                 continue;
@@ -117,7 +125,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 }
             } else {
                 if (!found) {
-                    vec3 sky = sky_radiance(ray.dir, sun);
+                    vec3 sky = sky_radiance(RX_RAY(ray).dir, sun);
                     sum += share * sky;
                     path_note(depth + 1u, sky);
                     break;
@@ -127,10 +135,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 // A lamp that is met by chance counts where picking lamps would do worse: close to it.
                 if (material.emission > 0.0) {
                     vec3 radiance = material.albedo * material.emission;
-                    float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_normal(hit.face), ray.dir);
-                    float cosine = dot(rx_normal(at.face), ray.dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
+                    float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_place_normal(hit.voxel, hit.face), RX_RAY(ray).dir);
+                    float cosine = dot(rx_place_normal(at.voxel, at.face), RX_RAY(ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
+                    if (rx_is_on_instance(hit.face)) weight = 1.0;
 #ifdef PATH_KNOWN_LAMPS
-                    if (depth == 0u) {
+                    if (depth == 0u && !rx_is_on_instance(hit.face)) {
                         weight = known_met_weight(hit, radiance, cosine, facing, points);
                         known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
                     }
@@ -155,12 +164,13 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #endif
             }
         }
-        vec3 normal = rx_normal(at.face);
+        vec3 normal = rx_place_normal(at.voxel, at.face);
         if (arrived) {
             arrived = false;
             kind = LAMP;
             if (!ends) {
-                RxRay from = rx_ray_from_face(at.voxel, at.face, at.uv, normal);
+                RxSceneRay start = rx_ray_from_place(at.voxel, at.face, at.uv, normal);
+                RxRay from = RX_RAY(start);
                 uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
                 RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
 #ifdef PATH_KNOWN_LAMPS
@@ -169,7 +179,8 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #endif
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
                 waiting = frame.lamp_strength * lamp.light;
-                ray = rx_lamp_ray(from, lamp.to);
+                ray = start;
+                RX_RAY(ray) = rx_lamp_ray(from, lamp.to);
 #ifdef PATH_LAMP_LEAST
                 float worth = rx_luminance(share * waiting);
                 if (worth < PATH_LAMP_LEAST) waiting *= rx_next(numbers) * PATH_LAMP_LEAST < worth ? PATH_LAMP_LEAST / worth : 0.0;
@@ -185,7 +196,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             vec3 to = depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
 #endif
             waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
-            ray = rx_ray_from_face(at.voxel, at.face, at.uv, to);
+            ray = rx_ray_from_place(at.voxel, at.face, at.uv, to);
             if (waiting != vec3(0.0)) continue;
         }
         if (ends) break;
@@ -196,7 +207,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             share /= on;
             path_live(on);
         }
-        ray = rx_ray_from_face(at.voxel, at.face, at.uv, rx_cosine_direction(at.face, rx_next2(numbers)));
+        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), rx_next2(numbers))));
     }
     return sum;
 }

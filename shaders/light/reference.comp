@@ -1,9 +1,9 @@
 // Path tracing without a bias. Each vertex is lit by a point of the sun's disc and a point of a lamp, and the path goes on with a cosine
 // ray that finds the sky and, weighted against the drawn points, lamps (Veach and Guibas, "Optimally combining sampling techniques", 1995).
-// Surfaces are matt. Rays of all kinds and of all paths of a pixel are traced at the same place in one loop: the tracer is there once, and
+// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel are traced at the same place in one loop: the tracer is there once, and
 // who has a short path does not wait for the others before the next one.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include <raxel/shade.glsl>
 #include <raxel/light/lights.glsl>
 #include <raxel/light/sobol.glsl>
@@ -93,13 +93,15 @@ void main() {
     uint kind = PATH, vertex = 0u, face = RX_FACE_INSIDE;
     float density = 0.0;  // of the direction of the path's last ray
     RxLight lamp;
-    RxRay ray;
+    RxSceneRay ray;
+    ivec3 voxel = ivec3(0);  // of the path's last vertex
     bool begins = true;
     while (index < end) {
         if (begins) {
             begins = false;
             vec2 place = vec2(pixel) + 0.5 + push.filter_width * (rx_sobol(index, 0u, seed) - 0.5);
-            ray = rx_ray(frame.camera_cell, frame.camera_frac, rx_camera_direction(frame.view_to_world, frame.tan_half_fov, place, vec2(size)));
+            vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, place, vec2(size));
+            ray = rx_scene_ray(rx_ray(frame.camera_cell, frame.camera_frac, dir));
             kind = PATH;
             vertex = 0u;
             light = vec3(0.0);
@@ -107,19 +109,19 @@ void main() {
         }
 
         RxHit target;
-        bool found = rx_trace(ray, target);
+        bool found = rx_trace_places(ray, target);
         if (kind != PATH) {
             bool reached = kind == SUN ? !found : found && rx_is_on_light(lamp, target.voxel, target.face);
             if (reached) light += pending;
         } else if (!found) {
-            light += share * rx_sky_light(ray.dir, sun, frame.sky_strength);
+            light += share * rx_sky_light(RX_RAY(ray).dir, sun, frame.sky_strength);
             begins = true;
         } else {
             RxMaterial material = rx_material_properties(target.material);
             vec3 own = emitted(material);
-            if (vertex > 0u && own != vec3(0.0)) {
+            if (vertex > 0u && own != vec3(0.0) && !rx_is_on_instance(target.face)) {
                 // The lamp could have been drawn as a point, with this density over the solid angle.
-                float facing = abs(dot(ray.dir, rx_normal(target.face)));
+                float facing = abs(dot(RX_RAY(ray).dir, rx_normal(target.face)));
                 own *= weight(density, lamp_density(material.emission * material.albedo) * target.t * target.t / max(facing, 1e-20));
             }
             light += share * own;
@@ -132,7 +134,8 @@ void main() {
                 share /= live;
             }
             face = target.face;
-            ray = rx_ray_from_face(target.voxel, face, target.uv, ray.dir);
+            voxel = target.voxel;
+            ray = rx_ray_from_place(voxel, face, target.uv, RX_RAY(ray).dir);
         }
         if (begins) {
             all += light;
@@ -142,18 +145,18 @@ void main() {
         }
 
         // The next ray: to the sun, to a lamp, and on.
-        vec3 normal = rx_normal(face);
+        vec3 normal = rx_place_normal(voxel, face);
         if (kind == PATH) {
             kind = SUN;
-            ray.dir = rx_sun_point(sun, rx_sobol(index, PAIRS * vertex, seed));
-            pending = share * sun_light * (max(dot(normal, ray.dir), 0.0) / RX_PI);
+            RX_RAY(ray).dir = rx_sun_point(sun, rx_sobol(index, PAIRS * vertex, seed));
+            pending = share * sun_light * (max(dot(normal, RX_RAY(ray).dir), 0.0) / RX_PI);
             if (pending != vec3(0.0)) continue;
         }
         if (kind == SUN) {
             kind = LAMP;
             if (rx_lights_count() > 0u) {
                 lamp = draw_lamp(rx_sobol_bits(index, PAIRS * vertex + 1u, seed));
-                vec3 to = rx_to_light(lamp, rx_sobol(index, PAIRS * vertex + 2u, seed), ray.cell, ray.frac);
+                vec3 to = rx_to_light(lamp, rx_sobol(index, PAIRS * vertex + 2u, seed), RX_RAY(ray).cell, RX_RAY(ray).frac);
                 float square = dot(to, to);
                 vec3 dir = to * inversesqrt(max(square, 1e-20));
                 float cosine = dot(normal, dir), facing = -dot(rx_normal(lamp.face), dir);
@@ -161,14 +164,14 @@ void main() {
                     float drawn = lamp.probability * square / facing;
                     pending = share * emitted(rx_material_properties(lamp.material)) *
                               (cosine / (RX_PI * drawn) * weight(drawn, cosine / RX_PI));
-                    ray.dir = dir;
+                    RX_RAY(ray).dir = dir;
                     if (pending != vec3(0.0)) continue;
                 }
             }
         }
         kind = PATH;
-        ray.dir = rx_cosine_direction(face, rx_sobol(index, PAIRS * vertex + 3u, seed));
-        density = max(dot(normal, ray.dir), 1e-20) / RX_PI;
+        RX_RAY(ray).dir = rx_place_vector(voxel, face, rx_cosine_direction(RX_FACE_PART(face), rx_sobol(index, PAIRS * vertex + 3u, seed)));
+        density = max(dot(normal, RX_RAY(ray).dir), 1e-20) / RX_PI;
     }
     add(pixel, all, squared);
 }

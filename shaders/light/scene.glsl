@@ -6,6 +6,11 @@
 #include "frame.glsl"
 #include <raxel/light/sampler.glsl>
 
+// <raxel/scene.glsl> has other bits where instances are bound.
+#ifndef RX_FACE_MASK
+#define RX_FACE_MASK 7u
+#endif
+
 #ifdef SKY_TABLE
 #include <raxel/light/atmosphere.glsl>
 uniform sampler2D sky_view;
@@ -59,7 +64,7 @@ uint hit_material(int word) {
 }
 
 uint hit_face(int word) {
-    return uint(word) >> 16 & 7u;
+    return uint(word) >> 16 & RX_FACE_MASK;
 }
 
 #endif

@@ -1,6 +1,6 @@
 // What each pixel sees.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -11,7 +11,7 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
     if (any(greaterThanEqual(pixel, size))) return;
     RxHit hit;
-    bool found = rx_trace(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size)), hit);
+    bool found = rx_trace_places(rx_scene_ray(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size))), hit);
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
 }

@@ -9,9 +9,12 @@
 #if defined(PANES) && !defined(ONE_RAY)
 #define ONE_RAY 1
 #endif
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "scene.glsl"
 #include <raxel/light/reproject.glsl>
+#ifdef RX_BINDS_instances
+#include "moved.glsl"
+#endif
 
 const uint SIDE = 8u, PIXELS = SIDE * SIDE;
 layout(local_size_x = SIDE, local_size_y = SIDE) in;
@@ -36,17 +39,21 @@ layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history
 const float ONE = 16777216.0;       // cosines are added as whole numbers, so that their order does not matter
 const uint STEADY = 16u;            // frames after the last change until no pixel is in doubt any more
 
+const uint NOT_ASKED = 7u;
 shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun
-shared uint facing[PIXELS];         // face; 7 where the sun is not asked for
+shared uint facing[PIXELS];         // face; NOT_ASKED where the sun is not asked for
 shared uint doubtful[PIXELS];       // pixels that get more rays
 shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
 #endif
 
 // What earlier frames have found: share of the sun times the cosine, samples.
-vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, float t) {
+vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     vec2 at;
-    vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + t * pixel_direction(pixel, size);
+    vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + place.z * pixel_direction(pixel, size);
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(hit_face(hit.w))) from_camera = moved_from(hit.xyz, hit_face(hit.w), place.xy, push.cell, push.frac);
+#endif
     if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
     ivec2 base = ivec2(floor(at - 0.5));
     vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
@@ -67,14 +74,14 @@ vec3 stained = vec3(0.0);
 
 // As below; what comes through panes is in `stained` alone.
 float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
-    vec3 left = vec3(dot(rx_normal(face), to));
+    vec3 left = vec3(dot(rx_place_normal(voxel, face), to));
     if (left.x <= 0.0) return 0.0;
     RxHit block;
-    RxRay ray = rx_ray_from_face(voxel, face, uv, to);
+    RxSceneRay ray = rx_ray_from_place(voxel, face, uv, to);
     bool blocked = false, through = false;
     for (uint pane = 0u;; ++pane) {
-        blocked = rx_trace(ray, block);
-        if (!blocked || pane == 3u || !rx_pass_body(block, PANES, ray, left)) break;
+        blocked = rx_trace_places(ray, block);
+        if (!blocked || pane == 3u || !rx_pass_panes(block, PANES, ray, left)) break;
         through = true;
     }
     if (through && !blocked) stained = left;
@@ -83,9 +90,9 @@ float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
 #else
 // The cosine of a ray to the sun, 0 where it does not get there.
 float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
-    float cosine = dot(rx_normal(face), to);
+    float cosine = dot(rx_place_normal(voxel, face), to);
     RxHit block;
-    return cosine <= 0.0 || rx_trace(rx_ray_from_face(voxel, face, uv, to), block) ? 0.0 : cosine;
+    return cosine <= 0.0 || rx_trace_places(rx_ray_from_place(voxel, face, uv, to), block) ? 0.0 : cosine;
 }
 #endif
 
@@ -110,7 +117,7 @@ void main() {
     vec4 place = inside ? imageLoad(places, pixel) : vec4(0.0);
     uint face = hit_face(hit.w);
     // A face that looks away from all of the disc needs no ray.
-    bool asks = hit.w >= 0 && face != RX_FACE_INSIDE && dot(rx_normal(face), sun) > -0.00466 && frame.sun_strength > 0.0;
+    bool asks = hit.w >= 0 && face != RX_FACE_INSIDE && dot(rx_place_normal(hit.xyz, face), sun) > -0.00466 && frame.sun_strength > 0.0;
     vec2 result = vec2(0.0, 1.0);
 #ifdef SUN_TEXELS
     uint slot = inside ? imageLoad(slots, pixel).x : 0xffffffffu, block_here = slot == 0xffffffffu ? NO_BLOCK : block_of(slot);
@@ -125,14 +132,14 @@ void main() {
 #else
     const bool remembers = true;   // who is in doubt
 #endif
-    vec2 old = asks && remembers ? before(pixel, size, hit, place.z) : vec2(0.0);
+    vec2 old = asks && remembers ? before(pixel, size, hit, place.xyz) : vec2(0.0);
 
 #ifdef ONE_RAY
     if (asks) result = with_fresh(old, sun_ray(hit.xyz, face, place.xy, sun_place(pixel, sun, frame.index)), 1.0, float(push.history), 1.0);
 #else
     uint own = gl_LocalInvocationIndex;
     found[own] = 0u;
-    facing[own] = asks ? face : 7u;
+    facing[own] = asks ? face : NOT_ASKED;
     if (own == 0u) {
         doubts = 0u;
         asked_for = 0u;
@@ -147,7 +154,7 @@ void main() {
     for (uint turn = 0u; turn < 2u; ++turn) {
         for (uint job = own; job < jobs; job += PIXELS) {
             uint which = turn == 0u ? job : doubtful[job / rays];
-            if (facing[which] == 7u) continue;
+            if (facing[which] == NOT_ASKED) continue;
             ivec2 there = ivec2(gl_WorkGroupID.xy * SIDE + uvec2(which % SIDE, which / SIDE));
             vec3 to = sun_place(there, sun, frame.index * (rays + 1u) + (turn == 0u ? 0u : 1u + job % rays));
             float cosine = sun_ray(imageLoad(hits, there).xyz, facing[which], imageLoad(places, there).xy, to);
@@ -163,7 +170,7 @@ void main() {
             uint beside = uint(other.y) * SIDE + uint(other.x);
             doubt = doubt || facing[beside] == face && (found[beside] == 0u) != (mine == 0u);
         }
-        float most = max(dot(rx_normal(face), sun), 1e-3);
+        float most = max(dot(rx_place_normal(hit.xyz, face), sun), 1e-3);
         doubt = asks && (doubt || old.y > 0.0 && abs(old.x - (mine == 0u ? 0.0 : most)) > 0.02 * most);
         if (doubt && rays > 0u) doubtful[atomicAdd(doubts, 1u)] = own;
         barrier();

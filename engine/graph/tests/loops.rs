@@ -183,7 +183,7 @@ fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
     // A loop that is switched off swaps nothing.
     let mut off = carried(3);
     off.facts = false;
-    off.graph.passes[0].when = Some(Condition { fact: Fact::WorldHasVoxels, negated: false });
+    off.graph.passes[0].when = vec![Condition { fact: Fact::WorldHasVoxels, negated: false }];
     assert_eq!(passes(&off.plan("color").unwrap()), ["finish a color"]);
 }
 
@@ -229,7 +229,7 @@ fn a_loop_that_not_every_frame_runs_leaves_names_where_they_were() {
     // Without a running pass nothing changes places.
     let mut off = ticking(3);
     off.facts = false;
-    off.graph.passes[1].when = Some(Condition { fact: Fact::WorldHasVoxels, negated: false });
+    off.graph.passes[1].when = vec![Condition { fact: Fact::WorldHasVoxels, negated: false }];
     assert!(off.plan("color").is_ok());
     let rare = |rounds: u32| {
         let mut hand = relaxing(rounds);

@@ -147,13 +147,13 @@ fn a_view_after_a_culled_pass_stays_where_the_pass_was() {
 fn a_pass_that_is_off_leaves_its_outputs_alone() {
     let mut hand = targets(&["glow", "color"]);
     hand.facts = false;
-    hand.pass("glow", &["w glow"]).when = Some(Condition { fact: Fact::WorldHasEmission, negated: false });
+    hand.pass("glow", &["w glow"]).when = vec![Condition { fact: Fact::WorldHasEmission, negated: false }];
     hand.pass("shade", &["s glow", "w color"]);
     let plan = hand.plan("color").unwrap();
     assert_eq!(live(&plan), ["shade"]);
     assert_eq!(plan.culled[0].reason, CullReason::Condition);
     assert_eq!(lifetime(&plan, "glow"), Lifetime::Persistent);
-    hand.graph.passes[0].when.as_mut().unwrap().negated = true;
+    hand.graph.passes[0].when[0].negated = true;
     assert_eq!(live(&hand.plan("color").unwrap()), ["glow", "shade"]);
 }
 

@@ -1,5 +1,5 @@
-//! Graph files: TOML and its shaders in, a checked graph or every mistake out. No I/O but the files it is given. [`compile_with`] is its five
-//! calls: extends, which parses each file → resolve → reflect → layout images → check.
+//! Graph files: TOML and its shaders in, a checked graph or every mistake out. No I/O but the files it is given. [`compile_with`] is its six
+//! calls: extends, which parses each file → variants → resolve → reflect → layout images → check.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
@@ -13,6 +13,7 @@ mod queues;
 mod reflect;
 mod resolve;
 mod schema;
+mod variants;
 
 pub use schema::schema;
 
@@ -71,6 +72,8 @@ pub fn compile_with(
     // The file is read, with every file it extends, and laid over them.
     let Some(mut loaded) = extends::load(path, files, texts, &mut found) else { return Err(found) };
     replace_sources(&mut loaded.model, options.replace, sources);
+    // A pass over a buffer that only some worlds have is written out as one for each case.
+    variants::write_out(&mut loaded.model, &mut found);
     // Names become indices, words become types, literals become values.
     let mut resolved = resolve::resolve(loaded, sources, &mut found);
     // Each distinct shader is compiled once; its interface says what it must be given.
@@ -79,6 +82,14 @@ pub fn compile_with(
     layout_images::add(&mut resolved, &reflected, sources);
     // The graph is compared with its shaders.
     let graph = check::check(&resolved, &reflected, sources, options.unused, &mut found);
+    // What is wrong with a pass is wrong in each of its cases.
+    let mut once: Vec<Diagnostic> = Vec::new();
+    found.retain(|diagnostic| {
+        !once.contains(diagnostic) && {
+            once.push(diagnostic.clone());
+            true
+        }
+    });
     // A graph with any error is not handed on.
     match graph {
         Some(graph) if !found.iter().any(Diagnostic::is_error) => Ok((graph, found)),

@@ -6,7 +6,7 @@ mod passes;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Span, Spanned, codes};
-use raxel_graph::checked::DisplayMap;
+use raxel_graph::checked::{Condition, DisplayMap};
 use raxel_language::{Describe, Keys, Limits, Shape};
 use serde_json::json;
 
@@ -18,7 +18,8 @@ use crate::parse::resources::{
 };
 use crate::parse::{MOST_TICKS, RATES, at, rate};
 use crate::schema::{
-    displays, formats, listed_values, listed_warnings, mip_counts, pairs_of_names, param_types, reference, value_types,
+    displays, facts_of_worlds, formats, listed_values, listed_warnings, mip_counts, pairs_of_names, param_types,
+    reference, value_types,
 };
 
 pub use passes::{Bind, Filter, Mip, Rhythm, Wrap};
@@ -288,6 +289,10 @@ pub struct Buffer {
     pub keep: Option<Spanned<bool>>,
     /// The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it.
     pub clock: Option<Spanned<String>>,
+    /// What the world must have for passes to bind it, e.g. `world.has_instances`; `!` negates. Where this does not hold, passes are compiled
+    /// and run without the binding. Where it holds, their shaders see `RX_BINDS_NAME`, with the binding's name. Bound everywhere when left out.
+    #[keys(shape = facts_of_worlds())]
+    pub when: Option<Spanned<String>>,
     /// What is said while a word of it is not 0: passes count there what should not be, e.g. what found no room. Nothing when left out.
     #[keys(read = warnings, shape = listed_warnings())]
     pub warnings: Option<Vec<Warning>>,
@@ -437,6 +442,8 @@ pub struct Pass {
     pub in_loop: Option<Spanned<String>>,
     /// `when`.
     pub when: Option<Spanned<String>>,
+    /// Conditions of buffers that it binds, or leaves out where they do not hold.
+    pub also_when: Vec<Condition>,
     /// `every`.
     pub every: Option<Spanned<Every>>,
 }

@@ -102,8 +102,8 @@ pub struct Pass {
     pub specialization: Vec<(Spanned<String>, Option<Spanned<Feed>>)>,
     /// `subgroup`.
     pub subgroup_size: Option<u32>,
-    /// `when`.
-    pub when: Option<Condition>,
+    /// `when`, and the conditions of the buffers that it binds or leaves out.
+    pub when: Vec<Condition>,
     /// `every`.
     pub every: Option<Every>,
     /// Whether the file's entries are all known, so that what is absent is meant to be absent.

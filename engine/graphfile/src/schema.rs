@@ -372,6 +372,14 @@ fn from() -> Value {
     json!({ "description": "Where the value comes from, instead of `value`.", "anyOf": any })
 }
 
+/// Conditions that ask about the world.
+pub fn facts_of_worlds() -> Shape {
+    let known = FACTS.iter().filter(|(fact, _)| fact.starts_with("world."));
+    let mut words: Vec<String> = known.flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
+    words.push("always".to_owned());
+    Shape::Schema(json!({ "enum": words }))
+}
+
 fn when() -> Value {
     let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
     json!({

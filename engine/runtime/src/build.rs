@@ -38,7 +38,7 @@ pub struct Selection {
 /// The facts that the passes of a graph ask for, and whether they hold on a device.
 pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &raxel_gpu::Device) -> Vec<(Fact, bool)> {
     let mut facts: Vec<(Fact, bool)> = Vec::new();
-    for condition in graph.passes.iter().filter_map(|pass| pass.when.as_ref()) {
+    for condition in graph.passes.iter().flat_map(|pass| &pass.when) {
         if facts.iter().all(|(fact, _)| *fact != condition.fact) {
             let holds = match condition.fact {
                 Fact::DevicePackets => device.capabilities().traces_packets() && suits_packets(graph, world),

@@ -193,6 +193,7 @@ impl SessionWorld {
                 Fact::WorldHasEmission => any(|material| material.emission),
                 Fact::WorldHasTransparency => any(|material| material.transparency),
                 Fact::WorldHasVoxels => true,
+                Fact::WorldHasInstances => self.has_instances(),
                 Fact::DevicePackets | Fact::DeviceBallots | Fact::Param(_) => false,
             };
         }
@@ -200,6 +201,7 @@ impl SessionWorld {
             Fact::WorldHasEmission => self.loaded.world.has_emission(),
             Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
             Fact::WorldHasVoxels => self.loaded.world.bounds().is_some(),
+            Fact::WorldHasInstances => self.has_instances(),
             Fact::DevicePackets | Fact::DeviceBallots | Fact::Param(_) => false,
         }
     }
@@ -291,6 +293,11 @@ impl SessionWorld {
     /// The models that stand in it.
     pub fn instances(&self) -> &Instances {
         &self.loaded.instances
+    }
+
+    /// Whether there are any.
+    pub fn has_instances(&self) -> bool {
+        !self.loaded.instances.list.is_empty()
     }
 
     /// The same of a model of its file; `None` when it has no model of that name.

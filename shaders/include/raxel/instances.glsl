@@ -11,17 +11,15 @@
 //
 // An instance that is on the lattice of the world, turned by quarter turns, is walked in the world's frame, with the ray as it is: its
 // hits are those of voxels of the world. A ray is brought into the frame of any other instance by whole numbers, rounded down
-// to multiples of 2^-24, and is exact from there on. Which hit is first, is compared exactly, too. docs/exactness.md has the details.
+// to multiples of 2^-24, and is exact from there on (instance_frame.glsl). Which hit is first, is compared exactly, too. docs/exactness.md has the details.
 #ifndef RAXEL_INSTANCES_GLSL
 #define RAXEL_INSTANCES_GLSL
 
 #include "world.glsl"
 #include "box.glsl"
-#include "instance_block.glsl"
+#include "instance_frame.glsl"
 #include "internal/mask.glsl"
 
-const uint RX_NO_INSTANCE = 0xffffffffu;
-const uint RX_INSTANCE_QUADS = 8u;
 const uint RX_INSTANCE_DEPTH = 36u;  // more than any tree of boxes has
 const uint RX_INSTANCE_LEAF = 3u;
 
@@ -32,53 +30,6 @@ struct RxSceneHit {
     ivec3 cell;      // the voxel in its model, in the coordinates of its file; that of the world, if it was the world
     uint cell_face;  // the face of that voxel
 };
-
-// A ray through the world and its instances.
-struct RxSceneRay {
-    RxRay ray;     // in the world
-    uint own;      // the free instance that it leaves, or RX_NO_INSTANCE
-    RxRay start;   // in the frame of that instance: it begins on the plane of the face that it leaves, so there is no epsilon
-};
-
-// Where rays are followed through an instance.
-struct RxInstance {
-    ivec3 corner;     // smallest corner of the cube of its tree: in the world, or counted from its anchor in its own frame
-    uint shape;       // log2 of the size of that cube, turn from its cells to the model's << 8, free << 16
-    ivec3 low;        // box of its solid voxels, from that corner
-    ivec3 high;
-    uint tree;        // first quad of its model
-    uint root;        // the root, in nodes of the tree
-    ivec3 model_corner;  // the corner in the model's own coordinates
-    ivec3 cell;       // the middle of its anchor in the world
-    uvec3 fraction;
-    ivec3 row_x;      // of the rotation from the world's axes to the model's, in units of 2^-23
-    ivec3 row_y;
-    ivec3 row_z;
-};
-
-RxInstance rx_instance_of(uint index) {
-    uint at = instances.first + RX_INSTANCE_QUADS * index;
-    uvec4 q0 = instances.quads[at], q1 = instances.quads[at + 1u], q2 = instances.quads[at + 2u], q3 = instances.quads[at + 3u];
-    uvec4 q4 = instances.quads[at + 4u], q5 = instances.quads[at + 5u];
-    return RxInstance(ivec3(q0.xyz), q0.w, ivec3(q1.xyz), ivec3(q2.xyz), q1.w, q2.w, ivec3(q3.xyz), ivec3(q4.xyz),
-                      uvec3(q3.w, q4.w, q5.w), ivec3(q5.xyz), ivec3(instances.quads[at + 6u].xyz),
-                      ivec3(instances.quads[at + 7u].xyz));
-}
-
-bool rx_instance_is_free(RxInstance instance) {
-    return ((instance.shape >> 16) & 1u) != 0u;
-}
-
-// A vector in the axes of the model, after the turn of an instance on the lattice: `negate` is what a component is turned to.
-uint rx_instance_axis(RxInstance instance, uint axis) {
-    uint turn = instance.shape >> 8;
-    uint x = turn & 3u, y = (turn >> 2) & 3u;
-    return axis == 0u ? x : axis == 1u ? y : 3u - x - y;
-}
-
-bool rx_instance_turns_around(RxInstance instance, uint axis) {
-    return ((instance.shape >> (12u + axis)) & 1u) != 0u;
-}
 
 // A cell of the cube of an instance, as a cell of its model's cube.
 uvec3 rx_instance_cell(RxInstance instance, uvec3 cell) {
@@ -176,34 +127,6 @@ bool rx_trace_in_instance(RxInstance instance, RxRay ray, out RxHit hit) {
     return within;
 }
 
-// 64-bit integers as (low, high), two's complement, as in walk.glsl.
-uvec2 rx_sum(uvec2 a, uvec2 b) {
-    uint low = a.x + b.x;
-    return uvec2(low, a.y + b.y + (low < a.x ? 1u : 0u));
-}
-
-uvec2 rx_signed_product(int a, int b) {
-    int high, low;
-    imulExtended(a, b, high, low);
-    return uvec2(uint(low), uint(high));
-}
-
-uvec2 rx_dot(ivec3 a, ivec3 b) {
-    return rx_sum(rx_sum(rx_signed_product(a.x, b.x), rx_signed_product(a.y, b.y)), rx_signed_product(a.z, b.z));
-}
-
-// The product of a row in units of 2^-23 with a place, cells and a rest in units of 2^-24, plus half a voxel: the cell, and what is
-// over in units of 2^-24, rounded down.
-void rx_turned(ivec3 row, ivec3 cells, ivec3 rest, out int cell, out uint over) {
-    uvec2 whole = rx_dot(row, cells);                                  // in 2^-23
-    cell = int((whole.x >> 23) | (whole.y << 9));
-    uint left = whole.x & 0x7fffffu;
-    uvec2 sum = rx_sum(rx_dot(row, rest), uvec2(left << 24, left >> 8));  // in 2^-47
-    sum = rx_sum(sum, uvec2(0u, 0x4000u));                             // half a voxel
-    cell += int(sum.y) >> 15;
-    over = ((sum.x >> 23) | (sum.y << 9)) & 0xffffffu;
-}
-
 // A ray in the frame of a free instance; its time counts in units of the direction on the lattice, see rx_lattice_direction. False if it
 // begins more than 2^29 voxels away along an axis.
 bool rx_ray_in_instance(RxInstance instance, RxRay ray, vec3 direction, out RxRay turned) {
@@ -220,23 +143,6 @@ bool rx_ray_in_instance(RxInstance instance, RxRay ray, vec3 direction, out RxRa
     turned.frac = vec3(place) * 5.9604644775390625e-8;
     turned.dir = direction;
     return true;
-}
-
-// A direction in the axes of a free instance.
-vec3 rx_direction_in_instance(RxInstance instance, vec3 dir) {
-    vec3 x = vec3(instance.row_x) * 1.1920928955078125e-7, y = vec3(instance.row_y) * 1.1920928955078125e-7;
-    vec3 z = vec3(instance.row_z) * 1.1920928955078125e-7;
-    precise vec3 a = vec3(x.x, y.x, z.x) * dir.x;
-    precise vec3 b = vec3(x.y, y.y, z.y) * dir.y;
-    precise vec3 c = vec3(x.z, y.z, z.z) * dir.z;
-    precise vec3 sum = a + b;
-    precise vec3 turned = sum + c;
-    return turned;
-}
-
-// A vector in the axes of a free instance, in those of the world.
-vec3 rx_direction_from_instance(RxInstance instance, vec3 v) {
-    return (vec3(instance.row_x) * v.x + vec3(instance.row_y) * v.y + vec3(instance.row_z) * v.z) * 1.1920928955078125e-7;
 }
 
 // The time of a hit, exactly: numerator / size, in multiples of a constant that is the same for all frames.
@@ -333,10 +239,6 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout
     return found;
 }
 
-RxSceneRay rx_scene_ray(RxRay ray) {
-    return RxSceneRay(ray, RX_NO_INSTANCE, ray);
-}
-
 // The first solid voxel along a ray, of the world or of an instance; of two at the same time the world's, then that of the first instance.
 bool rx_trace_scene(RxSceneRay ray, out RxSceneHit hit) {
     hit = RxSceneHit(RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u), RX_NO_INSTANCE, false, ivec3(0), 0u);
@@ -359,21 +261,7 @@ vec3 rx_scene_normal(RxSceneHit hit) {
 RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
     RxRay start = rx_ray_from_hit(hit.at, dir);
     if (!hit.free) return rx_scene_ray(start);
-    RxInstance instance = rx_instance_of(hit.instance);
-    // The transposed rows bring the place back; it is counted from the middle of the anchor.
-    ivec3 column_x = ivec3(instance.row_x.x, instance.row_y.x, instance.row_z.x);
-    ivec3 column_y = ivec3(instance.row_x.y, instance.row_y.y, instance.row_z.y);
-    ivec3 column_z = ivec3(instance.row_x.z, instance.row_y.z, instance.row_z.z);
-    ivec3 rest = ivec3(start.frac * 16777216.0) - 8388608;
-    ivec3 cell;
-    uvec3 over;
-    rx_turned(column_x, start.cell, rest, cell.x, over.x);
-    rx_turned(column_y, start.cell, rest, cell.y, over.y);
-    rx_turned(column_z, start.cell, rest, cell.z, over.z);
-    // rx_turned adds half a voxel.
-    uvec3 sum = over + instance.fraction + 8388608u;
-    RxRay ray = rx_ray(instance.cell + cell + ivec3(sum >> 24) - 1, vec3(sum & 0xffffffu) * 5.9604644775390625e-8, dir);
-    return RxSceneRay(ray, hit.instance, start);
+    return rx_scene_ray_from_instance(rx_instance_of(hit.instance), hit.instance, start, dir);
 }
 
 #endif

@@ -3,7 +3,7 @@
 // goes into a mean that follows the camera.
 // With PANES, the rays go through clear bodies of at most so many voxels.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include <raxel/random.glsl>
 #include "../scene.glsl"
 #include "../change.glsl"
@@ -48,12 +48,12 @@ vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint seed) {
 }
 
 // The share of light that comes along a ray.
-vec3 open_share(RxRay ray) {
+vec3 open_share(RxSceneRay ray) {
     vec3 share = vec3(1.0);
     RxHit block;
-    bool blocked = rx_trace(ray, block);
+    bool blocked = rx_trace_places(ray, block);
 #ifdef PANES
-    for (int pane = 0; pane < 2 && blocked && rx_pass_body(block, PANES, ray, share); ++pane) blocked = rx_trace(ray, block);
+    for (int pane = 0; pane < 2 && blocked && rx_pass_panes(block, PANES, ray, share); ++pane) blocked = rx_trace_places(ray, block);
 #endif
     return blocked ? vec3(0.0) : share;
 }
@@ -82,12 +82,12 @@ void main() {
     cell += frame.camera_cell;
     // Air farther away counts as open.
     if (distance(at, frame.camera_frac) < 600.0) {
-        lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_ray(cell, frac, sun));
+        lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_scene_ray(rx_ray(cell, frac, sun)));
         // In caves and rooms little of the sky reaches the mist: one ray to anywhere above says how much.
         vec2 sky = rx_sobol(frame.index, 1u, rx_hash(slice_seed(slice)));
         float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
         vec3 up = vec3(side * cos(angle), sky.y + 1e-3, side * sin(angle));
-        above = open_share(rx_ray(cell, frac, up));
+        above = open_share(rx_scene_ray(rx_ray(cell, frac, up)));
     }
     vec3 place;
     float frames = 0.0;

@@ -1,9 +1,12 @@
 // Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In motion,
 // what was seen before must lie within what is around the pixel now; at rest, the mean is of all frames. With WAVES, water that moves has a short memory,
-// and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have stopped.
+// and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have stopped. A place on an instance is followed as the instance moves.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
+#endif
+#ifdef RX_BINDS_Poses
+#include <raxel/place.glsl>
 #endif
 #include "../scene.glsl"
 #include <raxel/light/reproject.glsl>
@@ -11,6 +14,9 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
+#ifdef RX_BINDS_Poses
+#include "../moved.glsl"
+#endif
 uniform sampler2D seen;
 uniform sampler2D before;   // light, frames
 layout(rgba32f) uniform writeonly image2D outAverage;
@@ -51,10 +57,14 @@ void main() {
         // What came from the frames in motion has little weight against what follows.
         result = mix(pressed(old.rgb), now, 1.0 / frames);
     } else {
-        bool sky = imageLoad(hits, pixel).w < 0;
+        ivec4 hit = imageLoad(hits, pixel);
+        bool sky = hit.w < 0;
         vec3 dir = pixel_direction(pixel, size);
         // The middle of the pixel is followed, not the place that this frame has looked through.
         vec3 way = sky ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + imageLoad(places, pixel).z * dir;
+#ifdef RX_BINDS_Poses
+        if (!sky && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
+#endif
         vec2 at;
         if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);

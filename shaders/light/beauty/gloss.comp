@@ -1,7 +1,7 @@
 // Smooth surfaces mirror what is around them, and clear ones show what lies below them. The mirrored ray reads the light that faces keep.
 // Leaves light to add, and the share of the surface's own light that stays.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 #include "../face_cache/box.glsl"
 #include <raxel/light/bsdf.glsl>
@@ -28,11 +28,11 @@ const float ETA = 1.333;
 // Reads the light that the cache keeps for a face, without direct sun; false where it keeps none.
 bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
     found = vec3(0.0);
-    uint part = cell_part(cell_width(voxel, face, float(imageSize(hits).y)), fit.grain);
-    ivec3 cell = cell_of(voxel, part);
-    if (!cell_fits(cell, part)) return false;
+    uint part = cell_part(voxel, face, cell_width(voxel, face, float(imageSize(hits).y)), fit.grain);
+    ivec3 cell = cell_of(voxel, face, part);
+    if (!cell_fits(cell, face, part)) return false;
     // A face that has quarters now may have been kept as a whole before.
-    uint slot = part == 0u ? rx_face_find(cell_key(cell, face, rx_face_quarter(uv))) : RX_NO_FACE;
+    uint slot = part == 0u && !rx_is_on_instance(face) ? rx_face_find(cell_key(cell, face, rx_face_quarter(uv))) : RX_NO_FACE;
     if (slot == RX_NO_FACE) slot = rx_face_find(cell_key(cell, face, part));
     if (slot == RX_NO_FACE || light[slot].w <= 0.0) return false;
     found = light[slot].rgb;
@@ -48,10 +48,10 @@ vec3 kept(RxHit on, vec3 to_sun) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < RAYS; ++i) {
         vec2 chosen = rx_sobol(frame.index * RAYS + i, 1u, scene_seed(1201u));
-        RxRay ray = rx_ray_from_face(on.voxel, on.face, on.uv, rx_cosine_direction(on.face, chosen));
+        vec3 dir = rx_place_vector(on.voxel, on.face, rx_cosine_direction(RX_FACE_PART(on.face), chosen));
         RxHit hit;
-        if (!rx_trace(ray, hit)) {
-            sum += sky_radiance(ray.dir, to_sun);
+        if (!rx_trace_places(rx_ray_from_place(on.voxel, on.face, on.uv, dir), hit)) {
+            sum += sky_radiance(dir, to_sun);
         } else if (hit.face != RX_FACE_INSIDE) {
             cached(hit.voxel, hit.face, hit.uv, found);
             RxMaterial material = rx_material_properties(hit.material);
@@ -87,8 +87,8 @@ void main() {
     if (material.roughness < 0.4) {
         vec3 to_sun = frame_sun(), dir = pixel_direction(pixel, size);
         vec4 place = imageLoad(places, pixel);
-        vec3 plane = rx_normal(face), normal = plane;
-        bool clear = material.transparency > 0.0;
+        vec3 plane = rx_place_normal(seen.xyz, face), normal = plane;
+        bool clear = material.transparency > 0.0 && !rx_is_on_instance(face);
         if (clear && face == RX_FACE_POS_Y) {
             vec3 at = vec3(seen.xyz - world.origin) + vec3(place.x, 1.0, place.y);
             normal = ripples(at, place.z);
@@ -118,28 +118,28 @@ void main() {
         // The mirrored ray, then that through a pane; from what each hits another one to the sun.
         const uint MIRRORED = 0u, BEHIND = 1u;
         vec3 light_of[2] = vec3[2](vec3(0.0), vec3(0.0)), waiting = vec3(0.0);
-        RxRay ray = rx_ray_from_face(seen.xyz, face, place.xy, mirrored);
+        RxSceneRay ray = rx_ray_from_place(seen.xyz, face, place.xy, mirrored);
         bool sunward = false;
         uint way = MIRRORED;
         for (int turn = 0; turn < 8; ++turn) {
             RxHit hit;
-            bool found = rx_trace(ray, hit);
+            bool found = rx_trace_places(ray, hit);
 #ifdef PANES
-            if (found && sunward && rx_pass_body(hit, PANES, ray, waiting)) continue;
+            if (found && sunward && rx_pass_panes(hit, PANES, ray, waiting)) continue;
 #endif
             if (sunward) {
                 if (!found) light_of[way] += waiting;
             } else if (!found) {
-                light_of[way] = sky_radiance(ray.dir, to_sun);
+                light_of[way] = sky_radiance(RX_RAY(ray).dir, to_sun);
                 // The sun on water, as wide as small waves make it.
                 if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
             } else if (hit.face != RX_FACE_INSIDE) {
                 RxMaterial other = rx_material_properties(hit.material);
                 light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
-                float cosine = dot(rx_normal(hit.face), to_sun);
+                float cosine = dot(rx_place_normal(hit.voxel, hit.face), to_sun);
                 if (cosine > 0.0) {
                     waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
-                    ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, to_sun);
+                    ray = rx_ray_from_place(hit.voxel, hit.face, hit.uv, to_sun);
                     sunward = true;
                     continue;
                 }
@@ -148,7 +148,7 @@ void main() {
             way = BEHIND;
             sunward = false;
 #ifdef PANES
-            ray = behind;
+            ray = rx_scene_ray(behind);
 #endif
         }
         result = vec4(share * light_of[MIRRORED], (1.0 - share.y) * (clear ? 1.0 : 1.0 - material.metallic));

@@ -1,5 +1,11 @@
 // From the camera to the middle of a face.
 vec3 face_middle(ivec3 voxel, uint face) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) {
+        RxRay ray = RX_RAY(rx_ray_from_place(voxel, face, vec2(0.5), vec3(0.0)));
+        return vec3(ray.cell - frame.camera_cell) + ray.frac - frame.camera_frac;
+    }
+#endif
     return vec3(voxel - frame.camera_cell) - frame.camera_frac + 0.5 + 0.5 * rx_normal(face);
 }
 

@@ -1,7 +1,7 @@
 // Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide as fit.grain
 // as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that is as wide as the grain.
 // This follows from the face and the camera alone, so all who ask agree. What a cell keeps comes from places in it that pixels see: a hidden side of a thin
-// wall adds nothing to it. Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
+// wall adds nothing to it. Light on an instance has the key of a voxel of its model (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
 #ifndef FACE_CACHE_CELLS_GLSL
 #define FACE_CACHE_CELLS_GLSL
 
@@ -12,22 +12,38 @@ uint cell_log2(uint part) {
     return part < CELL_PARTS ? 0u : part == CELL_PARTS + 4u ? 6u : part - CELL_PARTS + 1u;
 }
 
+#ifdef RX_BINDS_instances
+#include "instance_cells.glsl"
+#endif
+
 // The cell, or the voxel itself.
-ivec3 cell_of(ivec3 voxel, uint part) {
+ivec3 cell_of(ivec3 voxel, uint face, uint part) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return instance_cell_of(voxel, part);
+#endif
     return voxel >> int(cell_log2(part));
 }
 
 RxFaceKey cell_key(ivec3 cell, uint face, uint part) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return instance_cell_key(cell, face, part);
+#endif
     return rx_face_key(cell, face, part);
 }
 
 // Whether a cell has a key.
-bool cell_fits(ivec3 cell, uint part) {
+bool cell_fits(ivec3 cell, uint face, uint part) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return true;
+#endif
     return rx_face_fits(cell, face_box(cell_log2(part)));
 }
 
 // What a key was made of.
 void cell_of_key(RxFaceKey key, out ivec3 cell, out uint face, out uint part) {
+#ifdef RX_BINDS_instances
+    if (instance_cell_of_key(key, cell, face, part)) return;
+#endif
     ivec3 left;
     rx_face_of(key, ivec3(0), left, face, part);
     ivec3 origin = face_box(cell_log2(part));
@@ -40,6 +56,9 @@ vec2 cell_place(ivec3 voxel, uint face, vec2 uv, uint part) {
         vec3 corner = rx_face_part(part);
         return (uv - corner.xy) / corner.z;
     }
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return instance_cell_place(voxel, face, uv, part);
+#endif
     uint log2_width = cell_log2(part);
     vec3 inside = vec3(voxel - (voxel >> int(log2_width) << int(log2_width)));
     uint axis = rx_face_axis(face);
@@ -49,6 +68,9 @@ vec2 cell_place(ivec3 voxel, uint face, vec2 uv, uint part) {
 
 // Pixels across the side of a cell, from the distance of its middle.
 float cell_pixels(ivec3 cell, uint face, uint part, float height) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return instance_cell_pixels(cell, face, part, height);
+#endif
     uint log2_width = cell_log2(part);
     float width = float(1u << log2_width);
     vec3 middle = vec3((cell << int(log2_width)) - frame.camera_cell) - frame.camera_frac + width * (0.5 + 0.5 * rx_normal(face));
@@ -58,12 +80,15 @@ float cell_pixels(ivec3 cell, uint face, uint part, float height) {
 // Pixels across a face, were it as wide as high on the picture: what looks away covers less of it.
 float cell_width(ivec3 voxel, uint face, float height) {
     vec3 middle = face_middle(voxel, face);
-    float away = max(length(middle), 1e-3), facing = abs(dot(middle, rx_normal(face))) / away;
+    float away = max(length(middle), 1e-3), facing = abs(dot(middle, rx_place_normal(voxel, face))) / away;
     return pixels_from(middle, height) * sqrt(clamp(facing, 0.0625, 1.0));
 }
 
 // The part for a face of such a width that is not kept in quarters.
-uint cell_part(float width, float grain) {
+uint cell_part(ivec3 voxel, uint face, float width, float grain) {
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) return instance_cell_part(voxel, width, grain);
+#endif
     if (width >= grain) return 0u;
     for (uint part = CELL_PARTS; part < CELL_PARTS + 4u; ++part) {
         if (width * float(1u << cell_log2(part)) >= grain) return part;
@@ -72,7 +97,8 @@ uint cell_part(float width, float grain) {
 }
 
 // The next wider part, for a face that found no slot.
-uint cell_wider(uint part) {
+uint cell_wider(uint face, uint part) {
+    if (rx_is_on_instance(face)) return CELL_PARTS + 4u;
     return part < CELL_PARTS ? CELL_PARTS : part + 1u;
 }
 

@@ -1,7 +1,7 @@
 // How full the table is. And after a jump of the camera, how wide faces are on the picture: one of 64 pixels asks, so that the size of cells is known before all
 // others take slots. While the view goes on, the last frame has counted that (see.comp).
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

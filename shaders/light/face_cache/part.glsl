@@ -2,6 +2,6 @@
 // the noise of the whole, and pay where that is little. Needs queue.glsl, fit.glsl and cells.glsl; `height` is that of the picture, `quarters` the
 // width in pixels from which on there are quarters.
 uint part_at(ivec3 voxel, uint face, vec2 uv, float height, float quarters) {
-    if (pixels_across(voxel, face, height) >= max(quarters * max(16.0 * queue.noise, 1.0), 2.0 * fit.grain)) return rx_face_quarter(uv);
-    return cell_part(cell_width(voxel, face, height), fit.grain);
+    if (!rx_is_on_instance(face) && pixels_across(voxel, face, height) >= max(quarters * max(16.0 * queue.noise, 1.0), 2.0 * fit.grain)) return rx_face_quarter(uv);
+    return cell_part(voxel, face, cell_width(voxel, face, height), fit.grain);
 }

@@ -14,6 +14,10 @@ layout(std430) buffer Light { vec4 light[]; };
 layout(std430) buffer Squares { float squares[]; };
 layout(push_constant) uniform Push { int history; } push;
 #include "../renew.glsl"
+#ifdef RX_BINDS_Poses
+#define MOVES_ACCESS
+#include "moves.glsl"
+#endif
 
 const float JUDGES_FROM = 8.0;   // samples of a mean that others are held against
 const float SPREAD_MOST = 64.0;  // so that the sum over all faces fits
@@ -36,6 +40,10 @@ void resolve(uint i) {
         square += luminance(one) * luminance(one);
     }
     vec4 old = light[slot];
+#ifdef RX_BINDS_Poses
+    old.w = samples_after_moves(slot, old.w);
+    moves_seen[slot] = moves;
+#endif
     if (old.w >= JUDGES_FROM && generation[slot] == state.generation && queue.bright > 0.0) {
         // Samples of one frame are spread evenly, so they are held against the mean together; a mean of n is off by an n-th of the variance itself.
         // Where sunlight comes on top, or all else is much brighter, it shows less.

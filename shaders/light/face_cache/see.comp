@@ -1,7 +1,7 @@
 // What each pixel sees, and a list of the faces that get new samples, each once: all that are new, and of the others as many as there are
 // paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to know it better.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 #include "box.glsl"
 
@@ -27,13 +27,16 @@ layout(push_constant) uniform Push { float quarters; float error; int rarely; } 
 #include "cells.glsl"
 #include "part.glsl"
 #include "pick.glsl"
+#ifdef RX_BINDS_Poses
+#include "moves.glsl"
+#endif
 
 // The slot of a place, taken for it if it has none. A face without room shares the slot of a wider cell.
 uint slot_at(RxHit hit, inout uint part, out RxFaceKey key) {
-    for (;; part = cell_wider(part)) {
-        ivec3 cell = cell_of(hit.voxel, part);
+    for (;; part = cell_wider(hit.face, part)) {
+        ivec3 cell = cell_of(hit.voxel, hit.face, part);
         key = cell_key(cell, hit.face, part);
-        uint slot = cell_fits(cell, part) ? rx_face_insert(key) : RX_NO_FACE;
+        uint slot = cell_fits(cell, hit.face, part) ? rx_face_insert(key) : RX_NO_FACE;
         if (slot != RX_NO_FACE || part == CELL_PARTS + 4u || fit.grain < 0.0) return slot;
     }
 }
@@ -43,7 +46,7 @@ void main() {
     if (any(greaterThanEqual(pixel, size))) return;
     RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
     RxHit hit;
-    bool found = rx_trace(ray, hit);
+    bool found = rx_trace_places(rx_scene_ray(ray), hit);
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
@@ -54,7 +57,7 @@ void main() {
         uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
         RxFaceKey key;
         slot = slot_at(hit, part, key);
-        if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
+        if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_is_on_instance(hit.face) || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
         if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u, before = slot == RX_NO_FACE || asked[slot] == now ? now : atomicExchange(asked[slot], now);
@@ -63,7 +66,10 @@ void main() {
             if (before == 0u) atomicAdd(fit.used, 1u);
             // Samples of light that is gone do not count.
             float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
-            float across = cell_pixels(cell_of(hit.voxel, part), hit.face, part, float(size.y));
+#ifdef RX_BINDS_Poses
+            samples = samples_after_moves(slot, samples);
+#endif
+            float across = cell_pixels(cell_of(hit.voxel, hit.face, part), hit.face, part, float(size.y));
             float needed = queue.noise * max(part == 0u || part >= CELL_PARTS ? across : 0.5 * across, 1.0) / (push.error * push.error);
             float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
             // By the key, because slots depend on the order of threads.

@@ -1,6 +1,6 @@
 // Light of each pixel: what its face keeps, sunlight by the pixel's own history, and its own emission.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 #include "box.glsl"
 

@@ -3,7 +3,7 @@
 // each face shows what it has itself, and edges of shadows stay where they are.
 #version 460
 #extension GL_EXT_control_flow_attributes : require
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
 #include "box.glsl"

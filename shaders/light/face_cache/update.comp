@@ -2,7 +2,7 @@
 // face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read, so the order of threads does
 // not matter.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include <raxel/thread.glsl>
 #include "../scene.glsl"
 #include "box.glsl"
@@ -28,8 +28,8 @@ layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; fl
 // Light that a face keeps, as one value, in quarters, or as a part of a cell. What was kept before the light changed is not passed on.
 vec4 kept(RxHit hit) {
     uint part = part_at(hit.voxel, hit.face, hit.uv, float(push.pixels.y), push.quarters);
-    ivec3 cell = cell_of(hit.voxel, part);
-    if (!cell_fits(cell, part)) return vec4(0.0);
+    ivec3 cell = cell_of(hit.voxel, hit.face, part);
+    if (!cell_fits(cell, hit.face, part)) return vec4(0.0);
     uint slot = rx_face_find(cell_key(cell, hit.face, part));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
     return light[slot];

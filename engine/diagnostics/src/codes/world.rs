@@ -85,6 +85,8 @@ declare! {
     INSTANCE_PARAM = "RX0447";
     /// Two instances of one name.
     INSTANCE_NAME = "RX0448";
+    /// A graph that shows a world without its instances.
+    INSTANCES_UNSEEN = "RX0449";
     /// An address at which no store of baked worlds can be opened.
     STORE_ADDRESS = "RX0450";
     /// A store that fails.

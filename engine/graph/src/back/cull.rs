@@ -33,11 +33,7 @@ type Needs = Vec<Vec<bool>>;
 
 /// Decides what runs.
 pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
-    let on: Vec<bool> = graph
-        .passes
-        .iter()
-        .map(|pass| pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated))
-        .collect();
+    let on: Vec<bool> = graph.passes.iter().map(|pass| pass.runs_where(input.facts)).collect();
     let parts = parts(graph, sizes, input.present);
     let range = |access: &BoundAccess| -> Vec<usize> { parts_of(&parts, sizes, access).collect() };
 

@@ -32,15 +32,16 @@ pub(crate) fn unroll(
     sizes: &[Size],
     input: &PlanInput,
 ) -> Result<(Arc<Graph>, Present), Vec<Diagnostic>> {
+    let asked = Present { after: input.present.after.map(|pass| case_that_runs(graph, pass, input)), ..input.present };
     if graph.loops.is_empty() {
-        return Ok((graph.clone(), input.present));
+        return Ok((graph.clone(), asked));
     }
     let entries = entries(graph, sizes, input);
     // From the end of the frame to its start: what each name stands for.
     let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(index32(id))).collect();
     let mut passes = Vec::with_capacity(entries.len());
     let mut shown = input.present.resource;
-    let after = input.present.after.map(|pass| anchor(&entries, pass, input.present.round));
+    let after = asked.after.map(|pass| anchor(&entries, pass, input.present.round));
     for (at, entry) in entries.iter().enumerate().rev() {
         match *entry {
             Entry::Swap(id) => {
@@ -94,8 +95,14 @@ fn entries(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Vec<Entry> {
     entries
 }
 
+/// The pass itself, or the case of it that runs in this world.
+fn case_that_runs(graph: &Graph, pass: PassId, input: &PlanInput) -> PassId {
+    let cases = graph.cases(&graph.pass(pass).name);
+    cases.into_iter().find(|case| is_on(graph.pass(*case), input)).unwrap_or(pass)
+}
+
 fn is_on(pass: &Pass, input: &PlanInput) -> bool {
-    pass.when.as_ref().is_none_or(|when| (input.facts)(&when.fact) != when.negated)
+    pass.runs_where(input.facts)
 }
 
 /// How often a loop is repeated.

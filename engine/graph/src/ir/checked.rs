@@ -86,6 +86,11 @@ impl Graph {
         self.passes.iter().position(|p| p.name == name).map(|i| PassId(index32(i)))
     }
 
+    /// All passes of a name: one for each case of the buffers that only some worlds have. A plan has at most one of them.
+    pub fn cases(&self, name: &str) -> impl Iterator<Item = PassId> {
+        self.passes.iter().enumerate().filter(move |(_, pass)| pass.name == name).map(|(i, _)| PassId(index32(i)))
+    }
+
     /// The clock behind an id.
     pub fn clock(&self, id: ClockId) -> &Clock {
         &self.clocks[id.0 as usize]
@@ -137,7 +142,7 @@ impl Graph {
     /// Whether conditions of passes ask what the world contains.
     pub fn asks_the_world(&self) -> bool {
         let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets | Fact::DeviceBallots);
-        let condition = |pass: &Pass| pass.when.as_ref().is_some_and(|when| of_world(&when.fact));
+        let condition = |pass: &Pass| pass.when.iter().any(|when| of_world(&when.fact));
         self.passes.iter().any(condition)
     }
 
@@ -262,8 +267,8 @@ pub struct Pass {
     pub in_loop: Option<InLoop>,
     /// Where it comes from, when it was written out of a loop or stands beside such passes.
     pub round: Option<Round>,
-    /// Runs only while this holds.
-    pub when: Option<Condition>,
+    /// Runs only while all of these hold: its own condition, and those of the buffers that it binds.
+    pub when: Vec<Condition>,
     /// Runs only on these frames.
     pub every: Option<Every>,
     /// Made by raxel for the pass behind it; no file declares it.
@@ -352,6 +357,13 @@ pub struct Sampler {
     pub repeat: bool,
 }
 
+impl Pass {
+    /// Whether its conditions hold, by which facts do.
+    pub fn runs_where(&self, holds: impl Fn(&Fact) -> bool) -> bool {
+        self.when.iter().all(|when| holds(&when.fact) != when.negated)
+    }
+}
+
 /// A named condition of `when`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Condition {
@@ -370,6 +382,8 @@ pub enum Fact {
     WorldHasTransparency,
     /// The world has any solid voxel: `world.has_voxels`.
     WorldHasVoxels,
+    /// The world's file has `[[instances]]`: `world.has_instances`.
+    WorldHasInstances,
     /// Packets of rays can be traced: the device's subgroups have 32 invocations, or 64, and the operations that they take, the world is in `tree64`, bounded
     /// and of at most 4096 voxels along each axis (`<raxel/packet.glsl>`): `device.packets`.
     DevicePackets,

@@ -84,7 +84,7 @@ fn pass(plan: &Plan, planned: &PassPlan) -> Value {
         "every": pass.every.map(|every| words::every(graph, every)),
         "subgroup": pass.subgroup_size,
         "made": pass.made,
-        "when": pass.when.as_ref().map(|when| words::condition(graph, when)),
+        "when": words::conditions(graph, &pass.when),
         "reads": reads,
         "writes": writes,
     })

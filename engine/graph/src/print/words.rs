@@ -132,19 +132,26 @@ fn scope(scope: Scope) -> String {
 
 /// Why a pass is left out.
 pub(crate) fn culled(graph: &Graph, culled: &Culled) -> String {
-    match (culled.reason, &graph.pass(culled.pass).when) {
-        (CullReason::Condition, Some(when)) => format!("`when = \"{}\"` does not hold", condition(graph, when)),
+    match (culled.reason, conditions(graph, &graph.pass(culled.pass).when)) {
+        (CullReason::Condition, Some(when)) => format!("`when = \"{when}\"` does not hold"),
         (CullReason::Condition, None) => "its condition does not hold".to_owned(),
         (CullReason::Unused, _) => "nothing presented depends on it".to_owned(),
     }
 }
 
+/// What must hold for a pass to run; `None` where nothing must.
+pub(crate) fn conditions(graph: &Graph, all: &[Condition]) -> Option<String> {
+    let words: Vec<String> = all.iter().map(|one| condition(graph, one)).collect();
+    (!words.is_empty()).then(|| words.join(" and "))
+}
+
 /// A condition as the file writes it.
-pub(crate) fn condition(graph: &Graph, condition: &Condition) -> String {
+fn condition(graph: &Graph, condition: &Condition) -> String {
     let fact = match &condition.fact {
         Fact::WorldHasEmission => "world.has_emission".to_owned(),
         Fact::WorldHasTransparency => "world.has_transparency".to_owned(),
         Fact::WorldHasVoxels => "world.has_voxels".to_owned(),
+        Fact::WorldHasInstances => "world.has_instances".to_owned(),
         Fact::DevicePackets => "device.packets".to_owned(),
         Fact::DeviceBallots => "device.ballots".to_owned(),
         Fact::Param(id) => format!("param.{}", graph.params[id.0 as usize].name),

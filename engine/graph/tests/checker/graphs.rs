@@ -65,7 +65,7 @@ impl Case {
     }
 
     pub fn runs(&self, pass: &Pass) -> bool {
-        pass.when.as_ref().is_none_or(|when| self.holds(&when.fact) != when.negated)
+        pass.runs_where(|fact| self.holds(fact))
     }
 
     pub fn plan(&self) -> Result<Plan, Vec<Diagnostic>> {
@@ -393,10 +393,14 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         made: false,
         in_loop: None,
         round: None,
-        when: r.percent(if tame { 3 } else { 10 }).then(|| Condition {
-            fact: if r.percent(50) { Fact::WorldHasEmission } else { Fact::WorldHasVoxels },
-            negated: r.percent(50),
-        }),
+        when: r
+            .percent(if tame { 3 } else { 10 })
+            .then(|| Condition {
+                fact: if r.percent(50) { Fact::WorldHasEmission } else { Fact::WorldHasVoxels },
+                negated: r.percent(50),
+            })
+            .into_iter()
+            .collect(),
         every: r.percent(if tame { 3 } else { 8 }).then_some(Every::Frames(3)),
         place: place(),
     }

@@ -134,7 +134,7 @@ impl Hand {
             made: false,
             in_loop: None,
             round: None,
-            when: None,
+            when: Vec::new(),
             every: None,
             place: Span::new("graphs/hand.toml", 0..0),
         });
@@ -238,7 +238,7 @@ pub fn showcase() -> Hand {
     hand.pass("gather", &["r hit", "x tiles"]);
     hand.pass("light", &["i tiles", "r tiles", "r world", "r hit", "w light"]);
     hand.pass("emission", &["x light", "w probes"]).when =
-        Some(Condition { fact: Fact::WorldHasEmission, negated: false });
+        vec![Condition { fact: Fact::WorldHasEmission, negated: false }];
     hand.pass("blur", &["s light", "w blurred"]);
     hand.pass("shade", &["r hit", "s blurred", "s probes", "s color@1", "x color"]);
     hand.pass("heat", &["r hit", "w heat"]);

@@ -134,7 +134,7 @@ fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
         let used = counts
             || graph.passes.iter().any(|pass| {
                 let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
-                let condition = pass.when.as_ref().is_some_and(|when| when.fact == Fact::Param(id));
+                let condition = pass.when.iter().any(|when| when.fact == Fact::Param(id));
                 condition || fills.any(|fill| fill.from == Source::Param(id))
             });
         if !used {

@@ -35,6 +35,7 @@ pub fn pass(table: &Table<'_, '_>) -> Pass {
         uniforms: table.tables("uniforms").into_iter().filter_map(|(name, node, _)| fills(name, &node)).collect(),
         in_loop: text(table, "loop"),
         when: text(table, "when"),
+        also_when: Vec::new(),
         every: table.get("every").and_then(|node| at(&node, every(&node))),
     };
     table.conflict("before", "after", "a pass has one place");

@@ -20,10 +20,11 @@ use crate::model::{self, Fills, Filter, Mip, Wrap};
 use crate::queues::Queue;
 
 /// The facts of `when` that are no param.
-pub const FACTS: [(&str, Fact); 5] = [
+pub const FACTS: [(&str, Fact); 6] = [
     ("world.has_emission", Fact::WorldHasEmission),
     ("world.has_transparency", Fact::WorldHasTransparency),
     ("world.has_voxels", Fact::WorldHasVoxels),
+    ("world.has_instances", Fact::WorldHasInstances),
     ("device.packets", Fact::DevicePackets),
     ("device.ballots", Fact::DeviceBallots),
 ];
@@ -62,7 +63,13 @@ pub fn pass(
             .map(|(name, value)| (name.clone(), constant(value, scope, found)))
             .collect(),
         subgroup_size: pass.subgroup_size.as_ref().map(|size| size.value),
-        when: pass.when.as_ref().and_then(|when| condition(when, scope, found)),
+        when: pass
+            .when
+            .as_ref()
+            .and_then(|when| condition(when, scope, found))
+            .into_iter()
+            .chain(pass.also_when.iter().cloned())
+            .collect(),
         every,
         // By which clock it runs decides what it may write.
         sound: !pass.flawed && every.is_some() == pass.every.is_some(),

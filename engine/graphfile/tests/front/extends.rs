@@ -65,7 +65,7 @@ when = "always"
     assert_eq!(primary.dispatch, Dispatch::Groups([1, 2, 3]));
     assert_eq!((primary.push.len(), primary.subgroup_size), (6, Some(32)));
     assert!(primary.shader.request.defines.contains(&("MAX_STEPS".to_owned(), "16".to_owned())));
-    assert!(graph.pass(graph.find_pass("probe_update").unwrap()).when.is_none());
+    assert!(graph.pass(graph.find_pass("probe_update").unwrap()).when.is_empty());
     assert_eq!(graph.files[..2], [OVER, "graphs/base.toml"]);
     // The bool param has lost its only user.
     assert_eq!(warnings.iter().map(|w| w.code.as_str()).collect::<Vec<_>>(), ["RX0161"]);

@@ -69,10 +69,10 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert_eq!(access("probe_update", "args")[0].usage, Usage::IndirectArguments);
     let probes = graph.pass(graph.find_pass("probe_update").unwrap());
     assert_eq!(probes.every, Some(Every::Hz(20.0)));
-    assert_eq!(probes.when.as_ref().unwrap().fact, Fact::WorldHasEmission);
+    assert_eq!(probes.when[0].fact, Fact::WorldHasEmission);
     let finish = graph.pass(graph.find_pass("finish").unwrap());
     assert_eq!(finish.dispatch, Dispatch::Groups([4, 4, 1]));
-    assert!(finish.when.as_ref().unwrap().negated);
+    assert!(finish.when[0].negated);
     // Two passes with one request share one module.
     assert!(std::sync::Arc::ptr_eq(&probes.shader, &finish.shader));
     assert_eq!(

@@ -13,3 +13,4 @@ mod mutations;
 mod schema;
 mod shared_blocks;
 mod supplied;
+mod variants;

@@ -263,7 +263,7 @@ impl Frames<'_> {
         self.executor.set_memo(false);
         let once: Vec<(String, f64)> =
             all.into_iter().filter(|(name, _)| again.iter().all(|(other, _)| other != name)).collect();
-        self.disabled = once.iter().filter_map(|(name, _)| self.graph.find_pass(name)).collect();
+        self.disabled = once.iter().flat_map(|(name, _)| self.graph.cases(name)).collect();
         let spread = |(pass, time): (String, f64)| PassSpread { pass, time: Spread { median: time, p95: time } };
         Ok(once.into_iter().map(spread).collect())
     }

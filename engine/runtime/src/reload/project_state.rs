@@ -11,6 +11,7 @@ use crate::debug_target::DebugTarget;
 use crate::load::{Loader, Part};
 use crate::params::Params;
 use crate::recording_files::{Content, note};
+use crate::sources;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
@@ -119,6 +120,9 @@ impl ProjectState {
         }
         texts.extend(&self.world.texts);
         found.extend_from_slice(self.world.found());
+        if let (Ok(graph), Ok(world)) = (&self.graph.result, &self.world.result) {
+            found.extend(sources::unseen_instances(graph, world));
+        }
         if let Some(demo) = &self.demo {
             texts.extend(&demo.texts);
             found.extend_from_slice(demo.found());

@@ -58,11 +58,12 @@ impl Session {
     /// Replaces the value of a member of a pass's push-constant or uniform block, whatever the graph says. It stays, also over
     /// reloads, as long as the pass has the member.
     pub fn set_push(&mut self, pass: &str, member: &str, value: Value) -> Result<(), SetError> {
-        let change = find_member(&self.graph, pass, member, value)?;
+        for change in find_member(&self.graph, pass, member, value)? {
+            self.overrides
+                .retain(|known| (known.pass, known.uniform, known.fill) != (change.pass, change.uniform, change.fill));
+            self.overrides.push(change);
+        }
         self.pushes.insert((pass.to_owned(), member.to_owned()), value);
-        self.overrides
-            .retain(|known| (known.pass, known.uniform, known.fill) != (change.pass, change.uniform, change.fill));
-        self.overrides.push(change);
         Ok(())
     }
 
@@ -77,7 +78,7 @@ impl Session {
         let graph = &self.graph;
         let found =
             self.pushes.iter().filter_map(|((pass, member), value)| find_member(graph, pass, member, *value).ok());
-        self.overrides = found.collect();
+        self.overrides = found.flatten().collect();
     }
 
     /// The camera.
@@ -336,12 +337,17 @@ impl Session {
     }
 }
 
-/// The member of a pass's blocks, as an override of that value.
-#[expect(clippy::cast_possible_truncation, reason = "a shader numbers its bindings and members in 32 bits")]
-fn find_member(graph: &Graph, pass: &str, member: &str, value: Value) -> Result<Override, SetError> {
-    let Some(id) = graph.find_pass(pass) else {
+/// The member of the blocks of a pass, in each of its cases, as overrides of that value.
+fn find_member(graph: &Graph, pass: &str, member: &str, value: Value) -> Result<Vec<Override>, SetError> {
+    let mut cases = graph.cases(pass).peekable();
+    if cases.peek().is_none() {
         return Err(SetError::unknown("pass", pass, graph.passes.iter().map(|pass| pass.name.as_str())));
-    };
+    }
+    cases.map(|id| find_member_of(graph, id, member, value)).collect()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a shader numbers its bindings and members in 32 bits")]
+fn find_member_of(graph: &Graph, id: PassId, member: &str, value: Value) -> Result<Override, SetError> {
     let found = graph.pass(id);
     let in_block = |uniform: Option<u32>, fills: &[Fill]| {
         let fill = fills.iter().position(|fill| fill.member == member)?;

@@ -293,8 +293,8 @@ impl Session {
     /// Notes the values of the params that conditions ask for: when one changes, another plan may be needed.
     pub(super) fn note_conditions(&mut self) {
         self.condition_params.clear();
-        for pass in &self.graph.passes {
-            if let Some(Fact::Param(id)) = pass.when.as_ref().map(|condition| &condition.fact) {
+        for condition in self.graph.passes.iter().flat_map(|pass| &pass.when) {
+            if let Fact::Param(id) = &condition.fact {
                 self.condition_params.push((*id, self.values[id.0 as usize]));
             }
         }

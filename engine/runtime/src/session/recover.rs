@@ -87,7 +87,7 @@ impl Session {
     pub(super) fn find_disabled(&mut self) {
         let mut off = std::mem::take(&mut self.switched_off);
         off.retain(|suspect| self.runs(suspect));
-        self.disabled = off.iter().filter_map(|suspect| self.graph.find_pass(&suspect.declared)).collect();
+        self.disabled = off.iter().flat_map(|suspect| self.graph.cases(&suspect.declared)).collect();
         self.switched_off = off;
     }
 

@@ -23,6 +23,24 @@ pub fn check(graph: &Graph, world: &SessionWorld) -> Vec<Diagnostic> {
     found
 }
 
+/// The warning that a graph traces the voxels of a world and leaves out its instances.
+pub fn unseen_instances(graph: &Graph, world: &SessionWorld) -> Option<Diagnostic> {
+    let bound = graph.passes.iter().flat_map(|pass| &pass.accesses).map(|access| graph.resource(access.resource));
+    let mut sources = bound.filter_map(|resource| SourceName::parse(resource.kind.supplied_by()?));
+    if !world.has_instances() || sources.any(|source| source == SourceName::Instances) {
+        return None;
+    }
+    let of_world = |resource: &&Resource| resource.kind.supplied_by().and_then(SourceName::world_layout).is_some();
+    let traced = graph.resources.iter().find(of_world)?;
+    let whose = world.path.as_deref().unwrap_or("the world");
+    let message = format!("the graph `{}` does not show the instances of `{whose}`", graph.name);
+    Some(
+        Diagnostic::warning(codes::world::INSTANCES_UNSEEN, message)
+            .label(traced.place.clone(), "the voxels of the world alone")
+            .help("bind a buffer with `source = \"world.instances\"` where passes trace; `primary` and `beauty` do"),
+    )
+}
+
 pub(super) fn no_model(model: &str, resource: &Resource, world: &SessionWorld) -> Diagnostic {
     let names = || world.model_names();
     let whose = world.path.as_deref().unwrap_or("the empty world");

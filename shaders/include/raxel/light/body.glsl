@@ -3,6 +3,9 @@
 #define RAXEL_LIGHT_BODY_GLSL
 
 #include "../ray.glsl"
+#ifdef RX_BINDS_instances
+#include "../scene.glsl"
+#endif
 
 // Where a way through a body ends.
 struct RxBodyEnd {
@@ -72,5 +75,18 @@ bool rx_pass_body(RxHit hit, uint most, inout RxRay ray, inout vec3 share) {
     }
     return false;
 }
+
+// The same along a ray through the world and its instances (<raxel/scene.glsl>), which are not passed.
+#ifdef RX_BINDS_instances
+bool rx_pass_panes(RxHit hit, uint most, inout RxSceneRay ray, inout vec3 share) {
+    if (rx_is_on_instance(hit.face)) return false;
+    RxRay on = ray.ray;
+    bool passes = rx_pass_body(hit, most, on, share);
+    if (passes) ray = rx_scene_ray(on);
+    return passes;
+}
+#else
+#define rx_pass_panes(hit, most, ray, share) rx_pass_body(hit, most, ray, share)
+#endif
 
 #endif

@@ -46,12 +46,8 @@ bool rx_face_fits(ivec3 voxel, ivec3 origin) {
     return ((p.x | p.z) >> 14 | p.y >> 12) == 0u;
 }
 
-// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter), and up to 9 for what else a table tells apart, such as cells of several
-// sizes; always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
-RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
-    uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
-    uint home = p.x | (p.z & (1u << RX_FACE_Z_HOME) - 1u) << 14;
-    uint rest = p.z >> RX_FACE_Z_HOME | p.y << RX_FACE_Z_REST | face + 6u * part << RX_FACE_Z_REST + 12u;
+// The key of RX_FACE_HOME_BITS and 26 bits.
+RxFaceKey rx_face_mixed(uint home, uint rest) {
     // Three rounds of a Feistel network, which is a permutation whatever the hash is.
     home ^= rx_hash(rest) >> 32u - RX_FACE_HOME_BITS;
     rest ^= rx_hash(home) >> 6;
@@ -59,11 +55,25 @@ RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
     return RxFaceKey(home, rest);
 }
 
-// What the key was made of; of all voxels with this key, the one in the box whose smallest corner is `origin`.
-void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
+// The bits that a key was made of.
+void rx_face_unmix(inout RxFaceKey key) {
     key.home ^= rx_hash(key.rest + 0x9e3779b9u) >> 32u - RX_FACE_HOME_BITS;
     key.rest ^= rx_hash(key.home) >> 6;
     key.home ^= rx_hash(key.rest) >> 32u - RX_FACE_HOME_BITS;
+}
+
+// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter), and up to 9 for what else a table tells apart, such as cells of several
+// sizes; always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
+RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
+    uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
+    uint home = p.x | (p.z & (1u << RX_FACE_Z_HOME) - 1u) << 14;
+    uint rest = p.z >> RX_FACE_Z_HOME | p.y << RX_FACE_Z_REST | face + 6u * part << RX_FACE_Z_REST + 12u;
+    return rx_face_mixed(home, rest);
+}
+
+// What the key was made of; of all voxels with this key, the one in the box whose smallest corner is `origin`.
+void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
+    rx_face_unmix(key);
     uvec3 p = uvec3(key.home & 16383u, key.rest >> RX_FACE_Z_REST & 4095u, key.home >> 14 | (key.rest & (1u << RX_FACE_Z_REST) - 1u) << RX_FACE_Z_HOME);
     voxel = origin + ivec3(p - uvec3(origin) & RX_FACE_LEFT);
     uint both = key.rest >> RX_FACE_Z_REST + 12u;
