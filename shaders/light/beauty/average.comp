@@ -51,10 +51,10 @@ void main() {
         // What came from the frames in motion has little weight against what follows.
         result = mix(pressed(old.rgb), now, 1.0 / frames);
     } else {
-        bool sky = imageLoad(hits, pixel).w < 0;
+        float depth = imageLoad(places, pixel).z;
         vec3 dir = pixel_direction(pixel, size);
         // The middle of the pixel is followed, not the place that this frame has looked through.
-        vec3 way = sky ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + imageLoad(places, pixel).z * dir;
+        vec3 way = depth == 0.0 && imageLoad(hits, pixel).w < 0 ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + depth * dir;
         vec2 at;
         if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);

@@ -21,6 +21,7 @@ layout(push_constant) uniform Push { float seconds; } push;
 #include <raxel/light/face_table.glsl>
 #include "../face_cache/across.glsl"
 #include "../face_cache/cells.glsl"
+#include "beyond.glsl"
 
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
@@ -130,7 +131,7 @@ void main() {
             if (sunward) {
                 if (!found) light_of[way] += waiting;
             } else if (!found) {
-                light_of[way] = sky_radiance(ray.dir, to_sun);
+                light_of[way] = beyond(vec3(ray.cell - frame.camera_cell) + ray.frac, ray.dir, to_sun);
                 // The sun on water, as wide as small waves make it.
                 if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
             } else if (hit.face != RX_FACE_INSIDE) {

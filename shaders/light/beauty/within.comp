@@ -4,6 +4,7 @@
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
+#include "beyond.glsl"
 #include <raxel/random.glsl>
 #include <raxel/light/bsdf.glsl>
 #include <raxel/light/body.glsl>
@@ -96,7 +97,7 @@ void main() {
         if (rx_random(state) >= mirrored) {
             RxRay ray = across(end.beyond, end.face, end.uv, outward);
             RxHit hit;
-            if (!rx_trace(ray, hit)) light += share * sky_radiance(outward, to_sun);
+            if (!rx_trace(ray, hit)) light += share * beyond(vec3(ray.cell - frame.camera_cell) + ray.frac, outward, to_sun);
             else if (hit.face != RX_FACE_INSIDE) light += share * shown(hit, to_sun, state);
             break;
         }
