@@ -184,7 +184,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #else
             vec3 to = depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
 #endif
-            waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
+            waiting = sun_light * (sun_through_clouds(vec3(at.voxel) + 0.5) * max(dot(normal, to), 0.0) / RX_PI);
             ray = rx_ray_from_face(at.voxel, at.face, at.uv, to);
             if (waiting != vec3(0.0)) continue;
         }

@@ -4,7 +4,6 @@
 
 #include <raxel/light/bsdf.glsl>
 #include "land.glsl"
-#include "noise.glsl"
 
 uniform sampler2D land;   // albedo, level; kind
 
@@ -50,7 +49,7 @@ vec3 sky_above(vec3 to_sun) {
 // Light that the land sends to a ray that has come to `at`, relative to the camera's cell. `sunlit` is the share of the sun that is seen there, and
 // `skylight` what comes from the sky, / pi.
 vec3 land_radiance(Land land, vec3 at, vec3 dir, float distance, vec3 to_sun, float sunlit, vec3 skylight) {
-    vec3 place = vec3(frame.camera_cell) + at, sunlight = sunlit * sun_irradiance(to_sun);
+    vec3 place = vec3(frame.camera_cell) + at, sunlight = sunlit * sun_through_clouds(place) * sun_irradiance(to_sun);
     // Patches of the ground and waves fade where they are smaller than a pixel, even at a grazing angle.
     float pixel = distance * 0.003 / max(-dir.y, 0.02);
     if (land.kind == LAND_GROUND) {
@@ -79,7 +78,10 @@ vec3 land_radiance(Land land, vec3 at, vec3 dir, float distance, vec3 to_sun, fl
 vec3 beyond(vec3 from, vec3 dir, vec3 to_sun) {
     Land land = read_land();
     float t = land_distance(land, from, dir);
-    if (t < 0.0) return sky_radiance(dir, to_sun);
+    if (t < 0.0) {
+        vec4 clouds = cloud_march(vec3(frame.camera_cell) + from, dir, to_sun, 6, 0.5);
+        return clouds.rgb + clouds.a * sky_radiance(dir, to_sun);
+    }
     vec3 light = land_radiance(land, from + t * dir, dir, t, to_sun, 1.0, sky_above(to_sun));
     return mix(light, horizon_radiance(dir, to_sun), land_haze(t));
 }

@@ -33,7 +33,7 @@ vec3 daylight(RxRay from, vec3 normal, vec3 to_sun, inout uint state) {
     float cosine = dot(normal, to_sun);
     RxRay ray = from;
     ray.dir = to_sun;
-    if (cosine > 0.0 && !rx_trace(ray, hit)) light += sun_irradiance(to_sun) * (cosine / RX_PI);
+    if (cosine > 0.0 && !rx_trace(ray, hit)) light += sun_irradiance(to_sun) * (sun_through_clouds(vec3(from.cell) + from.frac) * cosine / RX_PI);
     vec3 dir = normalize(normal + 0.999 * rx_random_direction(state));
     ray.dir = dir;
     if (!rx_trace(ray, hit)) light += sky_radiance(dir, to_sun);

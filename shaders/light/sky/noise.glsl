@@ -1,6 +1,6 @@
 // Noise of random values at the points of a lattice, smoothly blended; 0 to 1.
-#ifndef BEAUTY_NOISE_GLSL
-#define BEAUTY_NOISE_GLSL
+#ifndef SKY_NOISE_GLSL
+#define SKY_NOISE_GLSL
 
 #include <raxel/random.glsl>
 
