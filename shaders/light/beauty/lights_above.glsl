@@ -5,17 +5,17 @@
 const float SUN_DISC = 400.0;          // its radiance, of its irradiance. Nature's is 14,600, more than a picture can show
 const float MOON_RADIUS = 0.011;       // twice and a half as wide as nature's: more than a few pixels
 const float MOON_RADIANCE = 0.30;
-const float STAR_RADIANCE = 0.020;     // of the brightest
+const float STAR_RADIANCE = 0.016;     // of the brightest
 const float STAR_CELLS = 48.0;         // along each side of a cube around the sky
 const float STAR_POLE = 0.82;          // height of the pole of the sky, radians
 
-// The disc, darker at its limb. `wide` is the width of a pixel, radians.
+// The disc, darker at its limb.
 vec3 sun_disc(vec3 dir) {
     vec3 sun = frame_true_sun();
     return sun == frame_sun() ? smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun)) * SUN_DISC * sun_irradiance(sun) : vec3(0.0);
 }
 
-// A ball lit from a side, with darker plains, and the glow around it. `cover` is what it hides of the stars.
+// A ball lit from a side, with darker plains, and the glow around it. `cover` is what it hides of the stars, `wide` the width of a pixel, radians.
 vec3 moon_disc(vec3 dir, float wide, out float cover) {
     vec3 moon = sky_moon.xyz;
     float away = length(dir - moon);
@@ -52,11 +52,11 @@ vec3 stars(vec3 dir, float wide) {
     if ((seed & 3u) != 0u) return vec3(0.0);
     vec2 star = vec2(cell) + 0.25 + 0.5 * vec2(noise_value(rx_hash(seed)), noise_value(rx_hash(seed + 1u)));
     // On the cube a radian is this many cells at its nearest.
-    float radius = max(0.75 * wide, 0.0006) * STAR_CELLS / size[axis], away = length(place - star) / radius;
+    float radius = max(0.6 * wide, 0.0006) * STAR_CELLS / size[axis], away = length(place - star) / radius;
     float bright = noise_value(rx_hash(seed + 2u)), warm = noise_value(rx_hash(seed + 3u));
     vec3 color = mix(vec3(0.75, 0.85, 1.0), vec3(1.0, 0.85, 0.7), warm);
     float low = smoothstep(0.0, 0.25, dir.y);
-    return frame.sky_strength * sky_moon.w * low * STAR_RADIANCE * pow(bright, 9.0) * exp(-away * away) * color;
+    return frame.sky_strength * sky_moon.w * low * STAR_RADIANCE * pow(bright, 14.0) * exp(-away * away) * color;
 }
 
 #endif
