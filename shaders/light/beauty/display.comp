@@ -4,7 +4,7 @@
 #include <raxel/random.glsl>
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D radiance;
+layout(rgba32f) uniform readonly image2D radiance;   // light, frames in the mean
 uniform sampler2D bloom;
 layout(std430) readonly buffer Eye { float eye_exposure; };
 layout(rgba16f) uniform writeonly image2D outColor;
@@ -18,7 +18,8 @@ vec3 pressed(vec3 light, float exposure) {
 
 // The light of a pixel against that of its four neighbours: the more, the less contrast there is around it (Lottes, "FidelityFX CAS", 2019).
 vec3 sharpened(ivec2 pixel, ivec2 size, float exposure) {
-    vec3 light = imageLoad(radiance, pixel).rgb;
+    vec4 mean = imageLoad(radiance, pixel);
+    vec3 light = mean.rgb;
     if (push.sharpness <= 0.0) return light;
     vec3 middle = pressed(light, exposure), sum = vec3(0.0), low = middle, high = middle;
     for (int i = 0; i < 4; ++i) {
@@ -29,7 +30,8 @@ vec3 sharpened(ivec2 pixel, ivec2 size, float exposure) {
         high = max(high, beside);
     }
     vec3 room = sqrt(clamp(min(low, 1.0 - high) / max(high, 1e-4), 0.0, 1.0));
-    vec3 weight = -0.2 * push.sharpness * room;
+    // The mean of few frames has noise, which is not sharpened.
+    vec3 weight = -0.2 * push.sharpness * mean.a / (mean.a + 8.0) * room;
     vec3 sharp = clamp((middle + weight * sum) / (1.0 + 4.0 * weight), low, high);
     return sharp / max(1.0 - sharp, 1e-5) / exposure;
 }
