@@ -68,11 +68,11 @@ void main() {
             kept = push.smooth_faces ? blended(slot, hit.xyz, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
             pick[slot] = 0u;
         }
-        vec3 sunlight = vec3(texelFetch(sun, pixel, 0).x);
+        vec3 sunlight = sun_irradiance(to_sun) * (texelFetch(sun, pixel, 0).x / RX_PI);
 #ifdef PANES
-        sunlight += texelFetch(stained, pixel, 0).rgb;
+        sunlight += sun_irradiance(to_sun) * texelFetch(stained, pixel, 0).rgb / RX_PI;
 #endif
-        if (sunlight != vec3(0.0)) sunlight *= sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(pixel, size, imageLoad(places, pixel).z)) / RX_PI);
+        if (sunlight != vec3(0.0)) sunlight *= sun_through_clouds(pixel_world(pixel, size, imageLoad(places, pixel).z));
         other = frame.lamp_strength * material.emission + sunlight;
         color = material.albedo * (kept + other);
     } else if (hit.w < 0) {
