@@ -53,7 +53,10 @@ fn ground_goes_on_at_the_level_and_in_the_colour_of_the_border() {
     let mut session = open(&project, BEAUTY, SIZE, &[("clouds", 0.0), ("air", 0.0), ("mist", 0.0)]);
     let land = after(&mut session, "land", 1);
     let near = |a: f32, b: f32| (a - b).abs() < 1e-3;
-    assert!(near(land[0][0], 0.2) && near(land[0][1], 0.5) && near(land[0][2], 0.1) && near(land[0][3], 3.0), "{land:?}");
+    assert!(
+        near(land[0][0], 0.2) && near(land[0][1], 0.5) && near(land[0][2], 0.1) && near(land[0][3], 3.0),
+        "{land:?}"
+    );
     session.pin("hit").unwrap();
     let seen = after(&mut session, "seen", 16);
     let hits = session.read_target("hit").unwrap().floats();
@@ -63,15 +66,23 @@ fn ground_goes_on_at_the_level_and_in_the_colour_of_the_border() {
     let [ground, grass] = [edge - 2, edge + 2].map(|y| luminance(&at(&seen, 24, y)));
     assert!((ground / grass - 1.0).abs() < 0.2, "ground {ground}, lawn {grass}");
     ground_none(&mut session);
-    let void = luminance(&at(&after(&mut session, "seen", 4), 24, edge - 2));
-    assert!((void / grass - 1.0).abs() > 0.2, "void {void}, lawn {grass}");
+    let green = |texels: &[[f32; 4]]| at(texels, 24, edge - 2)[1] / at(texels, 24, edge - 2)[0];
+    let (ground, void) = (green(&seen), green(&after(&mut session, "seen", 4)));
+    assert!(ground > 1.5 && void < 1.3, "green of red: ground {ground}, void {void}");
 }
 
 /// A world that shows walls at its border stands on a plane at its lowest level, and a streamed one has no land around it.
 #[test]
 fn a_cube_stands_on_plain_ground_and_a_streamed_world_has_none() {
     let project = Project::shipped();
-    world(&project, MATERIALS, &[cuboid("stone", [0, 5, 0], [20, 30, 20], "")], [60.5, 20.5, 60.5], [10.0, 15.0, 10.0], 60.0);
+    world(
+        &project,
+        MATERIALS,
+        &[cuboid("stone", [0, 5, 0], [20, 30, 20], "")],
+        [60.5, 20.5, 60.5],
+        [10.0, 15.0, 10.0],
+        60.0,
+    );
     let land = after(&mut open(&project, BEAUTY, SIZE, &[]), "land", 1);
     assert!(land[0][3] == 5.0 && land[1][0] == 1.0, "{land:?}");
     project.write("worlds/test.toml", std::fs::read_to_string(project.path("worlds/frontier.toml")).unwrap());
@@ -148,7 +159,10 @@ fn clouds_dim_the_sun_as_much_as_they_hide_it() {
         };
         falls.push(bright(0.75) / bright(0.0));
     }
-    assert!(seen.iter().cloned().fold(1.0, f64::min) < 0.5 && seen.iter().cloned().fold(0.0, f64::max) > 0.7, "{seen:?}");
+    assert!(
+        seen.iter().cloned().fold(1.0, f64::min) < 0.5 && seen.iter().cloned().fold(0.0, f64::max) > 0.7,
+        "{seen:?}"
+    );
     for (seen, falls) in seen.iter().zip(&falls) {
         assert!((seen - falls).abs() < 0.25, "{seen} is seen through the clouds, {falls} comes through");
     }
@@ -165,7 +179,12 @@ fn by_night_the_moon_lights_the_land_and_stars_shine() {
     assert_eq!(day, light(&[("moon_phase", 0.0), ("moon_azimuth", 10.0)]));
     let night = |more: &[(&str, f32)]| light(&[&[("sun_elevation", -9.0), ("clouds", 0.0)], more].concat());
     let (full, new) = (night(&[("moon_phase", 1.0)]), night(&[("moon_phase", 0.0)]));
-    assert!(mean(&new) > 0.0 && mean(&full) > 4.0 * mean(&new), "{} by a full moon, {} by none", mean(&full), mean(&new));
+    assert!(
+        mean(&new) > 0.0 && mean(&full) > 4.0 * mean(&new),
+        "{} by a full moon, {} by none",
+        mean(&full),
+        mean(&new)
+    );
     assert!(mean(&full) < 0.1 * mean(&day), "{} by night, {} by day", mean(&full), mean(&day));
     // The post's shadow falls to the other side.
     let (east, west) = (night(&[("moon_azimuth", 90.0)]), night(&[("moon_azimuth", 270.0)]));
@@ -176,14 +195,15 @@ fn by_night_the_moon_lights_the_land_and_stars_shine() {
     assert!(side(&east, true) < 0.9 * side(&east, false), "{} {}", side(&east, true), side(&east, false));
     assert!(side(&west, false) < 0.9 * side(&west, true), "{} {}", side(&west, true), side(&west, false));
 
-    world(&project, MATERIALS, &build, [0.5, 30.5, 14.5], [0.5, 90.0, 44.0], 60.0);
+    world(&project, MATERIALS, &build, [0.5, 30.5, 14.5], [0.5, 90.0, -15.0], 60.0);
     let sky = |elevation: f32| {
-        let seen = after(&mut open(&project, BEAUTY, SIZE, &[("clouds", 0.0), ("sun_elevation", elevation)]), "seen", 1);
+        let seen =
+            after(&mut open(&project, BEAUTY, SIZE, &[("clouds", 0.0), ("sun_elevation", elevation)]), "seen", 1);
         let mut light: Vec<f64> = seen.iter().map(luminance).collect();
         light.sort_by(f64::total_cmp);
         light[light.len() - 4] / light[light.len() / 2]
     };
-    assert!(sky(-9.0) > 2.0 && sky(40.0) < 1.5, "{} by night, {} by day", sky(-9.0), sky(40.0));
+    assert!(sky(-9.0) > 4.0 && sky(40.0) < 2.0, "{} by night, {} by day", sky(-9.0), sky(40.0));
 }
 
 /// Light of a lamp that is off is nearly gone from the average after ten frames.
@@ -200,14 +220,16 @@ fn a_dead_lamp_leaves_the_average() {
     let before = mean(&after(&mut session, "average", 40));
     session.set_param("lamp_strength", Value::F32(0.0)).unwrap();
     let left = mean(&after(&mut session, "average", 11)) / before;
-    assert!(left < 0.03, "{:.1} % of the light is left", 100.0 * left);
+    assert!(left < 0.045, "{:.1} % of the light is left", 100.0 * left);
 }
 
 /// Sharpness, contrast and saturation do as they are called, and 0, 1 and 1 leave the tone curve alone.
 #[test]
 fn the_grade_sharpens_and_adds_contrast_and_colour() {
     let project = Project::shipped();
-    let build = [cuboid("lawn", [-40, 0, -40], [40, 3, 40], ""), cuboid("stone", [-3, 3, -12], [4, 9, -5], "")];
+    // Stripes about as wide as a pixel.
+    let stripes = (-13..13).map(|n| cuboid("stone", [3 * n, 2, -40], [3 * n + 1, 3, 40], ""));
+    let build: Vec<_> = std::iter::once(cuboid("lawn", [-40, 0, -40], [40, 3, 40], "")).chain(stripes).collect();
     world(&project, MATERIALS, &build, [0.5, 14.5, 14.5], [0.5, 4.0, -8.0], 60.0);
     let mut session = open(&project, BEAUTY, SIZE, &[("bloom", 0.0)]);
     frames(&mut session, 20);
@@ -217,15 +239,26 @@ fn the_grade_sharpens_and_adds_contrast_and_colour() {
         }
         after(&mut session, "color", 1)
     };
-    let step = |texels: &[[f32; 4]]| texels.windows(2).map(|two| (luminance(&two[0]) - luminance(&two[1])).abs()).sum::<f64>();
-    let colour = |texels: &[[f32; 4]]| texels.iter().map(|t| f64::from((t[0].max(t[1]).max(t[2])) - t[0].min(t[1]).min(t[2]))).sum::<f64>();
+    let step =
+        |texels: &[[f32; 4]]| texels.windows(2).map(|two| (luminance(&two[0]) - luminance(&two[1])).abs()).sum::<f64>();
+    let colour = |texels: &[[f32; 4]]| {
+        texels.iter().map(|t| f64::from((t[0].max(t[1]).max(t[2])) - t[0].min(t[1]).min(t[2]))).sum::<f64>()
+    };
     let spread = |texels: &[[f32; 4]]| {
         let middle = mean(texels);
         texels.iter().map(|texel| (luminance(texel) - middle).powi(2)).sum::<f64>()
     };
     let plain = shown(0.0, 1.0, 1.0);
-    let (sharp, contrast, vivid, gray) = (shown(1.0, 1.0, 1.0), shown(0.0, 1.6, 1.0), shown(0.0, 1.0, 1.5), shown(0.0, 1.0, 0.0));
-    assert!(step(&sharp) > 1.02 * step(&plain), "{} of {}", step(&sharp), step(&plain));
+    let (sharp, contrast, vivid, gray) =
+        (shown(1.0, 1.0, 1.0), shown(0.0, 1.6, 1.0), shown(0.0, 1.0, 1.5), shown(0.0, 1.0, 0.0));
+    // The picture goes on to be averaged meanwhile, which takes away noise: from frame to frame it gets smoother.
+    assert!(step(&sharp) > 1.05 * step(&plain), "{} of {}", step(&sharp), step(&plain));
     assert!(spread(&contrast) > 1.2 * spread(&plain), "{} of {}", spread(&contrast), spread(&plain));
-    assert!(colour(&vivid) > 1.2 * colour(&plain) && colour(&gray) < 0.1 * colour(&plain), "{} {} {}", colour(&vivid), colour(&gray), colour(&plain));
+    assert!(
+        colour(&vivid) > 1.2 * colour(&plain) && colour(&gray) < 0.1 * colour(&plain),
+        "{} {} {}",
+        colour(&vivid),
+        colour(&gray),
+        colour(&plain)
+    );
 }

@@ -66,7 +66,7 @@ void main() {
         vec3 mean = pressed(old.rgb);
         if (frame.still < STALE && !water) {
             vec3 low, high;
-            range_around(pixel, size, 2.0, low, high);
+            range_around(pixel, size, 1.5, low, high);
             mean = clamp(mean, low, high);
         }
         result = mix(mean, now, 1.0 / frames);
