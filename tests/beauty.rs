@@ -1,5 +1,7 @@
 //! The picture of `graphs/beauty.toml` beside its light: land around finite worlds, clouds, the night, sharpening and the grade.
 
+#![allow(clippy::float_cmp, reason = "levels and kinds of land are exact")]
+
 mod common;
 #[path = "light/scenes.rs"]
 mod scenes;
@@ -160,7 +162,7 @@ fn clouds_dim_the_sun_as_much_as_they_hide_it() {
         falls.push(bright(0.75) / bright(0.0));
     }
     assert!(
-        seen.iter().cloned().fold(1.0, f64::min) < 0.5 && seen.iter().cloned().fold(0.0, f64::max) > 0.7,
+        seen.iter().copied().fold(1.0, f64::min) < 0.5 && seen.iter().copied().fold(0.0, f64::max) > 0.7,
         "{seen:?}"
     );
     for (seen, falls) in seen.iter().zip(&falls) {

@@ -53,7 +53,7 @@ vec3 land_radiance(Land land, vec3 at, vec3 dir, float distance, vec3 to_sun, fl
     // Patches of the ground and waves fade where they are smaller than a pixel, even at a grazing angle.
     float pixel = distance * 0.003 / max(-dir.y, 0.02);
     if (land.kind == LAND_GROUND) {
-        float patches = 0.0, size = 160.0, height = 0.22;
+        float patches = 0.0, size = 160.0, height = 0.10;
         for (int i = 0; i < 4; ++i) {
             patches += height * (noise2(place.xz / size) - 0.5) / (1.0 + 4.0 * pixel * pixel / (size * size));
             size *= 0.23;
