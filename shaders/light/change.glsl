@@ -12,4 +12,7 @@ layout(std430) STATE_ACCESS buffer State {
     float sky_strength;
     float lamp_strength;
     uint edited;
+    uint unused;
+    vec4 light;         // with SKY_TABLE: irradiance of the sun or the moon, share of the clouds
+    vec4 way;           // the direction to it, base of the clouds
 } state;

@@ -20,8 +20,16 @@ layout(std140) uniform Frame {
     uint seed;
 } frame;
 
-vec3 frame_sun() {
+// Where the sun stands, also below the horizon.
+vec3 frame_true_sun() {
     return rx_sun_direction(frame.sun_azimuth, frame.sun_elevation);
 }
+
+#ifndef SKY_TABLE
+// The direction to the light of the sky that throws shadows.
+vec3 frame_sun() {
+    return frame_true_sun();
+}
+#endif
 
 #endif

@@ -195,8 +195,9 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #else
             vec3 to = depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
 #endif
-            waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
             ray = rx_ray_from_place(at.voxel, at.face, at.uv, to);
+            float clouds = sun_through_clouds(vec3(RX_RAY(ray).cell) + RX_RAY(ray).frac);
+            waiting = sun_light * (clouds * max(dot(normal, to), 0.0) / RX_PI);
             if (waiting != vec3(0.0)) continue;
         }
         if (ends) break;

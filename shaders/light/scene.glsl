@@ -14,17 +14,31 @@
 #ifdef SKY_TABLE
 #include <raxel/light/atmosphere.glsl>
 uniform sampler2D sky_view;
-layout(std430) readonly buffer SunLight { vec4 sun_light; };  // irradiance through the air, for a strength of 1
+// What lights the scene from afar (sky/sky_view.comp). Without a night, without clouds, all but the first is 0.
+layout(std430) readonly buffer SunLight {
+    vec4 sun_light;    // irradiance through the air, for a strength of 1: of the sun, by night of the moon
+    vec4 sky_way;      // direction to it
+    vec4 sky_moon;     // direction to the moon; how much of the night has come
+    vec4 sky_night;    // radiance that the night adds to the sky, at the zenith; lit share of the moon
+    vec4 sky_clouds;   // share of the sky that they cover, height of their base, thickness, in voxels
+};
 
-// Irradiance on a plane that faces the sun.
+// The direction to the light of the sky that throws shadows: the sun or the moon.
+vec3 frame_sun() {
+    return sky_way.xyz == vec3(0.0) ? frame_true_sun() : sky_way.xyz;
+}
+
+// Irradiance on a plane that faces the sun, or by night the moon, above the clouds.
 vec3 sun_irradiance(vec3 sun) {
     return frame.sun_strength * sun_light.rgb;
 }
 
-// Radiance from a direction, without the sun's disc.
+// Radiance from a direction, without the discs of sun and moon, stars and clouds. The table turns with the true sun.
 vec3 sky_radiance(vec3 dir, vec3 sun) {
-    return frame.sky_strength * textureLod(sky_view, rx_sky_view_place(dir, sun), 0.0).rgb;
+    return frame.sky_strength * (textureLod(sky_view, rx_sky_view_place(dir, frame_true_sun()), 0.0).rgb + sky_night.rgb * (1.9 - 0.9 * max(dir.y, 0.0)));
 }
+
+#include "sky/clouds.glsl"
 #else
 vec3 sun_irradiance(vec3 sun) {
     return rx_sun_light(sun, frame.sun_strength);
@@ -32,6 +46,10 @@ vec3 sun_irradiance(vec3 sun) {
 
 vec3 sky_radiance(vec3 dir, vec3 sun) {
     return rx_sky_light(dir, sun, frame.sky_strength);
+}
+
+float sun_through_clouds(vec3 place) {
+    return 1.0;
 }
 #endif
 
@@ -47,6 +65,11 @@ vec2 pixel_place(ivec2 pixel) {
 
 vec3 pixel_direction(ivec2 pixel, ivec2 size) {
     return rx_camera_direction(frame.view_to_world, frame.tan_half_fov, pixel_place(pixel), vec2(size));
+}
+
+// The place in the world, in voxels, that a pixel sees at a distance.
+vec3 pixel_world(ivec2 pixel, ivec2 size, float distance) {
+    return vec3(frame.camera_cell) + (frame.camera_frac + distance * pixel_direction(pixel, size));
 }
 
 // The number that begins all random numbers of a pixel or face in a run.

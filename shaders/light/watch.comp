@@ -16,10 +16,18 @@ float ratio(float a, float b) {
 }
 
 void main() {
-    vec4 sun = vec4(frame_sun(), frame.sun_strength);
+    vec4 sun = vec4(frame_true_sun(), frame.sun_strength);
     // One degree of the sun counts as much as a tenth of its strength.
     float change = max(ratio(state.sun.w, sun.w), 5.7 * distance(sun.xyz, state.sun.xyz));
     change = max(change, max(ratio(state.sky_strength, frame.sky_strength), ratio(state.lamp_strength, frame.lamp_strength)));
+#ifdef SKY_TABLE
+    // The moon and the clouds, unless it is the sun that has moved, which is counted already.
+    vec4 light = vec4(sun_light.rgb, sky_clouds.x);
+    if (change == 0.0) change = max(distance(light.rgb, state.light.rgb) / max(length(light.rgb) + length(state.light.rgb), 1e-6), distance(sky_way.xyz, state.way.xyz));
+    change = max(change, abs(light.w - state.light.w) + ratio(sky_clouds.y, state.way.w));
+    state.light = light;
+    state.way = vec4(sky_way.xyz, sky_clouds.y);
+#endif
     bool other = state.serial != push.world_serial;
     // Where land is loaded around the camera, the world is another in nearly every frame of a flight, and the light of what stays hardly is.
     bool edited = state.edited != push.world_edited || state.generation == 0u;

@@ -32,13 +32,14 @@ void main() {
     float cosine = dot(dir, sun), km = 0.001 * push.metres;
     vec3 sunlight = sun_irradiance(sun);
     // Skylight that mist scatters: the same from all sides.
-    vec3 sky = 0.5 * (sky_radiance(vec3(0.0, 1.0, 0.0), sun) + sky_radiance(normalize(vec3(sun.x, 0.15, sun.z) + vec3(1e-4, 0.0, 0.0)), sun));
-    float eye = RX_AIR_GROUND + RX_AIR_EYE, sun_cosine = sun.y;
+    vec3 true_sun = frame_true_sun(), sky = 0.5 * (sky_radiance(vec3(0.0, 1.0, 0.0), sun) + sky_radiance(normalize(vec3(true_sun.x, 0.15, true_sun.z) + vec3(1e-4, 0.0, 0.0)), sun));
+    float eye = RX_AIR_GROUND + RX_AIR_EYE, sun_cosine = true_sun.y;
     vec3 many = frame.sky_strength * RX_AIR_PI * textureLod(scattered, rx_scattered_place(eye, sun_cosine), 0.0).rgb;
     float rayleigh = rx_rayleigh_phase(cosine), mie = rx_mie_phase(cosine, RX_AIR_MIE_G), misty = rx_mie_phase(cosine, 0.6);
     vec3 light = vec3(0.0);
     vec3 clear = vec3(1.0);
-    float camera_height = float(frame.camera_cell.y) + frame.camera_frac.y;
+    vec3 eye_place = vec3(frame.camera_cell) + frame.camera_frac;
+    float camera_height = eye_place.y;
     for (int i = 0; i < size.z; ++i) {
         ivec3 slice = ivec3(column, i);
         float from = slice_depth(float(i) / float(size.z)), to = slice_depth(float(i + 1) / float(size.z)), length = to - from;
@@ -46,7 +47,7 @@ void main() {
         vec4 of_sun = texelFetch(sunBySlice, slice, 0), of_sky = texelFetch(skyBySlice, slice, 0);
         imageStore(outSun, slice, of_sun);
         imageStore(outSky, slice, of_sky);
-        vec3 lit = of_sun.rgb, above = of_sky.rgb;
+        vec3 lit = of_sun.rgb * sun_through_clouds(eye_place + 0.5 * (from + to) * dir), above = of_sky.rgb;
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * mist_between(camera_height + from * dir.y, camera_height + to * dir.y);
         vec3 loss = air.extinction * km + thick;

@@ -24,6 +24,7 @@ layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
 const float MOST_IN_MOTION = 6.0, MOST_ON_WATER = 3.0;
+const uint STALE = 32u;   // frames at rest in which light from before a change may still be in the mean
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
 vec3 pressed(vec3 light) {
@@ -32,6 +33,19 @@ vec3 pressed(vec3 light) {
 
 vec3 released(vec3 light) {
     return light / max(1.0 - max(light.x, max(light.y, light.z)), 1e-4);
+}
+
+// The range of what is around a pixel now: so many standard deviations around the mean.
+void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out vec3 high) {
+    vec3 mean = vec3(0.0), square = vec3(0.0);
+    for (int i = 0; i < 9; ++i) {
+        vec3 c = pressed(texelFetch(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1), 0).rgb);
+        mean += c / 9.0;
+        square += c * c / 9.0;
+    }
+    vec3 wide = deviations * sqrt(max(square - mean * mean, 0.0));
+    low = mean - wide;
+    high = mean + wide;
 }
 
 void main() {
@@ -55,26 +69,27 @@ void main() {
         vec4 old = texelFetch(before, pixel, 0);
         frames = min(old.w, water ? MOST_ON_WATER : float(frame.still)) + 1.0;
         // What came from the frames in motion has little weight against what follows.
-        result = mix(pressed(old.rgb), now, 1.0 / frames);
+        vec3 mean = pressed(old.rgb);
+        if (frame.still < STALE && !water) {
+            vec3 low, high;
+            range_around(pixel, size, 1.5, low, high);
+            mean = clamp(mean, low, high);
+        }
+        result = mix(mean, now, 1.0 / frames);
     } else {
         ivec4 hit = imageLoad(hits, pixel);
-        bool sky = hit.w < 0;
+        float depth = imageLoad(places, pixel).z;
         vec3 dir = pixel_direction(pixel, size);
         // The middle of the pixel is followed, not the place that this frame has looked through.
-        vec3 way = sky ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + imageLoad(places, pixel).z * dir;
+        vec3 way = depth == 0.0 && hit.w < 0 ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + depth * dir;
 #ifdef RX_BINDS_Poses
-        if (!sky && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
+        if (hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
 #endif
         vec2 at;
         if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
-            vec3 mean = vec3(0.0), square = vec3(0.0);
-            for (int i = 0; i < 9; ++i) {
-                vec3 c = pressed(texelFetch(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1), 0).rgb);
-                mean += c / 9.0;
-                square += c * c / 9.0;
-            }
-            vec3 wide = 1.0 * sqrt(max(square - mean * mean, 0.0));
+            vec3 low, high;
+            range_around(pixel, size, 1.0, low, high);
             ivec2 base = ivec2(floor(at - 0.5));
             vec2 part = at - 0.5 - vec2(base);
             vec4 old = vec4(0.0);
@@ -84,7 +99,7 @@ void main() {
             }
             if (old.w > 0.0) {
                 frames = min(old.w, MOST_IN_MOTION - 1.0) + 1.0;
-                result = mix(clamp(old.rgb, mean - wide, mean + wide), now, 1.0 / frames);
+                result = mix(clamp(old.rgb, low, high), now, 1.0 / frames);
             }
         }
     }

@@ -21,6 +21,7 @@ layout(push_constant) uniform Push { float seconds; } push;
 #include <raxel/light/face_table.glsl>
 #include "../face_cache/across.glsl"
 #include "../face_cache/cells.glsl"
+#include "beyond.glsl"
 
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
@@ -130,16 +131,17 @@ void main() {
             if (sunward) {
                 if (!found) light_of[way] += waiting;
             } else if (!found) {
-                light_of[way] = sky_radiance(RX_RAY(ray).dir, to_sun);
+                light_of[way] = beyond(vec3(RX_RAY(ray).cell - frame.camera_cell) + RX_RAY(ray).frac, RX_RAY(ray).dir, to_sun);
                 // The sun on water, as wide as small waves make it.
-                if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
+                if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * sun_through_clouds(pixel_world(pixel, size, place.z)) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
             } else if (hit.face != RX_FACE_INSIDE) {
                 RxMaterial other = rx_material_properties(hit.material);
                 light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
                 float cosine = dot(rx_place_normal(hit.voxel, hit.face), to_sun);
                 if (cosine > 0.0) {
-                    waiting = other.albedo * sun_irradiance(to_sun) * (cosine / RX_PI);
                     ray = rx_ray_from_place(hit.voxel, hit.face, hit.uv, to_sun);
+                    float clouds = sun_through_clouds(vec3(RX_RAY(ray).cell) + RX_RAY(ray).frac);
+                    waiting = other.albedo * sun_irradiance(to_sun) * (clouds * cosine / RX_PI);
                     sunward = true;
                     continue;
                 }
@@ -165,7 +167,7 @@ void main() {
             RxBodyEnd end;
             bool ground = rx_walk_body(seen.xyz, from.frac, inward, hit_material(seen.w), DEEPEST, end) && end.material != 0u;
             uint slot = imageLoad(slots, pixel).x;
-            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (texelFetch(sun, pixel, 0).x / RX_PI);
+            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(pixel, size, place.z)) * texelFetch(sun, pixel, 0).x / RX_PI);
             vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * end.t : 80.0));
             vec3 below = ground ? rx_material_properties(end.material).albedo : vec3(0.0);
             // What the body itself scatters back.

@@ -4,6 +4,7 @@
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
+#include "beyond.glsl"
 #include <raxel/random.glsl>
 #include <raxel/light/bsdf.glsl>
 #include <raxel/light/body.glsl>
@@ -32,7 +33,7 @@ vec3 daylight(RxRay from, vec3 normal, vec3 to_sun, inout uint state) {
     float cosine = dot(normal, to_sun);
     RxRay ray = from;
     ray.dir = to_sun;
-    if (cosine > 0.0 && !rx_trace(ray, hit)) light += sun_irradiance(to_sun) * (cosine / RX_PI);
+    if (cosine > 0.0 && !rx_trace(ray, hit)) light += sun_irradiance(to_sun) * (sun_through_clouds(vec3(from.cell) + from.frac) * cosine / RX_PI);
     vec3 dir = normalize(normal + 0.999 * rx_random_direction(state));
     ray.dir = dir;
     if (!rx_trace(ray, hit)) light += sky_radiance(dir, to_sun);
@@ -96,7 +97,7 @@ void main() {
         if (rx_random(state) >= mirrored) {
             RxRay ray = across(end.beyond, end.face, end.uv, outward);
             RxHit hit;
-            if (!rx_trace(ray, hit)) light += share * sky_radiance(outward, to_sun);
+            if (!rx_trace(ray, hit)) light += share * beyond(vec3(ray.cell - frame.camera_cell) + ray.frac, outward, to_sun);
             else if (hit.face != RX_FACE_INSIDE) light += share * shown(hit, to_sun, state);
             break;
         }

@@ -72,6 +72,7 @@ void main() {
 #ifdef PANES
         sunlight += sun_irradiance(to_sun) * texelFetch(stained, pixel, 0).rgb / RX_PI;
 #endif
+        if (sunlight != vec3(0.0)) sunlight *= sun_through_clouds(pixel_world(pixel, size, imageLoad(places, pixel).z));
         other = frame.lamp_strength * material.emission + sunlight;
         color = material.albedo * (kept + other);
     } else if (hit.w < 0) {

@@ -31,6 +31,7 @@ layout(push_constant) uniform Push { ivec2 pixels; } push;
 #include "beside.glsl"
 
 const uint RECENT = 16u;    // frames since a neighbour was seen
+const float FEW = 64.0;      // samples below which a face narrower than a pixel shares noise, too: a picture of few frames shows it as specks
 const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
 const float CLEAN = 0.02;    // standard error, as a share of the mean, from which on a face needs no neighbours
 const float HIDDEN = 0.035;  // the same in quiet light, as a share of what such a place shows
@@ -108,9 +109,9 @@ void main() {
     ivec3 cell;
     uint face, part;
     cell_of_key(key, cell, face, part);
-    bool wide = cell_pixels(cell, face, part, float(push.pixels.y)) >= queue_narrow();
+    bool shares = own.w < FEW || cell_pixels(cell, face, part, float(push.pixels.y)) >= queue_narrow();
     // Few samples know little of their variance.
-    if (wide && (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean))) {
+    if (shares && (own.w < (queue.noise < QUIET ? 16.0 : 64.0) || noisy(square - mean * mean, own.w, mean))) {
         look(slot, cell, face, part, 1, 0xffu);
         // The variance is that of all of them together.
         float samples = own.w;

@@ -6,8 +6,13 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D scattered;
 layout(rgba16f) uniform writeonly image2D outSkyView;
-layout(std430) writeonly buffer SunLight { vec4 sun_light; };
+layout(std430) writeonly buffer SunLight { vec4 sun_light; vec4 sky_way; vec4 sky_moon; vec4 sky_night; vec4 sky_clouds; };   // scene.glsl
+#ifdef NIGHT
+layout(push_constant) uniform Push { float elevation; float azimuth; float moon_elevation; float moon_azimuth; float moon_phase; float clouds; float cloud_height; } push;
+#include "night.glsl"
+#else
 layout(push_constant) uniform Push { float elevation; } push;
+#endif
 
 const int STEPS = 32, STEPS_DOWN = 8;
 
@@ -43,5 +48,19 @@ void main() {
     }
     // In units in which sunlight above the air has the irradiance pi.
     imageStore(outSkyView, texel, vec4(RX_AIR_PI * light, 1.0));
-    if (texel == ivec2(0)) sun_light = vec4(RX_AIR_PI * to_sun(start, sun.y), 1.0);
+    if (texel != ivec2(0)) return;
+    vec3 sunlight = RX_AIR_PI * to_sun(start, sun.y);
+    sun_light = vec4(sunlight, 1.0);
+    sky_way = sky_moon = sky_night = sky_clouds = vec4(0.0);
+#ifdef NIGHT
+    vec3 moon = rx_sun_direction(push.moon_azimuth, push.moon_elevation);
+    float night = night_share(push.elevation), phase = clamp(push.moon_phase, 0.0, 1.0);
+    vec3 moonlight = night * phase * MOON_LIGHT * RX_AIR_PI * to_sun(start, moon.y);
+    bool moonlit = moonlight.g > sunlight.g;
+    if (moonlit) sun_light.rgb = moonlight;
+    sky_way = vec4(moonlit ? moon : rx_sun_direction(push.azimuth, push.elevation), 0.0);
+    sky_moon = vec4(moon, night);
+    sky_night = vec4(night * mix(NIGHT_DARK, NIGHT_MOONLIT, moon.y > 0.0 ? phase : 0.0), phase);
+    sky_clouds = vec4(push.clouds, push.cloud_height, 0.4 * push.cloud_height, 0.0);
+#endif
 }
