@@ -106,7 +106,7 @@ pub fn param_types() -> Shape {
 pub fn member_types() -> Shape {
     let words: Vec<&str> = ValueType::words().collect();
     let array = format!("^({})\\[[0-9]+\\]$", words.join("|"));
-    either(vec![Shape::Words(words).schema(), json!({ "type": "string", "pattern": array })])
+    either(&[Shape::Words(words).schema(), json!({ "type": "string", "pattern": array })])
 }
 
 /// What a buffer's value can be.
@@ -119,12 +119,12 @@ pub fn formats() -> Shape {
 }
 
 pub fn mip_counts() -> Shape {
-    either(vec![u32::shape(&(1..=MOST_MIPS).into()).schema(), json!({ "const": "full" })])
+    either(&[u32::shape(&(1..=MOST_MIPS).into()).schema(), json!({ "const": "full" })])
 }
 
 pub fn displays() -> Shape {
     let map = described("The map.", &DisplayMap::shape(&()));
-    either(vec![map, Display::form().definition()])
+    either(&[map, Display::form().definition()])
 }
 
 /// An array with something in it.
@@ -141,7 +141,7 @@ pub fn pairs_of_names() -> Shape {
 }
 
 describe! {
-    Literal => either(vec![
+    Literal => either(&[
         json!({ "type": ["number", "boolean"] }),
         json!({ "type": "array", "items": definition_of("literal") }),
     ]);
@@ -149,20 +149,20 @@ describe! {
         let name = Shape::Schema(json!({ "type": "string", "minLength": 1 }));
         Shape::array(name, 2..=MOST_CHOICES)
     };
-    Size => either(vec![
+    Size => either(&[
         f64::shape(&SCALES.into()).schema(),
         json!({ "type": "array", "items": u32::shape(&(1..=LONGEST_AXIS).into()).schema(), "minItems": 2, "maxItems": 3 }),
         Part::form().definition(),
     ]);
-    Scale => either(vec![f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()]);
-    BufferSize => either(vec![json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()]);
-    Every => either(vec![
+    Scale => either(&[f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()]);
+    BufferSize => either(&[json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()]);
+    Every => either(&[
         text("The clock that it runs by: once a tick, several times in a frame or not at all."),
         rhythm("So many times a second, at most once a frame.", "hz"),
         rhythm("Every so many frames.", "frames"),
         rhythm("Until nothing has changed for so long.", "still"),
     ]);
-    Rounds => either(vec![
+    Rounds => either(&[
         u32::shape(&(0..=MOST_ROUNDS).into()).schema(),
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param of type `i32` or `u32` with a range." }),
         MipSteps::form().definition(),
@@ -171,9 +171,9 @@ describe! {
     Mip => {
         let level = u32::shape(&(0..=MOST_MIPS - 1).into()).schema();
         let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
-        either(std::iter::once(level).chain(rounds).collect())
+        either(&std::iter::once(level).chain(rounds).collect::<Vec<_>>())
     };
-    Dispatch => either(vec![
+    Dispatch => either(&[
         definition_of("counts"),
         table("Threads.", &json!({
             "threads": {
@@ -202,7 +202,7 @@ describe! {
 }
 
 /// Values of several forms.
-fn either(forms: Vec<Value>) -> Shape {
+fn either(forms: &[Value]) -> Shape {
     Shape::Schema(json!({ "anyOf": forms }))
 }
 
@@ -215,7 +215,7 @@ pub fn definitions() -> Shape {
 }
 
 pub fn constants() -> Shape {
-    Shape::by_name(either(vec![json!({ "type": ["number", "boolean"] }), definition_of("from")]))
+    Shape::by_name(either(&[json!({ "type": ["number", "boolean"] }), definition_of("from")]))
 }
 
 pub fn subgroup_sizes() -> Shape {
@@ -258,7 +258,7 @@ fn from() -> Value {
 /// What `when` can be.
 pub fn conditions() -> Shape {
     let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
-    either(vec![
+    either(&[
         json!({ "enum": facts }),
         json!({ "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." }),
         json!({ "const": "always", "description": "Takes the condition of the base away." }),

@@ -146,6 +146,7 @@ pub(super) struct MazeKeys {
     material: Materials,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
 fn few(table: &Table<'_, '_>, _: &Reading<'_>, cells: &[u32; 2]) -> bool {
     let count = u64::from(cells[0]) * u64::from(cells[1]);
     let right = count <= Maze::MAX_CELLS;

@@ -63,9 +63,10 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
         #(__read.#flawed = __table.reporter().count() > __before;)*
         ::core::option::Option::Some(__read)
     };
-    let reader = match &key_name {
-        Some(_) => keyed(container, &body),
-        None => quote! {
+    let reader = if key_name.is_some() {
+        keyed(container, &body)
+    } else {
+        quote! {
             #[automatically_derived]
             impl #generics ::raxel_language::Named<#context> for #ident {
                 fn read_named(
@@ -76,7 +77,7 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
                     #body
                 }
             }
-        },
+        }
     };
     let added = container.added.iter();
     Ok(quote! {
