@@ -9,7 +9,7 @@ use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::{Code, Diagnostic, Files, SourceMap, Span, Spanned, codes};
 use raxel_graph::supply::FILE;
 use raxel_language::Layer;
-use raxel_language::layer::{merge, replace, unknown};
+use raxel_language::layer::{merge, unknown};
 
 use crate::model::{Buffer, File, Fills, Member, Pass, SharedBlock, Target};
 use crate::parse::parse;
@@ -178,7 +178,7 @@ fn too_many(file: &File) -> Option<Diagnostic> {
 }
 
 /// What a new pass removes was never there.
-fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
+pub fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
     let removed = (pass.bind.iter().filter(|bind| bind.remove).map(|bind| ("binding", &bind.name)))
         .chain(blocks(pass).flat_map(|block| &block.members).filter(|m| m.remove).map(|m| ("member", &m.path)));
     found.extend(removed.map(|(what, name)| unknown(what, codes::graph::NOTHING_TO_OVERLAY, name, [].into_iter())));
@@ -189,27 +189,15 @@ fn blocks(pass: &Pass) -> impl Iterator<Item = &Fills<Member>> {
 }
 
 /// Lays `above` over `below`.
-fn overlay(below: File, above: File, found: &mut Vec<Diagnostic>) -> File {
-    let mut passes = below.passes;
+fn overlay(mut below: File, mut above: File, found: &mut Vec<Diagnostic>) -> File {
     let moves: Vec<_> = above.passes.iter().map(|p| (p.name.clone(), p.before.clone(), p.after.clone())).collect();
-    merge(&mut passes, above.passes, found);
+    below.path = above.path.clone();
+    below.misspelt.append(&mut above.misspelt);
+    below.cover(above, found);
     for (name, before, after) in moves {
-        place(&mut passes, &name, before.as_ref(), after.as_ref(), found);
+        place(&mut below.passes, &name, before.as_ref(), after.as_ref(), found);
     }
-    let mut file = File { passes, ..below };
-    file.path = above.path;
-    file.extends = above.extends;
-    file.misspelt.extend(above.misspelt);
-    replace(&mut file.name, above.name);
-    replace(&mut file.about, above.about);
-    replace(&mut file.present, above.present);
-    merge(&mut file.params, above.params, found);
-    merge(&mut file.clocks, above.clocks, found);
-    merge(&mut file.targets, above.targets, found);
-    merge(&mut file.buffers, above.buffers, found);
-    merge(&mut file.blocks, above.blocks, found);
-    merge(&mut file.loops, above.loops, found);
-    file
+    below
 }
 
 /// Moves a pass before or after another of the base.
@@ -273,38 +261,6 @@ pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
     }
 }
 
-impl Layer for Pass {
-    const WHAT: &'static str = "pass";
-    const UNKNOWN: Code = codes::graph::UNKNOWN_PASS;
-    fn added(&self, found: &mut Vec<Diagnostic>) {
-        reject_removals(self, found);
-    }
-    fn name(&self) -> &Spanned<String> {
-        &self.name
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
-        self.flawed |= above.flawed;
-        replace(&mut self.shader, above.shader);
-        replace(&mut self.entry, above.entry);
-        merge(&mut self.defines, above.defines, found);
-        merge(&mut self.specialization, above.specialization, found);
-        replace(&mut self.subgroup_size, above.subgroup_size);
-        replace(&mut self.dispatch, above.dispatch);
-        merge(&mut self.bind, above.bind, found);
-        match (&mut self.push, above.push) {
-            (Some(below), Some(above)) => below.cover(above, found),
-            (below, above) => replace(below, above),
-        }
-        merge(&mut self.uniforms, above.uniforms, found);
-        replace(&mut self.in_loop, above.in_loop);
-        replace(&mut self.when, above.when);
-        replace(&mut self.every, above.every);
-    }
-}
-
 impl Layer for SharedBlock {
     const WHAT: &'static str = "block";
     const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
@@ -336,19 +292,5 @@ impl Layer for Fills<Member> {
     }
     fn cover(&mut self, above: Self, found: &mut Vec<Diagnostic>) {
         merge(&mut self.members, above.members, found);
-    }
-}
-
-impl Layer for Member {
-    const WHAT: &'static str = "member";
-    const UNKNOWN: Code = codes::graph::NOTHING_TO_OVERLAY;
-    fn name(&self) -> &Spanned<String> {
-        &self.path
-    }
-    fn removed(&self) -> bool {
-        self.remove
-    }
-    fn cover(&mut self, above: Self, _: &mut Vec<Diagnostic>) {
-        *self = above;
     }
 }

@@ -6,7 +6,7 @@ mod passes;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Span, Spanned, codes};
-use raxel_graph::checked::{Condition, DisplayMap};
+use raxel_graph::checked::DisplayMap;
 use raxel_language::{Describe, Keys, Limits, Shape};
 use serde_json::json;
 
@@ -16,42 +16,56 @@ use crate::parse::resources::{
     LARGEST_BUFFER, LARGEST_STRIDE, LONGEST_HISTORY, MOST_LAYERS, MOST_PER, SCALES, beside_of, display, filled, mips,
     shown_range, stride, supplied_buffer, supplied_target, values, warnings, whole_word,
 };
-use crate::parse::{MOST_TICKS, RATES, at, rate};
+use crate::parse::{MOST_TICKS, RATES, at, by_name, passes, rate, shared_blocks};
 use crate::schema::{
-    displays, facts_of_worlds, formats, listed_values, listed_warnings, mip_counts, pairs_of_names, param_types,
-    reference, value_types,
+    displays, facts_of_worlds, formats, listed_values, listed_warnings, member_types, mip_counts, named,
+    pairs_of_names, param_types, reference, value_types,
 };
 
-pub use passes::{Bind, Filter, Mip, Rhythm, Wrap};
+pub use passes::{Bind, Constant, Dispatch, Every, Filter, Mip, Pass, Rhythm, Wrap};
 
+/// A compute render graph: targets, buffers, params, blocks and passes.
+///
 /// One graph file, or several laid over each other.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Keys)]
+#[keys(layer)]
 pub struct File {
     /// Its path; of the outermost file when there are several.
+    #[keys(skip)]
     pub path: Arc<str>,
-    /// `name`.
-    pub name: Option<Spanned<String>>,
-    /// `about`.
-    pub about: Option<Spanned<String>>,
-    /// `present`.
-    pub present: Option<Spanned<String>>,
-    /// `extends`.
-    pub extends: Option<Spanned<String>>,
     /// Keys of the file itself that are there under a wrong name, which is reported.
+    #[keys(skip)]
     pub misspelt: Vec<String>,
-    /// `[params.*]`.
+    /// Name of the graph: needed, unless it extends another.
+    pub name: Option<Spanned<String>>,
+    /// What it shows, in one line; may be left out.
+    pub about: Option<Spanned<String>>,
+    /// The target or buffer that is shown by default: needed, unless the graph that it extends says it.
+    pub present: Option<Spanned<String>>,
+    /// Another graph file, relative to this one, of which only the differences are written here; left out where a graph stands by itself.
+    /// Tables are laid over each other by name, key by key; passes by `name`.
+    pub extends: Option<Spanned<String>>,
+    /// Live values: sliders in the window, tracks in a demo, `--set` on the command line.
+    #[keys(read = by_name, shape = named("param"))]
     pub params: Vec<Param>,
-    /// `[blocks.*]`.
-    pub blocks: Vec<SharedBlock>,
-    /// `[clocks.*]`.
+    /// Rhythms of their own, apart from the frames: passes with `every` of a clock run once for each of its ticks.
+    #[keys(read = by_name, shape = named("clock"))]
     pub clocks: Vec<Clock>,
-    /// `[targets.*]`.
+    /// Images that passes read and write.
+    #[keys(read = by_name, shape = named("target"))]
     pub targets: Vec<Target>,
-    /// `[buffers.*]`.
+    /// Storage buffers. They share their names with the targets.
+    #[keys(read = by_name, shape = named("buffer"))]
     pub buffers: Vec<Buffer>,
-    /// `[loops.*]`.
+    /// Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of
+    /// the block), as far as the pass gives no values of its own.
+    #[keys(read = shared_blocks, shape = named("fills"))]
+    pub blocks: Vec<SharedBlock>,
+    /// Groups of passes that are repeated in each frame: those with `loop = "NAME"`, which stand together.
+    #[keys(read = by_name, shape = named("loop"))]
     pub loops: Vec<Loop>,
-    /// `[[passes]]`.
+    /// Compute dispatches, in the order in which they run.
+    #[keys(read = passes, shape = Shape::array(reference("pass"), ..))]
     pub passes: Vec<Pass>,
 }
 
@@ -407,99 +421,6 @@ pub enum Rounds {
     Mips(Spanned<String>),
 }
 
-/// One of `[[passes]]`.
-#[derive(Clone, Debug)]
-pub struct Pass {
-    /// `name`.
-    pub name: Spanned<String>,
-    /// `remove = true`.
-    pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
-    pub flawed: bool,
-    /// `before`: insert (or move) the pass before this one of the base.
-    pub before: Option<Spanned<String>>,
-    /// `after`: the same, after.
-    pub after: Option<Spanned<String>>,
-    /// `shader`, relative to `shaders/`.
-    pub shader: Option<Spanned<String>>,
-    /// `entry`.
-    pub entry: Option<Spanned<String>>,
-    /// `defines`: name and text.
-    pub defines: Vec<(Spanned<String>, String)>,
-    /// `specialization`.
-    pub specialization: Vec<(Spanned<String>, Constant)>,
-    /// `subgroup`.
-    pub subgroup_size: Option<Spanned<u32>>,
-    /// `dispatch`.
-    pub dispatch: Option<Spanned<Dispatch>>,
-    /// `bind`.
-    pub bind: Vec<Bind>,
-    /// `push`.
-    pub push: Option<Fills<Member>>,
-    /// `uniforms`.
-    pub uniforms: Vec<Fills<Member>>,
-    /// `loop`.
-    pub in_loop: Option<Spanned<String>>,
-    /// `when`.
-    pub when: Option<Spanned<String>>,
-    /// Conditions of buffers that it binds, or leaves out where they do not hold.
-    pub also_when: Vec<Condition>,
-    /// `every`.
-    pub every: Option<Spanned<Every>>,
-}
-
-/// `every`.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Every {
-    /// `{ hz = 20 }`.
-    Hz(f64),
-    /// `{ frames = 3 }`.
-    Frames(u32),
-    /// `{ still = 64 }`.
-    Still(u32),
-    /// `"sim"`, the name of a clock.
-    Clock(String),
-}
-
-/// `dispatch`.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Dispatch {
-    /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`, `{ threads = "world" }`.
-    ThreadsOf {
-        /// The target or buffer, or the world.
-        target: Spanned<String>,
-        /// Mip 0 when the file gives none.
-        mip: Spanned<Mip>,
-    },
-    /// `{ groups = "hit", tile = [16, 16], mip = 1 }`.
-    GroupsOf {
-        /// The target.
-        target: Spanned<String>,
-        /// Texels of a workgroup; one when the file gives none.
-        tile: [u32; 3],
-        /// Mip 0 when the file gives none.
-        mip: Spanned<Mip>,
-    },
-    /// `{ threads = [x, y, z] }`.
-    Threads([u32; 3]),
-    /// `[x, y, z]`, `{ groups = [x, y, z] }`.
-    Groups([u32; 3]),
-    /// `{ indirect = "args", offset = 0 }`.
-    Indirect {
-        /// The buffer.
-        buffer: Spanned<String>,
-        /// Bytes.
-        offset: Spanned<u64>,
-    },
-    /// `{ count = "queue", offset = 0 }`.
-    Queue {
-        /// The buffer.
-        buffer: Spanned<String>,
-        /// Bytes.
-        offset: Spanned<u64>,
-    },
-}
-
 /// `[blocks.NAME]`: values for every push-constant or uniform block of that name.
 #[derive(Clone, Debug)]
 pub struct SharedBlock {
@@ -518,20 +439,27 @@ pub struct Fills<M> {
     pub members: Vec<M>,
 }
 
-/// The value of one member.
-#[derive(Clone, Debug)]
+/// A member with its type, checked against the shader.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("member", unknown = codes::graph::NOTHING_TO_OVERLAY, whole))]
 pub struct Member {
     /// The key; nested members by path, e.g. `sun.direction`.
+    #[keys(entry)]
     pub path: Spanned<String>,
-    /// `{ remove = true }`.
+    /// Takes it out of the graph that `extends` names.
+    #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// `type`, a word such as `vec3` or `vec4[8]`.
+    /// Its type; an array as `vec4[8]`. Needed in this form.
+    #[keys(rename = "type", shape = member_types())]
     pub ty: Option<Spanned<String>>,
-    /// `from`, or the whole value when it is a string.
+    /// Where the value comes from, instead of `value`: the whole value when it is a string.
+    #[keys(shape = reference("from"), excludes("value", why = "a member has one value"))]
     pub from: Option<Spanned<String>>,
-    /// `value`, or the whole value when it is no string and no table.
+    /// The value, instead of `from`: the whole value when it is no string and no table.
+    #[keys(shape = reference("literal"))]
     pub value: Option<Literal>,
-    /// `offset` in bytes.
+    /// Its offset in bytes; it is not checked when left out.
+    #[keys(range = 0..=u32::MAX)]
     pub offset: Option<Spanned<u32>>,
 }
 
@@ -555,13 +483,4 @@ pub enum Data {
     Float(f64),
     /// An array.
     Array(Vec<Literal>),
-}
-
-/// The value of a specialization constant.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Constant {
-    /// Written in the file.
-    Value(Literal),
-    /// The word of `from`, or the whole value when it is a string.
-    From(Spanned<String>),
 }

@@ -5,14 +5,15 @@ pub mod loops;
 mod passes;
 pub mod resources;
 
-pub use passes::{RATES, needs_target, rate};
+pub use passes::{
+    RATES, binds, defines, needs_target, push, rate, shared_blocks, specialization, subgroup_size, uniforms,
+};
 
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
-use raxel_language::layer::removes;
-use raxel_language::{ByName, Named, Value};
+use raxel_language::{ByName, Named, ReadKeys, Value};
 
-use crate::model::{Choices, Data, File, Literal};
+use crate::model::{Choices, Data, File, Literal, Pass};
 
 /// Most entries that an array of numbers in a graph file may have.
 pub const LONGEST_ARRAY: usize = 4096;
@@ -28,7 +29,13 @@ pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File
     let reporter = Reporter::new(path);
     let document = table::parse(text, &reporter);
     let empty = document.as_ref().is_some_and(|document| document.get_ref().is_empty());
-    let file = document.filter(|_| !empty).map(|document| read(&Table::root(&document, &reporter)));
+    let file = document.filter(|_| !empty).and_then(|document| {
+        let root = Table::root(&document, &reporter);
+        let mut file = File::read_keys(&root, &())?;
+        file.path = reporter.file().clone();
+        file.misspelt = root.finish();
+        Some(file)
+    });
     found.extend(reporter.into_diagnostics());
     if empty {
         // Everything that is missing follows from it.
@@ -40,33 +47,14 @@ pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File
     file
 }
 
-fn read(root: &Table<'_, '_>) -> File {
-    let mut file = File {
-        path: root.reporter().file().clone(),
-        name: text(root, "name"),
-        about: text(root, "about"),
-        present: text(root, "present"),
-        extends: text(root, "extends"),
-        misspelt: Vec::new(),
-        params: by_name(root, "params"),
-        clocks: by_name(root, "clocks"),
-        targets: by_name(root, "targets"),
-        buffers: by_name(root, "buffers"),
-        blocks: root
-            .tables("blocks")
-            .into_iter()
-            .filter_map(|(name, node, table)| passes::shared_block(name, &node, &table))
-            .collect(),
-        loops: by_name(root, "loops"),
-        passes: root.array_of_tables("passes").iter().map(passes::pass).collect(),
-    };
-    file.misspelt = root.finish();
-    file
+/// Tables that the author names.
+pub fn by_name<T: Named>(node: &Node<'_, '_>) -> Option<Vec<T>> {
+    ByName::read(node, &(), &()).map(|tables| tables.0)
 }
 
-/// Tables that the author names; none when the key is absent.
-fn by_name<T: Named>(root: &Table<'_, '_>, key: &str) -> Vec<T> {
-    root.get(key).and_then(|node| ByName::read(&node, &(), &())).map(|tables| tables.0).unwrap_or_default()
+/// `[[passes]]`, whatever is wrong with them.
+pub fn passes(node: &Node<'_, '_>) -> Option<Vec<Pass>> {
+    Some(node.array()?.iter().filter_map(|node| Pass::read(node, &(), &())).collect())
 }
 
 impl<C: ?Sized> Value<C> for Choices {
@@ -95,11 +83,6 @@ impl<C: ?Sized> Value<C> for Literal {
 /// A value with the place of its node.
 pub fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<Spanned<T>> {
     value.map(|value| Spanned::new(value, node.span.clone()))
-}
-
-/// Text of a key, if it is there.
-fn text(table: &Table<'_, '_>, key: &str) -> Option<Spanned<String>> {
-    table.string(key).map(|(value, span)| Spanned::new(value, span))
 }
 
 /// A number, a boolean, or an array of them.

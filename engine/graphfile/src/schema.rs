@@ -4,13 +4,13 @@
 use raxel_diagnostics::schema::with_defaults;
 use raxel_graph::ValueType;
 use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, RoundIndex};
-use raxel_language::{Describe, Form, Keys, Shape};
+use raxel_language::{Describe, Form, Keys, Shape, describe};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
 use crate::model::{
-    Bind, Buffer, BufferSize, Choices, Clock, Display, Elements, Literal, Loop, Mip, MipSteps, Param, Part, Rhythm,
-    Rounds, Scale, Size, Target, Warning,
+    Bind, Buffer, BufferSize, Choices, Clock, Dispatch, Display, Elements, Every, File, Literal, Loop, Member, Mip,
+    MipSteps, Param, Part, Pass, Rhythm, Rounds, Scale, Size, Target, Warning,
 };
 use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
@@ -18,54 +18,32 @@ use crate::resolve::FACTS;
 
 /// The schema of `graphs/*.toml`.
 pub fn schema() -> Value {
-    with_defaults(json!({
-        "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "raxel graph",
-        "description": "A compute render graph: targets, buffers, params, blocks and passes.",
-        "type": "object",
-        "additionalProperties": false,
-        // A graph that extends another may have that one's name.
-        "anyOf": [{ "required": ["name"] }, { "required": ["extends"] }],
-        "properties": {
-            "name": text("Name of the graph: needed, unless it extends another."),
-            "about": text("What it shows, in one line; may be left out."),
-            "present": text("The target or buffer that is shown by default: needed, unless the graph that it extends says it."),
-            "extends": text("Another graph file, relative to this one, of which only the differences are written here; left out where a graph stands by itself. Tables are laid over each other by name, key by key; passes by `name`."),
-            "params": named("Live values: sliders in the window, tracks in a demo, `--set` on the command line.", "param"),
-            "clocks": named("Rhythms of their own, apart from the frames: passes with `every` of a clock run once for each of its ticks.", "clock"),
-            "targets": named("Images that passes read and write.", "target"),
-            "buffers": named("Storage buffers. They share their names with the targets.", "buffer"),
-            "blocks": named("Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of the block), as far as the pass gives no values of its own.", "fills"),
-            "loops": named("Groups of passes that are repeated in each frame: those with `loop = \"NAME\"`, which stand together.", "loop"),
-            "passes": {
-                "description": "Compute dispatches, in the order in which they run.",
-                "type": "array",
-                "items": definition_of("pass"),
-            },
+    let mut schema = File::form().document("raxel graph");
+    // A graph that extends another may have that one's name.
+    schema["anyOf"] = json!([{ "required": ["name"] }, { "required": ["extends"] }]);
+    schema["definitions"] = with_defaults(json!({
+        "param": Param::form().definition(),
+        "clock": Clock::form().definition(),
+        "target": Target::form().definition(),
+        "buffer": Buffer::form().definition(),
+        "loop": Loop::form().definition(),
+        "pass": Pass::form().definition(),
+        "bind": { "anyOf": [text("The resource."), Bind::form().definition()] },
+        "fills": described("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".", &Shape::by_name(reference("member"))),
+        "member": member(),
+        "from": from(),
+        "literal": described("A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array. Instead of `from`.", &Literal::shape(&())),
+        "counts": counts("One, two or three numbers: x, y, z."),
+        "remove": flag("Takes it out of the graph that `extends` names.", false),
+        "history": {
+            "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
+            "type": "integer",
+            "minimum": 0,
+            "maximum": LONGEST_HISTORY,
+            "default": 0,
         },
-        "definitions": {
-            "param": Param::form().definition(),
-            "clock": Clock::form().definition(),
-            "target": Target::form().definition(),
-            "buffer": Buffer::form().definition(),
-            "loop": Loop::form().definition(),
-            "pass": pass(),
-            "bind": bind(),
-            "fills": fills("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\"."),
-            "member": member(),
-            "from": from(),
-            "literal": literal("A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array. Instead of `from`."),
-            "counts": counts("One, two or three numbers: x, y, z."),
-            "remove": flag("Takes it out of the graph that `extends` names.", false),
-            "history": {
-                "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
-                "type": "integer",
-                "minimum": 0,
-                "maximum": LONGEST_HISTORY,
-                "default": 0,
-            },
-        },
-    }))
+    }));
+    schema
 }
 
 fn text(about: &str) -> Value {
@@ -87,13 +65,12 @@ fn definition_of(definition: &str) -> Value {
 }
 
 /// A table of tables that are named by the author.
-fn named(about: &str, definition: &str) -> Value {
-    json!({
-        "description": about,
+pub fn named(definition: &str) -> Shape {
+    Shape::Schema(json!({
         "type": "object",
         "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
         "additionalProperties": definition_of(definition),
-    })
+    }))
 }
 
 /// A table with those keys and no others.
@@ -109,32 +86,10 @@ pub fn reference(definition: &str) -> Shape {
 // A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
 // written out.
 
-fn literal(about: &str) -> Value {
-    let mut schema = Literal::shape(&()).schema();
+fn described(about: &str, shape: &Shape) -> Value {
+    let mut schema = shape.schema();
     schema["description"] = about.into();
     schema
-}
-
-impl Describe for Literal {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        Shape::Schema(json!({
-            "anyOf": [
-                { "type": ["number", "boolean"] },
-                { "type": "array", "items": definition_of("literal") },
-            ],
-        }))
-    }
-}
-
-impl Describe for Choices {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        let name = json!({ "type": "string", "minLength": 1 });
-        Shape::Schema(json!({ "type": "array", "items": name, "minItems": 2, "maxItems": MOST_CHOICES }))
-    }
 }
 
 fn counts(about: &str) -> Value {
@@ -142,21 +97,16 @@ fn counts(about: &str) -> Value {
     json!({ "description": about, "type": "array", "items": count, "minItems": 1, "maxItems": 3 })
 }
 
-fn fills(about: &str) -> Value {
-    json!({ "description": about, "type": "object", "additionalProperties": definition_of("member") })
-}
-
-fn words<'w>(about: &str, words: impl Iterator<Item = &'w str>) -> Value {
-    json!({ "description": about, "type": "string", "enum": words.collect::<Vec<_>>() })
-}
-
-fn integer(about: &str, minimum: u64, maximum: u64) -> Value {
-    json!({ "description": about, "type": "integer", "minimum": minimum, "maximum": maximum })
-}
-
 /// What a param can be: anything but a matrix.
 pub fn param_types() -> Shape {
     Shape::Words(ValueType::words().filter(|word| *word != "mat4").collect())
+}
+
+/// What a member can be; an array of it, too.
+pub fn member_types() -> Shape {
+    let words: Vec<&str> = ValueType::words().collect();
+    let array = format!("^({})\\[[0-9]+\\]$", words.join("|"));
+    either(&[Shape::Words(words).schema(), json!({ "type": "string", "pattern": array })])
 }
 
 /// What a buffer's value can be.
@@ -169,20 +119,17 @@ pub fn formats() -> Shape {
 }
 
 pub fn mip_counts() -> Shape {
-    Shape::Schema(json!({ "anyOf": [{ "type": "integer", "minimum": 1, "maximum": MOST_MIPS }, { "const": "full" }] }))
+    either(&[u32::shape(&(1..=MOST_MIPS).into()).schema(), json!({ "const": "full" })])
 }
 
 pub fn displays() -> Shape {
-    let mut map = DisplayMap::shape(&()).schema();
-    map["description"] = "The map.".into();
-    Shape::Schema(json!({ "anyOf": [map, Display::form().definition()] }))
+    let map = described("The map.", &DisplayMap::shape(&()));
+    either(&[map, Display::form().definition()])
 }
 
 /// An array with something in it.
 pub fn listed_values() -> Shape {
-    Shape::Schema(
-        json!({ "type": "array", "items": definition_of("literal"), "minItems": 1, "maxItems": LONGEST_ARRAY }),
-    )
+    Shape::array(reference("literal"), 1..=LONGEST_ARRAY)
 }
 
 pub fn listed_warnings() -> Shape {
@@ -190,142 +137,90 @@ pub fn listed_warnings() -> Shape {
 }
 
 pub fn pairs_of_names() -> Shape {
-    let pair = json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 });
-    Shape::Schema(json!({ "type": "array", "items": pair }))
+    Shape::array(Shape::array(Shape::Text, 2..=2), ..)
 }
 
-/// Values of several forms.
-macro_rules! either {
-    ($($value:ty: [$($form:expr),* $(,)?];)*) => {$(
-        impl Describe for $value {
-            type Limits = ();
-
-            fn shape((): &()) -> Shape {
-                Shape::Schema(json!({ "anyOf": [$($form),*] }))
-            }
-        }
-    )*};
-}
-
-either! {
-    Size: [
+describe! {
+    Literal => either(&[
+        json!({ "type": ["number", "boolean"] }),
+        json!({ "type": "array", "items": definition_of("literal") }),
+    ]);
+    Choices => {
+        let name = Shape::Schema(json!({ "type": "string", "minLength": 1 }));
+        Shape::array(name, 2..=MOST_CHOICES)
+    };
+    Size => either(&[
         f64::shape(&SCALES.into()).schema(),
         json!({ "type": "array", "items": u32::shape(&(1..=LONGEST_AXIS).into()).schema(), "minItems": 2, "maxItems": 3 }),
         Part::form().definition(),
-    ];
-    Scale: [f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()];
-    BufferSize: [json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()];
-    Rounds: [
+    ]);
+    Scale => either(&[f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()]);
+    BufferSize => either(&[json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()]);
+    Every => either(&[
+        text("The clock that it runs by: once a tick, several times in a frame or not at all."),
+        rhythm("So many times a second, at most once a frame.", "hz"),
+        rhythm("Every so many frames.", "frames"),
+        rhythm("Until nothing has changed for so long.", "still"),
+    ]);
+    Rounds => either(&[
         u32::shape(&(0..=MOST_ROUNDS).into()).schema(),
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param of type `i32` or `u32` with a range." }),
         MipSteps::form().definition(),
-    ];
-}
-
-/// A number, or one that follows the round of a loop.
-impl Describe for Mip {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
+    ]);
+    // A number, or one that follows the round of a loop.
+    Mip => {
+        let level = u32::shape(&(0..=MOST_MIPS - 1).into()).schema();
         let rounds = RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() }));
-        let mut any = vec![u32::shape(&(0..=MOST_MIPS - 1).into()).schema()];
-        any.extend(rounds);
-        Shape::Schema(json!({ "anyOf": any }))
-    }
+        either(&std::iter::once(level).chain(rounds).collect::<Vec<_>>())
+    };
+    Dispatch => either(&[
+        definition_of("counts"),
+        table("Threads.", &json!({
+            "threads": {
+                "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads. Needed in this form.",
+                "anyOf": [{ "type": "string" }, definition_of("counts")],
+            },
+            "mip": mip(),
+        })),
+        table("Workgroups.", &json!({
+            "groups": {
+                "description": "Workgroups, or one for each texel or tile of a target. Needed in this form.",
+                "anyOf": [{ "type": "string" }, definition_of("counts")],
+            },
+            "tile": with(json!([1, 1, 1]), counts("Texels of a workgroup.")),
+            "mip": mip(),
+        })),
+        table("Threads of a queue.", &json!({
+            "count": text("The buffer that holds the number of threads, one `uint`. raxel makes the workgroups of it; `rx_thread()` of `raxel/thread.glsl` is the index. Needed in this form."),
+            "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
+        })),
+        table("Workgroups read from a buffer.", &json!({
+            "indirect": text("The buffer: three `uint`s. Needed in this form."),
+            "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
+        })),
+    ]);
 }
 
-fn mip(about: &str) -> Value {
-    let mut schema = Mip::shape(&()).schema();
-    schema["description"] = about.into();
-    schema
+/// Values of several forms.
+fn either(forms: &[Value]) -> Shape {
+    Shape::Schema(json!({ "anyOf": forms }))
 }
 
-fn pass() -> Value {
+fn mip() -> Value {
+    with(json!(0), described("The mip, from 0, whose texels are meant.", &Mip::shape(&())))
+}
+
+pub fn definitions() -> Shape {
+    Shape::by_name(Shape::Schema(json!({ "type": ["string", "number", "boolean"] })))
+}
+
+pub fn constants() -> Shape {
+    Shape::by_name(either(&[json!({ "type": ["number", "boolean"] }), definition_of("from")]))
+}
+
+pub fn subgroup_sizes() -> Shape {
     let sizes: Vec<u32> = (0..=LARGEST_SUBGROUP.ilog2()).map(|log2| 1 << log2).collect();
-    table(
-        "One compute dispatch of one shader.",
-        &json!({
-            "name": text("Its name: needed."),
-            "shader": text("The shader, relative to shaders/: needed."),
-            "entry": with(json!("main"), text("The entry point.")),
-            "defines": {
-                "description": "Preprocessor definitions.",
-                "type": "object",
-                "additionalProperties": { "type": ["string", "number", "boolean"] },
-            },
-            "specialization": {
-                "description": "Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.",
-                "type": "object",
-                "additionalProperties": { "anyOf": [{ "type": ["number", "boolean"] }, definition_of("from")] },
-            },
-            "subgroup": {
-                "description": "Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left out.",
-                "enum": sizes,
-            },
-            "dispatch": dispatch(),
-            "bind": {
-                "description": "GLSL name = resource. `NAME@1` is the last frame of NAME.",
-                "type": "object",
-                "additionalProperties": definition_of("bind"),
-            },
-            "push": fills("The push constants: every member of the shader's block."),
-            "uniforms": {
-                "description": "Uniform blocks that raxel fills, by GLSL name.",
-                "type": "object",
-                "additionalProperties": definition_of("fills"),
-            },
-            "loop": text("The loop that repeats it; it runs once when left out."),
-            "when": when(),
-            "every": {
-                "description": "Runs at a rhythm of its own; in every frame when left out.",
-                "anyOf": [
-                    text("The clock that it runs by: once a tick, several times in a frame or not at all."),
-                    rhythm("So many times a second, at most once a frame.", "hz"),
-                    rhythm("Every so many frames.", "frames"),
-                    rhythm("Until nothing has changed for so long.", "still"),
-                ],
-            },
-            "before": text("Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph stays."),
-            "after": text("Over a graph that `extends` names: puts the pass after this one. A new pass goes to the end when left out, one of that graph stays."),
-            "remove": definition_of("remove"),
-        }),
-    )
-}
-
-fn dispatch() -> Value {
-    json!({
-        "description": "How many workgroups: [x, y, z], or as many as cover some threads. Needed.",
-        "anyOf": [
-            definition_of("counts"),
-            table("Threads.", &json!({
-                "threads": {
-                    "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, definition_of("counts")],
-                },
-                "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
-            })),
-            table("Workgroups.", &json!({
-                "groups": {
-                    "description": "Workgroups, or one for each texel or tile of a target. Needed in this form.",
-                    "anyOf": [{ "type": "string" }, definition_of("counts")],
-                },
-                "tile": with(json!([1, 1, 1]), counts("Texels of a workgroup.")),
-                "mip": with(json!(0), mip("The mip, from 0, whose texels are meant.")),
-            })),
-            table("Threads of a queue.", &json!({
-                "count": text("The buffer that holds the number of threads, one `uint`. raxel makes the workgroups of it; `rx_thread()` of `raxel/thread.glsl` is the index. Needed in this form."),
-                "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
-            })),
-            table("Workgroups read from a buffer.", &json!({
-                "indirect": text("The buffer: three `uint`s. Needed in this form."),
-                "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
-            })),
-        ],
-    })
-}
-
-fn bind() -> Value {
-    json!({ "anyOf": [text("The resource."), Bind::form().definition()] })
+    Shape::Schema(json!({ "enum": sizes }))
 }
 
 /// One form of a rhythm.
@@ -339,19 +234,7 @@ fn member() -> Value {
         "anyOf": [
             definition_of("from"),
             definition_of("literal"),
-            table("A member with its type, checked against the shader.", &json!({
-                "type": {
-                    "description": "Its type; an array as `vec4[8]`. Needed in this form.",
-                    "anyOf": [
-                        words("", ValueType::words()),
-                        { "type": "string", "pattern": format!("^({})\\[[0-9]+\\]$", ValueType::words().collect::<Vec<_>>().join("|")) },
-                    ],
-                },
-                "from": definition_of("from"),
-                "value": definition_of("literal"),
-                "offset": integer("Its offset in bytes; it is not checked when left out.", 0, u32::MAX.into()),
-                "remove": definition_of("remove"),
-            })),
+            Member::form().definition(),
             definition_of("fills"),
         ],
     })
@@ -380,14 +263,12 @@ pub fn facts_of_worlds() -> Shape {
     Shape::Schema(json!({ "enum": words }))
 }
 
-fn when() -> Value {
+/// What `when` can be.
+pub fn conditions() -> Shape {
     let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
-    json!({
-        "description": "Runs only while this holds; `!` negates. Always when left out.",
-        "anyOf": [
-            { "enum": facts },
-            { "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." },
-            { "const": "always", "description": "Takes the condition of the base away." },
-        ],
-    })
+    either(&[
+        json!({ "enum": facts }),
+        json!({ "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." }),
+        json!({ "const": "always", "description": "Takes the condition of the base away." }),
+    ])
 }

@@ -1,6 +1,7 @@
 //! Keys as data: what schemas, reference pages, completion and hover texts are made from.
 
 use std::fmt;
+use std::ops::{Bound, RangeBounds};
 
 use serde_json::Value;
 
@@ -61,15 +62,32 @@ pub enum Shape {
     Array {
         /// What each element is.
         of: Box<Shape>,
-        /// How many there are, if always as many.
-        count: Option<usize>,
+        /// The smallest number of elements, if it is told.
+        least: Option<usize>,
+        /// The largest number of elements, if it is told.
+        most: Option<usize>,
     },
     /// A table.
     Table(Form),
-    /// A table of tables that the author names.
-    ByName(Form),
+    /// A table of values that the author names.
+    ByName(Box<Shape>),
+    /// One of several.
+    Either(Vec<Shape>),
     /// What none of the others can say, as a JSON schema.
     Schema(Value),
+}
+
+impl Shape {
+    /// An array of that many elements.
+    pub fn array(of: Shape, counts: impl RangeBounds<usize>) -> Self {
+        let told = |bound: Bound<&usize>| if let Bound::Included(count) = bound { Some(*count) } else { None };
+        Self::Array { of: Box::new(of), least: told(counts.start_bound()), most: told(counts.end_bound()) }
+    }
+
+    /// Values that the author names.
+    pub fn by_name(of: Shape) -> Self {
+        Self::ByName(Box::new(of))
+    }
 }
 
 impl Form {
@@ -110,10 +128,16 @@ impl fmt::Display for Shape {
             }
             Shape::Words(words) => write!(f, "{}", words.join(" or ")),
             Shape::Word(word) => write!(f, "{word}"),
-            Shape::Array { of, count: Some(count) } => write!(f, "array of {count} ({of})"),
-            Shape::Array { of, count: None } => write!(f, "array ({of})"),
+            Shape::Array { of, least: Some(least), most: Some(most) } if least == most => {
+                write!(f, "array of {least} ({of})")
+            }
+            Shape::Array { of, .. } => write!(f, "array ({of})"),
             Shape::Table(_) => write!(f, "table"),
-            Shape::ByName(_) => write!(f, "tables by name"),
+            Shape::ByName(of) => write!(f, "by name ({of})"),
+            Shape::Either(shapes) => {
+                let shapes: Vec<String> = shapes.iter().map(Shape::to_string).collect();
+                write!(f, "{}", shapes.join(", or "))
+            }
             Shape::Schema(_) => write!(f, "value"),
         }
     }

@@ -68,6 +68,14 @@ pub fn replace<T>(below: &mut Option<T>, above: Option<T>) {
     }
 }
 
+/// Lays a table over that of the base.
+pub fn cover<T: Layer>(below: &mut Option<T>, above: Option<T>, found: &mut Vec<Diagnostic>) {
+    match (below, above) {
+        (Some(below), Some(above)) => below.cover(above, found),
+        (below, above) => replace(below, above),
+    }
+}
+
 /// The diagnostic for a name that the base does not have.
 pub fn unknown<'n>(what: &str, code: Code, name: &Spanned<String>, known: impl Iterator<Item = &'n str>) -> Diagnostic {
     let diagnostic = Diagnostic::error(code, format!("the base has no {what} `{}`", name.value))

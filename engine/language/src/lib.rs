@@ -56,6 +56,8 @@
 //! | `excludes("a", "b", why = "…")` | keys that cannot stand beside this one |
 //! | `flatten` | the keys of another declaration, in the same table |
 //! | `entry`, `span` | the name of the table, where the author gives it; its place |
+//! | `name` | of a layer: the key that says its name, as in `[[passes]]` |
+//! | `cover` | of a layer: what is laid over its equal below, and does not replace it |
 //! | `skip` | no key |
 //!
 //! | of a type | |
@@ -63,14 +65,16 @@
 //! | `context = Clock` | what functions of the declaration are given besides: `read` and `check` get a reference to it as well |
 //! | `check = function(a, b)` | a function of the [`Table`] and of fields, called if these are right; `false` refuses the table. A layer gives the fields as they are |
 //! | `into = Edit` | the type that the table becomes, by [`From`] |
-//! | `layer("param", unknown = CODE)` | tables that are laid over equal ones: fields are `Option`s, and one each is `entry`, `remove` and `flawed` |
+//! | `layer("param", unknown = CODE)` | tables that are laid over equal ones: fields are `Option`s, which replace each other, or `Vec`s of layers, which are merged. One each is `entry` or `name`, `remove` and `flawed` |
 //! | `layer("binding", unknown = CODE, whole)` | the same, but a table replaces its equal as a whole; it has no `flawed` |
+//! | `layer` | a whole file that is laid over another by its own method `cover` |
 //! | `over = function` | a function of the layer below and the one above, called before keys of the one replace those of the other |
+//! | `added = function` | a function of a layer that the base has no equal of, and of the diagnostics |
 //! | `tag = "op"` | of an enum: the key whose word says which variant the table is |
 //!
 //! The variants of an enum without fields are words; `rename` gives one another word. Of an enum with fields each variant is a form of one
-//! table. Without a `tag`, a variant with `key = "pass"` is meant where that key is there, and the last one otherwise; `excludes = "…"`
-//! says why the other forms' keys cannot stand beside it.
+//! table; `Name(Type)` is a form with the keys of another declaration. Without a `tag`, a variant with `key = "pass"` is meant where that
+//! key is there, and the last one otherwise; `excludes = "…"` says why the other forms' keys cannot stand beside it.
 //!
 //! # What does not compile
 //!

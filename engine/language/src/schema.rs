@@ -16,19 +16,22 @@ impl Form {
 
     /// The schema of the table, which says what the table is.
     pub fn definition(&self) -> Value {
-        let mut schema = self.schema();
-        schema["description"] = json!(self.about);
-        schema
+        described(self.about, self.schema())
     }
 
-    /// The schema of the table; of one with several forms, of each.
-    fn schema(&self) -> Value {
+    /// The schema of the table; of one with several forms, of each, which says what the form is.
+    pub fn schema(&self) -> Value {
         if self.forms.is_empty() {
             return table(self.keys.iter());
         }
-        let forms: Vec<Value> = self.forms.iter().map(|form| table(self.keys.iter().chain(&form.keys))).collect();
-        json!({ "oneOf": forms })
+        let form = |form: &Form| described(form.about, table(self.keys.iter().chain(&form.keys)));
+        json!({ "oneOf": self.forms.iter().map(form).collect::<Vec<_>>() })
     }
+}
+
+fn described(about: &str, mut schema: Value) -> Value {
+    schema["description"] = json!(about);
+    schema
 }
 
 fn table<'k>(keys: impl Iterator<Item = &'k Key> + Clone) -> Value {
@@ -67,12 +70,18 @@ impl Shape {
             Shape::Number { least, most } => ranged("number", least.map(number), most.map(number)),
             Shape::Words(words) => json!({ "type": "string", "enum": words }),
             Shape::Word(word) => json!({ "const": word }),
-            Shape::Array { of, count: None } => json!({ "type": "array", "items": of.schema() }),
-            Shape::Array { of, count: Some(count) } => {
-                json!({ "type": "array", "items": of.schema(), "minItems": count, "maxItems": count })
+            Shape::Array { of, least, most } => {
+                let mut schema = json!({ "type": "array", "items": of.schema() });
+                for (name, count) in [("minItems", least), ("maxItems", most)] {
+                    if let Some(count) = count {
+                        schema[name] = json!(count);
+                    }
+                }
+                schema
             }
             Shape::Table(form) => form.schema(),
-            Shape::ByName(form) => json!({ "type": "object", "additionalProperties": form.schema() }),
+            Shape::ByName(of) => json!({ "type": "object", "additionalProperties": of.schema() }),
+            Shape::Either(shapes) => json!({ "oneOf": shapes.iter().map(Shape::schema).collect::<Vec<_>>() }),
             Shape::Schema(schema) => schema.clone(),
         }
     }

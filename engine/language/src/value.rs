@@ -28,6 +28,20 @@ pub trait Describe: Sized {
     }
 }
 
+/// Says of types what their values are, where a reader is written by hand: `Color => Shape::Text;`.
+#[macro_export]
+macro_rules! describe {
+    ($($value:ty => $shape:expr;)*) => {$(
+        impl $crate::Describe for $value {
+            type Limits = ();
+
+            fn shape((): &()) -> $crate::Shape {
+                $shape
+            }
+        }
+    )*};
+}
+
 /// A type that can be read. `C` is what reading needs to know besides the text.
 pub trait Value<C: ?Sized = ()>: Describe {
     /// Reads a value. Reports everything that is wrong with it, and then gives `None`.
@@ -90,7 +104,7 @@ impl<T: Keys> Describe for ByName<T> {
     type Limits = ();
 
     fn shape((): &()) -> Shape {
-        Shape::ByName(T::form())
+        Shape::by_name(Shape::Table(T::form()))
     }
 
     fn absent() -> Option<Self> {
@@ -156,7 +170,7 @@ impl<const N: usize> Describe for [f64; N] {
     type Limits = Limits<f64>;
 
     fn shape(limits: &Self::Limits) -> Shape {
-        Shape::Array { of: Box::new(f64::shape(limits)), count: Some(N) }
+        Shape::array(f64::shape(limits), N..=N)
     }
 
     fn written(&self) -> Json {
@@ -204,7 +218,7 @@ macro_rules! integers {
             type Limits = Limits<$integer>;
 
             fn shape(limits: &Self::Limits) -> Shape {
-                Shape::Array { of: Box::new(<$integer>::shape(limits)), count: Some(N) }
+                Shape::array(<$integer>::shape(limits), N..=N)
             }
 
             fn written(&self) -> Json {
@@ -220,7 +234,7 @@ macro_rules! integers {
     )*};
 }
 
-integers!(u8, i32, u32, i64, u64);
+integers!(u8, i32, u32, i64, u64, usize);
 
 impl Describe for bool {
     type Limits = ();
@@ -305,7 +319,7 @@ impl<T: Describe> Describe for Vec<T> {
     type Limits = T::Limits;
 
     fn shape(limits: &Self::Limits) -> Shape {
-        Shape::Array { of: Box::new(T::shape(limits)), count: None }
+        Shape::array(T::shape(limits), ..)
     }
 
     fn absent() -> Option<Self> {

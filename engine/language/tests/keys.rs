@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::table::read_document;
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
-use raxel_language::{ByName, Describe, Keys, Layer, Node, ReadKeys, Shape, Spanned, Table, Value, layer};
+use raxel_language::{ByName, Describe, Keys, Layer, Named, Node, ReadKeys, Shape, Spanned, Table, Value, layer};
 use serde_json::json;
 
 fn read<T: ReadKeys>(text: &str) -> Result<T, Vec<Diagnostic>> {
@@ -172,16 +172,17 @@ fn everything_wrong_is_reported_at_once() {
 fn the_schema_follows_from_the_declaration() {
     let number = |about: &str| json!({ "description": about, "type": "number", "minimum": -100, "maximum": 100 });
     let table = |needed: &[&str], properties: serde_json::Value| json!({ "type": "object", "additionalProperties": false, "required": needed, "properties": properties });
-    let lamps = json!([
-        table(
-            &["kind", "length"],
-            json!({
-                "kind": { "description": "Hangs.", "const": "hanging" },
-                "length": { "description": "Of the cable.", "type": "integer" },
-            })
-        ),
-        table(&["kind"], json!({ "kind": { "description": "Stands.", "const": "standing" } })),
-    ]);
+    let mut hanging = table(
+        &["kind", "length"],
+        json!({
+            "kind": { "description": "Hangs.", "const": "hanging" },
+            "length": { "description": "Of the cable.", "type": "integer" },
+        }),
+    );
+    hanging["description"] = json!("Hangs.");
+    let mut standing = table(&["kind"], json!({ "kind": { "description": "Stands.", "const": "standing" } }));
+    standing["description"] = json!("Stands.");
+    let lamps = json!([hanging, standing]);
     let door = table(&["width"], json!({ "width": { "description": "How wide it is.", "type": "number" } }));
     let expected = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -234,12 +235,64 @@ fn keys_are_listed_with_all_that_is_known_of_them() {
             "use: living_room or bath, \"living_room\" by default. What is made here.",
             "even: integer in 0…8. Even numbers.",
             "lamps: array (table). Lamps.",
-            "doors: tables by name. Doors, by name.",
+            "doors: by name (table). Doors, by name.",
             "wood: integer. Logs a day.",
             "warm: number. Of the water.",
             "cold: true or false. There is none.",
         ]
     );
+}
+
+/// A place in a room of so many dimensions.
+#[derive(Debug, PartialEq, Keys)]
+#[keys(check = short(at))]
+struct At<const N: usize> {
+    /// Steps along each axis.
+    #[keys(range = 0..=9)]
+    at: [u32; N],
+}
+
+fn short<const N: usize>(table: &Table<'_, '_>, at: &[u32; N]) -> bool {
+    let right = at.iter().sum::<u32>() < 10;
+    if !right && let Some(node) = table.get("at") {
+        node.bad_value::<()>("there is a wall");
+    }
+    right
+}
+
+/// Where something stands.
+#[derive(Debug, PartialEq, Keys)]
+#[keys(tag = "in")]
+enum Stand {
+    /// On the floor.
+    Floor(At<2>),
+    /// In the air.
+    Air(At<3>),
+}
+
+#[test]
+fn a_form_can_be_another_declaration_for_a_number_of_dimensions() {
+    assert_eq!(read("in = 'floor'\nat = [1, 2]"), Ok(Stand::Floor(At { at: [1, 2] })));
+    assert_eq!(read("in = 'air'\nat = [1, 2, 3]"), Ok(Stand::Air(At { at: [1, 2, 3] })));
+    assert_eq!(messages::<Stand>("in = 'floor'\nat = [1, 2, 3]"), ["`at` needs 2 integers, not 3"]);
+    assert_eq!(
+        messages::<Stand>("in = 'air'\nat = [9, 9, 9]\nzzzz = 1"),
+        ["there is a wall", "the file has no key `zzzz`"]
+    );
+    let forms = Stand::form().forms;
+    assert_eq!(
+        (forms[1].about, forms[1].keys[1].to_string()),
+        ("In the air.", "at: array of 3 (integer in 0…9), needed. Steps along each axis.".to_owned())
+    );
+}
+
+#[test]
+fn shapes_say_how_many_and_which() {
+    let some = Shape::array(Shape::Text, 1..);
+    let either = Shape::Either(vec![Shape::Text, Shape::array(Shape::Text, 1..=4)]);
+    assert_eq!(some.schema(), json!({ "type": "array", "items": { "type": "string" }, "minItems": 1 }));
+    assert_eq!(either.schema()["oneOf"][1]["maxItems"], 4);
+    assert_eq!(either.to_string(), "text, or array (text)");
 }
 
 /// A slider.
@@ -359,6 +412,125 @@ fn a_whole_layer_replaces_its_equal() {
     layer::merge(&mut below, above, &mut found);
     assert_eq!((below.len(), &below[0].name.value[..], found.len()), (1, "a", 0));
     assert_eq!((below[0].pins, below[0].color.as_deref()), (None, Some("blue")), "pins of the base are gone");
+}
+
+/// A board, which says its name itself, with sliders on it.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("board", unknown = codes::graph::UNKNOWN_PASS), added = stays)]
+struct Board {
+    /// Its name.
+    #[keys(name, rename = "title")]
+    name: Spanned<String>,
+    /// Takes it away.
+    #[keys(remove)]
+    remove: bool,
+    #[keys(flawed)]
+    flawed: bool,
+    /// How wide it is.
+    width: Option<f64>,
+    /// What is on it.
+    #[keys(read = by_name, shape = Shape::by_name(Shape::Table(Slider::form())))]
+    sliders: Vec<Slider>,
+    /// The large one.
+    #[keys(cover, read = large, shape = Shape::Table(Slider::form()))]
+    large: Option<Slider>,
+}
+
+fn by_name(node: &Node<'_, '_>) -> Option<Vec<Slider>> {
+    ByName::read(node, &(), &()).map(|sliders: ByName<Slider>| sliders.0)
+}
+
+fn large(node: &Node<'_, '_>) -> Option<Slider> {
+    Named::read_named(Spanned::new("large".to_owned(), node.key_span.clone()), &node.table()?, &())
+}
+
+fn stays(board: &Board, found: &mut Vec<Diagnostic>) {
+    let removed = board.sliders.iter().filter(|slider| slider.remove);
+    found.extend(removed.map(|slider| layer::unknown(Slider::WHAT, Slider::UNKNOWN, &slider.name, [].into_iter())));
+}
+
+#[test]
+fn layers_have_layers_in_them() {
+    let read = |text: &str| {
+        let mut boards = Vec::new();
+        let found = read_document("f.toml", text, &mut SourceMap::default(), |root| {
+            boards = root.get("b")?.array()?.iter().filter_map(|node| Board::read(node, &(), &())).collect();
+            Some(())
+        });
+        let found = found.map_or_else(|found| found, |((), found)| found);
+        (boards, found.into_iter().map(|found| found.message).collect::<Vec<_>>())
+    };
+    let (mut below, found) =
+        read("[[b]]\ntitle = 'a'\nwidth = 1\nlarge.label = 'l'\n[b.sliders.x]\nvalue = 1\n[[b]]\ntitle = 'b'\n");
+    assert_eq!(found, [""; 0]);
+    let (above, found) = read(
+        "[[b]]\ntitle = 'a'\nlarge.value = 2\n[b.sliders.x]\nlabel = 'x'\n[b.sliders.y]\n\
+         [[b]]\ntitle = 'b'\nremove = true\n[[b]]\ntitle = 'c'\nsliders.z.remove = true\n",
+    );
+    assert_eq!(found, [""; 0]);
+    let mut found = Vec::new();
+    layer::merge(&mut below, above, &mut found);
+    let names: Vec<_> = below.iter().map(|board| board.name.value.as_str()).collect();
+    assert_eq!((names, below[0].width), (vec!["a", "c"], Some(1.0)));
+    let x = &below[0].sliders[0];
+    assert_eq!(
+        (x.value, x.label.as_ref().map(|label| &label.value[..]), below[0].sliders.len()),
+        (Some(1.0), Some("x"), 2)
+    );
+    let large = below[0].large.as_ref().expect("it is there in both");
+    assert_eq!((large.value, large.label.as_ref().map(|label| &label.value[..])), (Some(2.0), Some("l")));
+    let found: Vec<_> = found.iter().map(|found| found.message.as_str()).collect();
+    assert_eq!(found, ["the base has no slider `z`"], "a board that is new has nothing to remove");
+    assert!(read("[[b]]\n").0[0].flawed, "it has no name");
+    let (flawed, found) = read("[[b]]\nwidth = 'w'\n[[b]]\ntitle = 'd'\nremove = true\nwidth = 1\n");
+    assert_eq!(
+        found,
+        [
+            "`b[0]` needs the key `title`",
+            "`b[0].width` needs a number, not a string",
+            "`width` and `remove` exclude each other: what is removed has no `width`",
+        ]
+    );
+    assert!(flawed[0].name.value.is_empty() && flawed.iter().all(|board| board.flawed));
+    let form = Board::form();
+    assert!(form.keys[0].needed && form.keys[0].name == "title" && !form.keys[1].needed);
+}
+
+/// A whole file.
+#[derive(Debug, Keys)]
+#[keys(layer)]
+struct Desk {
+    #[keys(skip)]
+    opened: usize,
+    /// Who sits at it.
+    owner: Option<String>,
+    /// How wide it is.
+    #[keys(range = 0.0..=9.0)]
+    width: Option<f64>,
+    /// What is on it.
+    #[keys(read = by_name, shape = Shape::by_name(Shape::Table(Slider::form())))]
+    sliders: Vec<Slider>,
+}
+
+#[test]
+fn a_whole_file_is_laid_over_another() {
+    let mut below: Desk = read("owner = 'a'\nwidth = 1\n[sliders.x]\nvalue = 1\n").unwrap();
+    let above: Desk = read("owner = 'b'\n[sliders.x]\nlabel = 'x'\n[sliders.y]\n").unwrap();
+    below.opened = 3;
+    let mut found = Vec::new();
+    below.cover(above, &mut found);
+    assert_eq!((below.owner.as_deref(), below.width, below.sliders.len()), (Some("b"), Some(1.0), 2));
+    assert_eq!((below.sliders[0].value, below.opened, found.len()), (Some(1.0), 3, 0));
+    assert_eq!(
+        messages::<Desk>("owner = 1\nwidth = 10\nsliders = 2\nowwner = 3"),
+        [
+            "`owner` needs a string, not an integer",
+            "`width` is 10; it must be in 0…9",
+            "`sliders` needs a table, not an integer",
+            "the file has no key `owwner`",
+        ]
+    );
+    assert!(Desk::form().keys.iter().all(|key| !key.needed), "the other file may have it");
 }
 
 /// Seconds, as long as a film lasts.

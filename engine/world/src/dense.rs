@@ -1,5 +1,6 @@
 //! A chunk being built: every voxel has its place, and operations work on whole 4³ blocks through masks.
 
+use raxel_language::Keys;
 use serde::{Deserialize, Serialize};
 
 use crate::chunk::{BLOCKS, Bits, CHUNK_VOXELS, Chunk, voxel_index};
@@ -12,7 +13,7 @@ pub struct DenseChunk {
 }
 
 /// What an operation does with the voxels it covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Keys)]
 pub enum Mode {
     /// Sets them to its material.
     Add,

@@ -2,9 +2,11 @@
 
 use std::ops::RangeInclusive;
 
-use raxel_diagnostics::table::{Node, Table};
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::table::Table;
+use raxel_diagnostics::{Diagnostic, Spanned, codes};
+use raxel_language::{Keys, Shape};
 use serde::Serialize;
+use serde_json::json;
 
 /// Where a camera starts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -38,40 +40,71 @@ pub const CAMERA_COORDINATES: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483
 /// Vertical fields of view that a camera may have, in degrees.
 pub const CAMERA_FOV: RangeInclusive<f64> = 1.0..=179.0;
 
-/// A name that `--camera` can tell from a position.
-pub(super) fn name(name: String, node: &Node<'_, '_>) -> Option<String> {
-    let inner = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(inner) {
-        return Some(name);
-    }
-    node.reporter().report(
-        Diagnostic::error(codes::files::BAD_VALUE, format!("a camera cannot be called `{name}`"))
-            .label(node.key_span.clone(), "")
-            .help("a letter or _, then letters, digits, _ and -"),
-    );
-    None
+/// Where to look from.
+#[derive(Keys)]
+#[keys(into = CameraHint, check = elsewhere(position, look_at))]
+pub(super) struct Camera {
+    /// Where it starts, in voxels; Y is up.
+    #[keys(range = CAMERA_COORDINATES)]
+    position: [f64; 3],
+    /// The place that it looks at, in voxels; instead of yaw and pitch.
+    #[keys(range = CAMERA_COORDINATES, excludes("yaw", "pitch", why = "a camera looks at a place or along a direction"))]
+    look_at: Option<[f64; 3]>,
+    /// Turn to the left in degrees; 0 looks along −Z.
+    #[keys(range = -360.0..=360.0, default = 0.0)]
+    yaw: f64,
+    /// Tilt upwards in degrees.
+    #[keys(range = -90.0..=90.0, default = 0.0)]
+    pitch: f64,
+    /// Vertical field of view in degrees, 1 to 179.
+    #[keys(range = CAMERA_FOV, told = 60)]
+    fov: Option<f64>,
 }
 
-pub(super) fn read(table: &Table<'_, '_>) -> Option<CameraHint> {
-    let position = table.need("position").and_then(|node| node.numbers::<3>(CAMERA_COORDINATES));
-    let fov = table.get("fov").and_then(|node| node.number(CAMERA_FOV));
-    let look_at = table.get("look_at").map(|node| {
-        let place = node.numbers::<3>(CAMERA_COORDINATES)?;
-        if position == Some(place) {
-            return node.bad_value(format!("`{}` is where the camera is: it has no direction", node.name));
-        }
-        Some(place)
-    });
-    let yaw = table.get("yaw").and_then(|node| node.number(-360.0..=360.0));
-    let pitch = table.get("pitch").and_then(|node| node.number(-90.0..=90.0));
-    let why = "a camera looks at a place or along a direction";
-    if !table.conflict("look_at", "yaw", why) {
-        table.conflict("look_at", "pitch", why);
+/// A camera that is found by its name.
+#[derive(Keys)]
+#[keys(check = tellable(name))]
+pub(super) struct NamedCamera {
+    #[keys(entry)]
+    pub(super) name: Spanned<String>,
+    #[keys(flatten)]
+    pub(super) camera: Camera,
+}
+
+impl From<Camera> for CameraHint {
+    fn from(Camera { position, look_at, yaw, pitch, fov }: Camera) -> Self {
+        Self { position, aim: look_at.map_or(Aim::Angles { yaw, pitch }, Aim::LookAt), fov }
     }
-    table.finish();
-    let aim = match look_at {
-        Some(place) => Aim::LookAt(place?),
-        None => Aim::Angles { yaw: yaw.unwrap_or(0.0), pitch: pitch.unwrap_or(0.0) },
-    };
-    Some(CameraHint { position: position?, aim, fov })
+}
+
+/// The table of [`NamedCamera`]s.
+pub(super) fn named() -> Shape {
+    Shape::Schema(json!({
+        "type": "object",
+        "propertyNames": { "pattern": "^[A-Za-z_][A-Za-z0-9_-]*$" },
+        "additionalProperties": Camera::form().definition(),
+    }))
+}
+
+fn elsewhere(table: &Table<'_, '_>, position: &[f64; 3], look_at: Option<&[f64; 3]>) -> bool {
+    let right = look_at != Some(position);
+    if !right && let Some(node) = table.get("look_at") {
+        node.bad_value::<()>(format!("`{}` is where the camera is: it has no direction", node.name));
+    }
+    right
+}
+
+/// A name that `--camera` can tell from a position.
+fn tellable(table: &Table<'_, '_>, name: &Spanned<String>) -> bool {
+    let Spanned { value: name, span } = name;
+    let inner = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let right = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && name.chars().all(inner);
+    if !right {
+        table.reporter().report(
+            Diagnostic::error(codes::files::BAD_VALUE, format!("a camera cannot be called `{name}`"))
+                .label(span.clone(), "")
+                .help("a letter or _, then letters, digits, _ and -"),
+        );
+    }
+    right
 }

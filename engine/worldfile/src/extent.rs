@@ -4,61 +4,68 @@ use std::ops::RangeInclusive;
 
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_language::Keys;
 use raxel_world::Bounds;
 
 /// Smallest and one past the largest voxel coordinate.
-pub(super) const CELLS: RangeInclusive<i64> = -(1 << 31)..=1 << 31;
+pub const CELLS: RangeInclusive<i64> = -(1 << 31)..=1 << 31;
 
-/// The same for positions.
-pub(super) const POSITIONS: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
+/// The same for positions, in voxels.
+pub const POSITIONS: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
 /// Where operations without bounds end: there are 2³¹ voxels of them along each axis.
 const ENDLESS: i64 = 1 << 30;
 
-/// As [`read`]; without any bounds, everything, if the world is streamed.
-pub(super) fn read_endless(table: &Table<'_, '_>, streamed: bool) -> Option<([i64; 2], [i64; 2])> {
-    let bounded = ["min", "max", "size", "center"].into_iter().filter(|key| table.get(key).is_some()).count() > 0;
-    if bounded || !streamed { read(table) } else { Some(([-ENDLESS; 2], [ENDLESS; 2])) }
+/// A half-open box, by two of its keys.
+#[derive(Keys)]
+pub(super) struct Extent<const N: usize> {
+    /// The smallest voxel; with `max` or `size`, instead of `center`.
+    #[keys(range = CELLS)]
+    min: Option<[i64; N]>,
+    /// One past the largest voxel; with `min`, instead of `size`.
+    #[keys(range = CELLS)]
+    max: Option<[i64; N]>,
+    /// Voxels along each axis; with `min` or `center`, instead of `max`.
+    #[keys(range = 1..=1 << 32)]
+    size: Option<[i64; N]>,
+    /// The middle, in voxels; with `size`, instead of `min`.
+    #[keys(range = CELLS)]
+    center: Option<[i64; N]>,
 }
 
-/// A half-open box as `min` + `max`, `min` + `size` or `center` + `size`.
-pub(super) fn read<const N: usize>(table: &Table<'_, '_>) -> Option<([i64; N], [i64; N])> {
-    let nodes = ["min", "max", "size", "center"].map(|key| table.get(key));
-    let given = nodes.each_ref().map(Option::is_some);
-    let [min, max, size, center] = nodes;
-    let whole = |node: Option<raxel_diagnostics::table::Node<'_, '_>>, range| node?.integers::<_, N>(range);
-    let extent = match given {
-        [true, true, false, false] => (whole(min, CELLS), whole(max.clone(), CELLS)),
-        [true, false, true, false] => {
-            let (min, size) = (whole(min, CELLS), whole(size, 1..=1 << 32));
-            (min, min.zip(size).map(|(min, size)| std::array::from_fn(|i| min[i] + size[i])))
-        }
-        [false, false, true, true] => {
-            let (center, size) = (whole(center, CELLS), whole(size, 1..=1 << 32));
-            let min = center.zip(size).map(|(center, size)| std::array::from_fn(|i| center[i] - size[i] / 2));
-            (min, min.zip(size).map(|(min, size): ([i64; N], _)| std::array::from_fn(|i| min[i] + size[i])))
-        }
-        _ => {
-            table.reporter().report(
-                Diagnostic::error(codes::world::EXTENT, format!("`{}` has no clear extent", table.name()))
-                    .label(table.span().clone(), "")
-                    .help(
-                        "give `min` and `max` (one past the last voxel), or `min` and `size`, or `center` and `size`",
-                    ),
-            );
+impl<const N: usize> Extent<N> {
+    /// The smallest voxel and one past the largest. Without a key it is everything, if that is allowed.
+    pub(super) fn corners(&self, table: &Table<'_, '_>, endless: bool) -> Option<([i64; N], [i64; N])> {
+        let plus = |min: [i64; N], size: [i64; N]| std::array::from_fn(|i| min[i] + size[i]);
+        let (low, high) = match (self.min, self.max, self.size, self.center) {
+            (Some(min), Some(max), None, None) => (min, max),
+            (Some(min), None, Some(size), None) => (min, plus(min, size)),
+            (None, None, Some(size), Some(center)) => {
+                let min = std::array::from_fn(|i| center[i] - size[i] / 2);
+                (min, plus(min, size))
+            }
+            (None, None, None, None) if endless => ([-ENDLESS; N], [ENDLESS; N]),
+            _ => {
+                table.reporter().report(
+                    Diagnostic::error(codes::world::EXTENT, format!("`{}` has no clear extent", table.name()))
+                        .label(table.span().clone(), "")
+                        .help(
+                            "give `min` and `max` (one past the last voxel), or `min` and `size`, or `center` and `size`",
+                        ),
+                );
+                return None;
+            }
+        };
+        if (0..N).any(|i| low[i] >= high[i]) {
+            let message = format!("`{}` is empty: from {low:?} to {high:?}", table.name());
+            let report = Diagnostic::error(codes::world::EXTENT, message)
+                .label(table.get("max").map_or_else(|| table.span().clone(), |node| node.span), "")
+                .help("`max` is one past the last voxel, so it is larger than `min` in every component");
+            table.reporter().report(report);
             return None;
         }
-    };
-    let (Some(low), Some(high)) = extent else { return None };
-    if (0..N).any(|i| low[i] >= high[i]) {
-        let report =
-            Diagnostic::error(codes::world::EXTENT, format!("`{}` is empty: from {low:?} to {high:?}", table.name()))
-                .label(max.map_or_else(|| table.span().clone(), |node| node.span), "")
-                .help("`max` is one past the last voxel, so it is larger than `min` in every component");
-        table.reporter().report(report);
-        return None;
+        Some((low, high))
     }
-    Some((low, high))
 }
 
 /// Reports a box that leaves the range of voxel coordinates.

@@ -1,30 +1,128 @@
 //! `[[instances]]`: models that stand in the world without being part of its voxels.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_language::{Keys, ReadKeys, Shape};
 use raxel_layouts::instances::{
     Axis, COORDINATES, Instance, InstanceModel, Instances, MAX_INSTANCES, Motion, MotionKind, Pose,
 };
 
-use super::operations::{OperationReader, anchor, anchor_cell};
+use super::models::Model;
+use super::placing::Anchor;
+use super::reading::Reading;
 
-/// Words for [`Axis`].
-const AXES: &[(&str, Axis)] = &[("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)];
 /// Voxels that an instance's model may have along an axis.
 const MOST_VOXELS: i64 = 1 << 16;
+/// Numbers that a movement may have.
+const STEPS: RangeInclusive<f64> = -1.0e6..=1.0e6;
 
-/// Reads all of them; their materials join the palette.
-pub(super) fn read(root: &Table<'_, '_>, reader: &mut OperationReader) -> Instances {
+/// One of `[[instances]]`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>)]
+struct InstanceKeys {
+    /// What it is called; may be left out.
+    name: Option<String>,
+    /// One of [models].
+    model: Model,
+    /// Where the anchor's cell goes, in voxels; fractions are allowed.
+    #[keys(range = Pose::COORDINATES)]
+    position: [f64; 3],
+    /// Degrees to the left, seen from above, about the middle of the anchor's cell.
+    #[keys(range = -360.0..=360.0, default = 0.0)]
+    yaw: f64,
+    /// Degrees about its own X axis, before yaw.
+    #[keys(range = -360.0..=360.0, default = 0.0)]
+    pitch: f64,
+    /// Degrees about its own Z axis, before pitch.
+    #[keys(range = -360.0..=360.0, default = 0.0)]
+    roll: f64,
+    /// The middle of its lowest layer, its smallest corner, or the origin of its file.
+    #[keys(default = Anchor::Base)]
+    anchor: Anchor,
+    /// How many of them along x, y and z: a grid, numbered along x first.
+    #[keys(range = 1..=MAX_INSTANCES, default = [1; 3])]
+    count: [usize; 3],
+    /// Voxels from one to the next of them along x, y and z; all stand in one place when left out.
+    #[keys(range = STEPS, absent = [0.0; 3])]
+    step: [f64; 3],
+    /// Turned by a param, about an axis of the world.
+    turn: Option<Turn>,
+    /// Moved by a param, after it was turned.
+    slide: Option<Slide>,
+}
+
+/// `slide`.
+#[derive(Keys)]
+struct Slide {
+    /// A number among the params of the graph.
+    param: String,
+    /// Voxels for each 1 of its value.
+    #[keys(range = STEPS)]
+    along: [f64; 3],
+    /// The value, in units of the param, in graphs without that param; such graphs are refused when left out.
+    #[keys(range = STEPS)]
+    default: Option<f64>,
+}
+
+/// `turn`.
+#[derive(Keys)]
+struct Turn {
+    /// A number among the params of the graph: degrees to the left, seen from the end of the axis.
+    param: String,
+    /// An axis of the world.
+    #[keys(default = Axis::Y)]
+    axis: Axis,
+    /// A point on the axis, in voxels; the middle of its own anchor when left out.
+    #[keys(range = Pose::COORDINATES)]
+    about: Option<[f64; 3]>,
+    /// Goes around the axis without being turned itself.
+    #[keys(default = false)]
+    upright: bool,
+    /// The value, in units of the param, in graphs without that param; such graphs are refused when left out.
+    #[keys(range = STEPS)]
+    default: Option<f64>,
+}
+
+impl From<Slide> for Motion {
+    fn from(Slide { param, along, default }: Slide) -> Self {
+        Self { param, default, kind: MotionKind::Slide(along) }
+    }
+}
+
+impl From<Turn> for Motion {
+    fn from(Turn { param, axis, about, upright, default }: Turn) -> Self {
+        Self { param, default, kind: MotionKind::Rotation { axis, about, upright } }
+    }
+}
+
+/// What `[[instances]]` is.
+pub(super) fn declared() -> Shape {
+    Shape::array(Shape::Table(InstanceKeys::form()), ..=MAX_INSTANCES)
+}
+
+/// Reads `[[instances]]`; their materials join the palette.
+pub(super) fn read(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Instances> {
     let mut instances = Instances::default();
     let mut names = BTreeSet::new();
-    for table in &root.array_of_tables("instances") {
-        let Some(read) = read_one(table, reader, &mut names, &mut instances.models) else { continue };
+    for table in node.array()?.iter().filter_map(Node::table) {
+        let keys = InstanceKeys::read_whole(&table, reading);
+        if let Some(name) = table.peek("name", Node::string)
+            && let Some(node) = table.get("name").filter(|_| !names.insert(name.clone()))
+        {
+            table.reporter().report(
+                Diagnostic::error(codes::world::INSTANCE_NAME, format!("two instances are called `{name}`"))
+                    .label(node.span, "the second one")
+                    .help("give it another name, or none"),
+            );
+        }
+        let Some(read) = keys.and_then(|keys| keys.grid(&table, &mut instances.models)) else { continue };
         let wanted = instances.list.len() + read.count();
         if wanted > MAX_INSTANCES {
-            root.reporter().report(
+            table.reporter().report(
                 Diagnostic::error(
                     codes::world::TOO_MANY_INSTANCES,
                     format!("the world has {wanted} instances or more; at most {MAX_INSTANCES} are allowed"),
@@ -36,7 +134,7 @@ pub(super) fn read(root: &Table<'_, '_>, reader: &mut OperationReader) -> Instan
         }
         instances.list.extend(read.all());
     }
-    instances
+    Some(instances)
 }
 
 /// What one table of the file declares: instances of one model in a grid.
@@ -68,89 +166,31 @@ impl Grid {
     }
 }
 
-fn read_one(
-    table: &Table<'_, '_>,
-    reader: &mut OperationReader,
-    names: &mut BTreeSet<String>,
-    models: &mut Vec<InstanceModel>,
-) -> Option<Grid> {
-    let name = table.string("name");
-    let model = table.need("model").and_then(|node| reader.model(&node));
-    let position = table.need("position").and_then(|node| node.numbers::<3>(Pose::COORDINATES));
-    let degrees = |key: &str| table.get(key).map_or(Some(0.0), |node| node.number(-360.0..=360.0));
-    let (yaw, pitch, roll) = (degrees("yaw"), degrees("pitch"), degrees("roll"));
-    let about = anchor(table);
-    let counts = table.get("count").map_or(Some([1; 3]), |node| node.integers(1..=MAX_INSTANCES));
-    let step = table.get("step").map_or(Some([0.0; 3]), |node| node.numbers::<3>(-1.0e6..=1.0e6));
-    let slide = table.get("slide").map(|node| read_slide(&node));
-    let turn = table.get("turn").map(|node| read_turn(&node));
-    table.finish();
-    if let Some((name, place)) = &name
-        && !names.insert(name.clone())
-    {
-        table.reporter().report(
-            Diagnostic::error(codes::world::INSTANCE_NAME, format!("two instances are called `{name}`"))
-                .label(place.clone(), "the second one")
-                .help("give it another name, or none"),
-        );
-    }
-    let model = model?;
-    let anchor = anchor_cell(about?, &model.voxels);
-    let pose = Pose::new(position?, [yaw?, pitch?, roll?]);
-    let motions = [turn, slide].into_iter().flatten().collect::<Option<Vec<_>>>()?;
-    let shown = InstanceModel { voxels: model.voxels, materials: model.materials };
-    let name = name.map(|(name, _)| name);
-    let mut grid = Grid { first: Instance { name, model: 0, anchor, pose, motions }, counts: counts?, step: step? };
-    let (size, last) = (shown.size(), grid.position(grid.counts.map(|count| count - 1)));
-    let reach = shown.reach(pose.position).max(shown.reach(last));
-    if size > MOST_VOXELS || reach > COORDINATES as f64 {
-        let why = if size > MOST_VOXELS {
-            format!("the model reaches {size} voxels from its origin; that of an instance at most {MOST_VOXELS}")
-        } else {
-            format!("an instance reaches {reach:.0} voxels from the origin of the world, at most {COORDINATES}")
-        };
-        let error = Diagnostic::error(codes::world::INSTANCE_RANGE, why);
-        table.reporter().report(error.label(table.span().clone(), "this instance"));
-        return None;
-    }
-    let known = models.iter().position(|known| Arc::ptr_eq(&known.materials, &shown.materials));
-    grid.first.model = known.unwrap_or_else(|| {
-        models.push(shown);
-        models.len() - 1
-    });
-    Some(grid)
-}
-
-fn read_slide(node: &Node<'_, '_>) -> Option<Motion> {
-    let table = node.table()?;
-    let along = table.need("along").and_then(|node| node.numbers::<3>(-1.0e6..=1.0e6));
-    let by = read_param(&table);
-    table.finish();
-    let (param, default) = by?;
-    Some(Motion { param, default, kind: MotionKind::Slide(along?) })
-}
-
-fn read_turn(node: &Node<'_, '_>) -> Option<Motion> {
-    let table = node.table()?;
-    let axis = table.get("axis").map_or(Some(Axis::Y), |node| node.word(AXES));
-    let about = match table.get("about") {
-        Some(node) => node.numbers::<3>(Pose::COORDINATES).map(Some),
-        None => Some(None),
-    };
-    let upright = table.get("upright").map_or(Some(false), |node| node.boolean());
-    let by = read_param(&table);
-    table.finish();
-    let (param, default) = by?;
-    let kind = MotionKind::Rotation { axis: axis?, about: about?, upright: upright? };
-    Some(Motion { param, default, kind })
-}
-
-/// The param that moves an instance, and its value for graphs without it.
-fn read_param(table: &Table<'_, '_>) -> Option<(String, Option<f64>)> {
-    let param = table.need("param").and_then(|node| node.string());
-    let default = table.get("default").map(|node| node.number(-1.0e6..=1.0e6));
-    match default {
-        Some(value) => Some((param?, Some(value?))),
-        None => Some((param?, None)),
+impl InstanceKeys {
+    fn grid(self, table: &Table<'_, '_>, models: &mut Vec<InstanceModel>) -> Option<Grid> {
+        let Self { name, model, position, yaw, pitch, roll, anchor, count, step, turn, slide } = self;
+        let anchor = anchor.cell(&model.voxels);
+        let pose = Pose::new(position, [yaw, pitch, roll]);
+        let motions = turn.map(Motion::from).into_iter().chain(slide.map(Motion::from)).collect();
+        let shown = InstanceModel { voxels: model.voxels, materials: model.materials };
+        let mut grid = Grid { first: Instance { name, model: 0, anchor, pose, motions }, counts: count, step };
+        let (size, last) = (shown.size(), grid.position(grid.counts.map(|count| count - 1)));
+        let reach = shown.reach(pose.position).max(shown.reach(last));
+        if size > MOST_VOXELS || reach > COORDINATES as f64 {
+            let why = if size > MOST_VOXELS {
+                format!("the model reaches {size} voxels from its origin; that of an instance at most {MOST_VOXELS}")
+            } else {
+                format!("an instance reaches {reach:.0} voxels from the origin of the world, at most {COORDINATES}")
+            };
+            let error = Diagnostic::error(codes::world::INSTANCE_RANGE, why);
+            table.reporter().report(error.label(table.span().clone(), "this instance"));
+            return None;
+        }
+        let known = models.iter().position(|known| Arc::ptr_eq(&known.materials, &shown.materials));
+        grid.first.model = known.unwrap_or_else(|| {
+            models.push(shown);
+            models.len() - 1
+        });
+        Some(grid)
     }
 }

@@ -8,25 +8,27 @@ mod instances;
 mod materials;
 mod models;
 mod operations;
+mod placing;
+mod reading;
 mod save;
-mod schema;
 mod solids;
 mod stream;
 mod terrain;
 
 use std::sync::Arc;
 
-use raxel_diagnostics::table::{Table, read_document};
-use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes, files};
+use raxel_diagnostics::table::read_document;
+use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, Spanned, codes, files};
 
 pub use camera::{Aim, CAMERA_COORDINATES, CAMERA_FOV, CameraHint};
+pub use extent::{CELLS, POSITIONS};
+pub use operations::QuarterTurns;
 pub use save::{OnGeneratorChange, SaveSettings};
-pub use schema::schema;
 pub use stream::StreamSettings;
 
-use materials::Palette;
-use models::Models;
-use operations::OperationReader;
+use raxel_language::{ByName, Keys, ReadKeys};
+
+use camera::NamedCamera;
 use raxel_generate::{BuildError, Limits, Operation, Reach, Shortfall, build, reach};
 use raxel_generate::{Generator, NeedsWhole};
 use raxel_layouts::instances::Instances;
@@ -34,6 +36,8 @@ use raxel_world::World;
 use raxel_world::vox;
 use raxel_world::{ChunkProvider, MAX_LEVEL};
 use raxel_world::{MAX_MATERIALS, Material};
+use reading::Reading;
+use stream::Stream;
 
 /// A world and what its file says about looking at it.
 #[derive(Clone, Debug)]
@@ -116,19 +120,46 @@ impl Loaded {
     }
 }
 
-/// What a world file says, before anything is built.
-struct Description {
-    stream: Option<(stream::Stream, Span)>,
+/// Materials and what is built of them, in order.
+#[derive(Keys)]
+#[keys(context = Reading<'_>)]
+struct WorldFile {
+    /// What the world is called; may be left out.
     name: Option<String>,
+    /// One sentence about it; may be left out.
     about: Option<String>,
+    /// Any number: another makes another world of the same kind.
+    #[keys(default = 0)]
+    #[expect(dead_code, reason = "`Reading` has it")]
+    seed: i64,
+    /// Where to look from.
     camera: Option<CameraHint>,
-    cameras: Vec<(String, CameraHint)>,
-    palette: Palette,
-    operations: Vec<(Operation, Span)>,
-    models: Vec<(String, Arc<World>)>,
-    instances: Instances,
+    /// Other places to look from, by name: letters, digits, - and _.
+    #[keys(shape = camera::named())]
+    cameras: ByName<NamedCamera>,
+    /// The world is made around the camera while it moves, rather than all at once.
+    stream: Option<Stream>,
+    /// Where edits of the world are kept.
     save: Option<SaveSettings>,
-    files: Vec<String>,
+    /// Materials by name.
+    #[expect(dead_code, reason = "`Reading` has it")]
+    #[keys(read = materials::declare, shape = materials::declared(), absent = ())]
+    materials: (),
+    /// .vox files by name.
+    #[expect(dead_code, reason = "`Reading` has it")]
+    #[keys(read = models::declare, shape = models::declared(), absent = ())]
+    models: (),
+    /// What is built, one operation after the other; an empty world when left out.
+    #[keys(read = operations::read, shape = operations::declared(), absent = Vec::new())]
+    build: Vec<(Operation, Span)>,
+    /// Models that stand in the world without being part of its voxels, and can move.
+    #[keys(read = instances::read, shape = instances::declared(), absent = Instances::default())]
+    instances: Instances,
+}
+
+/// JSON schema of `worlds/*.toml`.
+pub fn schema() -> serde_json::Value {
+    WorldFile::form().document("raxel world")
 }
 
 /// Loads the world at a project path: a world file, or a .vox scene. Warnings come with the world; with any error there is none,
@@ -156,40 +187,46 @@ pub fn load_with(
         return load_vox(path, files).map_err(|error| vec![*error]);
     }
     let text = files::read_text(files, path, None, texts).map_err(|error| vec![*error])?;
-    let (description, mut found) = read_document(path, &text, texts, |root| Some(read(root, path, files)))?;
-    let (operations, places): (Vec<_>, Vec<_>) = description.operations.into_iter().unzip();
-    if let Some((stream::Stream { settings, source }, place)) = description.stream {
-        let declared = description.palette.into_materials();
+    let ((file, materials, models, models_files), mut found) = read_document(path, &text, texts, |root| {
+        let reading = Reading::new(root, path, files);
+        let file = WorldFile::read_whole(root, &reading)?;
+        let (models, files) = reading.models.into_inner().into_parts();
+        Some((file, reading.palette.into_inner().into_materials(), models, files))
+    })?;
+    let (operations, places): (Vec<_>, Vec<_>) = file.build.into_iter().unzip();
+    let mut loaded = Loaded {
+        name: file.name.unwrap_or_else(|| stem(path)),
+        about: file.about,
+        world: World::empty(),
+        unbuilt: None,
+        stream: None,
+        camera: file.camera,
+        cameras: file.cameras.0.into_iter().map(|named| (named.name.value, named.camera.into())).collect(),
+        models,
+        instances: file.instances,
+        save: file.save,
+        files: std::iter::once(path.to_owned()).chain(models_files).collect(),
+    };
+    if let Some(stream) = file.stream {
+        let settings = stream.settings();
+        let Stream { source, place, .. } = stream;
         let (materials, generator): (_, Arc<dyn ChunkProvider>) = if let Some(source) = &source {
             let opened = opened(&settings, source, &places, open).map_err(|error| {
                 found.push(*error);
                 std::mem::take(&mut found)
             })?;
-            (restyled(opened.materials(), declared), opened)
+            (restyled(opened.materials(), materials), opened)
         } else {
-            let generator = Generator::new(declared.clone(), operations).map_err(|error| {
+            let generator = Generator::new(materials.clone(), operations).map_err(|error| {
                 found.push(needs_whole(error, &places));
                 std::mem::take(&mut found)
             })?;
-            (declared, Arc::new(generator))
+            (materials, Arc::new(generator))
         };
-        let world = World::new(materials, []);
-        let loaded = Loaded {
-            name: description.name.unwrap_or_else(|| stem(path)),
-            about: description.about,
-            world,
-            unbuilt: None,
-            stream: Some(Streamed { settings, generator, source: source.map(|(source, _)| source), place }),
-            camera: description.camera,
-            cameras: description.cameras,
-            models: description.models,
-            instances: description.instances,
-            save: description.save,
-            files: description.files,
-        };
+        loaded.world = World::new(materials, []);
+        loaded.stream = Some(Streamed { settings, generator, source: source.map(|source| source.value), place });
         return Ok((loaded, found));
     }
-    let materials = description.palette.into_materials();
     let built = build_up_to(effort, materials, &operations).map_err(|error| {
         let mut all = std::mem::take(&mut found);
         all.push(build_diagnostic(&error, path, &places));
@@ -208,19 +245,7 @@ pub fn load_with(
     }
     let is_empty = if unbuilt.is_none() { empty(&world, path) } else { None };
     found.extend(is_empty.map(|warning| warning.label(Span::new(path, 0..0), "")));
-    let loaded = Loaded {
-        name: description.name.unwrap_or_else(|| stem(path)),
-        about: description.about,
-        world,
-        unbuilt,
-        stream: None,
-        camera: description.camera,
-        cameras: description.cameras,
-        models: description.models,
-        instances: description.instances,
-        save: description.save,
-        files: description.files,
-    };
+    (loaded.world, loaded.unbuilt) = (world, unbuilt);
     Ok((loaded, found))
 }
 
@@ -282,40 +307,10 @@ fn empty(world: &World, path: &str) -> Option<Diagnostic> {
     world.bounds().is_none().then(|| Diagnostic::warning(codes::world::EMPTY, message()))
 }
 
-/// Reads the whole file, reporting everything that is wrong with it.
-fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Description {
-    let name = root.string("name").map(|(name, _)| name);
-    let about = root.string("about").map(|(about, _)| about);
-    let seed = root.get("seed").and_then(|node| node.integer(i64::MIN..=i64::MAX)).unwrap_or(0);
-    let camera = root.get("camera").and_then(|node| node.table()).and_then(|table| camera::read(&table));
-    let cameras = (root.tables("cameras").into_iter())
-        .filter_map(|(name, node, table)| Some((camera::name(name, &node)?, camera::read(&table)?)))
-        .collect();
-    let stream_table = root.get("stream").map(|node| node.table());
-    let stream = stream_table.as_ref().and_then(|table| {
-        let table = table.as_ref()?;
-        Some((stream::read(table)?, table.span().clone()))
-    });
-    let save = root.get("save").and_then(|node| node.table()).and_then(|table| save::read(&table));
-    let palette = Palette::read(root);
-    let models = Models::read(root, path, files);
-    let mut reader = OperationReader::new(palette, models, seed.cast_unsigned(), stream_table.is_some());
-    let operations = (root.array_of_tables("build").iter().enumerate())
-        .filter_map(|(index, table)| Some((reader.read(index, table)?, table.span().clone())))
-        .collect();
-    let instances = instances::read(root, &mut reader);
-    root.finish();
-    let (palette, models) = reader.into_parts();
-    let mut all_files = vec![path.to_owned()];
-    let (models, files) = models.into_parts();
-    all_files.extend(files);
-    Description { stream, name, about, camera, cameras, palette, operations, models, instances, save, files: all_files }
-}
-
 /// Opens the source that a file names, and checks that the rest of the file suits it.
 fn opened(
     settings: &StreamSettings,
-    (source, at): &(String, Span),
+    Spanned { value: source, span: at }: &Spanned<String>,
     operations: &[Span],
     open: &OpenSource<'_>,
 ) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> {

@@ -3,9 +3,13 @@
 use std::collections::HashMap;
 
 use raxel_diagnostics::names::{closest, list};
-use raxel_diagnostics::table::{Node, Table};
+use raxel_diagnostics::table::Node;
 use raxel_diagnostics::{Diagnostic, codes};
+use raxel_language::{Describe, Keys, ReadKeys, Shape, Value, describe};
 use raxel_world::{MAX_MATERIALS, Material, MaterialIndex, linear_from_srgb};
+use serde_json::json;
+
+use super::reading::Reading;
 
 /// Materials in the order of their palette index, with their names.
 pub(super) struct Palette {
@@ -13,21 +17,102 @@ pub(super) struct Palette {
     by_name: HashMap<String, MaterialIndex>,
 }
 
-impl Palette {
-    /// Reads every material, in the order of the file.
-    pub(super) fn read(root: &Table<'_, '_>) -> Self {
-        let mut palette = Self { materials: vec![Material::air()], by_name: HashMap::new() };
-        for (name, node, table) in root.tables("materials") {
-            let material = material(&name, &table);
-            let Some(index) = palette.add(material) else {
-                node.report(codes::world::TOO_MANY_MATERIALS, too_many(), "");
-                break;
-            };
-            palette.by_name.insert(name, index);
-        }
-        palette
+impl Default for Palette {
+    fn default() -> Self {
+        Self { materials: vec![Material::air()], by_name: HashMap::new() }
     }
+}
 
+/// A material as the file says it.
+#[derive(Keys)]
+struct Look {
+    /// "#rrggbb" in sRGB, or three linear numbers from 0 to 1.
+    #[keys(read = color, shape = color_shape())]
+    albedo: [f64; 3],
+    /// 0 is a mirror, 1 is matt.
+    #[keys(range = 0.0..=1.0, default = 1.0)]
+    roughness: f64,
+    /// 0 is no metal, 1 is metal.
+    #[keys(range = 0.0..=1.0, default = 0.0)]
+    metallic: f64,
+    /// Strength of the light it gives off, in multiples of its albedo.
+    #[keys(range = 0.0..=1e6, default = 0.0)]
+    emission: f64,
+    /// 0 is opaque, 1 is clear.
+    #[keys(range = 0.0..=1.0, default = 0.0)]
+    transparency: f64,
+}
+
+impl Look {
+    #[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats")]
+    fn material(self, name: &str) -> Material {
+        Material {
+            name: name.to_owned(),
+            albedo: self.albedo.map(|value| value as f32),
+            roughness: self.roughness as f32,
+            metallic: self.metallic as f32,
+            emission: self.emission as f32,
+            transparency: self.transparency as f32,
+        }
+    }
+}
+
+/// Reads `[materials.*]`: all join the palette in the order of the file. One that is wrong keeps its name, so that using it is no mistake.
+pub(super) fn declare(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<()> {
+    let mut palette = reading.palette.borrow_mut();
+    for (name, node) in node.table()?.entries() {
+        let Some(table) = node.table() else { continue };
+        let material = Look::read_whole(&table, &()).map_or_else(Material::air, |look| look.material(&name));
+        let Some(index) = palette.add(material) else {
+            node.report(codes::world::TOO_MANY_MATERIALS, too_many(), "");
+            break;
+        };
+        palette.by_name.insert(name, index);
+    }
+    Some(())
+}
+
+/// What `[materials.*]` is.
+pub(super) fn declared() -> Shape {
+    let look = Look::form().schema();
+    Shape::Schema(json!({ "type": "object", "maxProperties": MAX_MATERIALS, "additionalProperties": look }))
+}
+
+/// A material, by its name.
+#[derive(Clone, Copy)]
+pub(super) struct Named(pub(super) MaterialIndex);
+
+/// One material, or a list of some.
+#[derive(Default)]
+pub(super) struct Materials(pub(super) Vec<MaterialIndex>);
+
+describe! {
+    Named => Shape::Text;
+    Materials => Shape::Either(vec![Shape::Text, Shape::array(Shape::Text, 1..)]);
+}
+
+impl Value<Reading<'_>> for Named {
+    fn read(node: &Node<'_, '_>, (): &(), reading: &Reading<'_>) -> Option<Self> {
+        reading.palette.borrow().find(node).map(Self)
+    }
+}
+
+impl Value<Reading<'_>> for Materials {
+    fn read(node: &Node<'_, '_>, (): &(), reading: &Reading<'_>) -> Option<Self> {
+        let palette = reading.palette.borrow();
+        if !node.is_array() {
+            return Some(Self(vec![palette.find(node)?]));
+        }
+        let names = node.array()?;
+        if names.is_empty() {
+            return node.bad_value(format!("`{}` needs at least one material", node.name));
+        }
+        let found: Vec<_> = names.iter().map(|name| palette.find(name)).collect();
+        found.into_iter().collect::<Option<_>>().map(Self)
+    }
+}
+
+impl Palette {
     /// Adds a material. `None` when there is no index left.
     #[expect(clippy::cast_possible_truncation, reason = "an index is at most `MAX_MATERIALS`")]
     pub(super) fn add(&mut self, material: Material) -> Option<MaterialIndex> {
@@ -65,29 +150,16 @@ pub(super) fn too_many() -> String {
     format!("a world has at most {MAX_MATERIALS} materials")
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats")]
-fn material(name: &str, table: &Table<'_, '_>) -> Material {
-    let albedo = table.need("albedo").and_then(|node| color(&node)).unwrap_or([1.0, 0.0, 1.0]);
-    let number = |key: &str, most: f64, default: f32| {
-        table.get(key).and_then(|node| node.number(0.0..=most)).map_or(default, |value| value as f32)
-    };
-    let material = Material {
-        name: name.to_owned(),
-        albedo,
-        roughness: number("roughness", 1.0, 1.0),
-        metallic: number("metallic", 1.0, 0.0),
-        emission: number("emission", 1e6, 0.0),
-        transparency: number("transparency", 1.0, 0.0),
-    };
-    table.finish();
-    material
+fn color_shape() -> Shape {
+    let hex = Shape::Schema(json!({ "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" }));
+    Shape::Either(vec![hex, <[f64; 3]>::shape(&(0.0..=1.0).into())])
 }
 
 /// `"#rrggbb"` in sRGB, or three linear numbers.
-#[expect(clippy::cast_possible_truncation, reason = "materials are 32-bit floats, and a colour has 8 bits a channel")]
-fn color(node: &Node<'_, '_>) -> Option<[f32; 3]> {
+#[expect(clippy::cast_possible_truncation, reason = "a colour has 8 bits a channel")]
+fn color(node: &Node<'_, '_>) -> Option<[f64; 3]> {
     if node.is_array() {
-        return Some(node.numbers::<3>(0.0..=1.0)?.map(|value| value as f32));
+        return node.numbers(0.0..=1.0);
     }
     let text = node.string()?;
     let bytes = text.strip_prefix('#').filter(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()));
@@ -99,5 +171,5 @@ fn color(node: &Node<'_, '_>) -> Option<[f32; 3]> {
         );
         return None;
     };
-    Some([16, 8, 0].map(|shift| linear_from_srgb((value >> shift) as u8)))
+    Some([16, 8, 0].map(|shift| linear_from_srgb((value >> shift) as u8).into()))
 }

@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::names::{closest, list};
-use raxel_diagnostics::table::{Node, Table};
-use raxel_diagnostics::{Diagnostic, Files, codes, files};
+use raxel_diagnostics::table::{Node, Reporter};
+use raxel_diagnostics::{Diagnostic, Files, Spanned, codes, files};
+use raxel_language::{Keys, ReadKeys, Shape, Value, describe};
 use raxel_world::World;
 use raxel_world::vox::{self, VoxErrorKind};
 use raxel_world::{AIR, MaterialIndex};
 
 use super::materials::{Palette, too_many};
+use super::reading::Reading;
 
 /// Models by name.
+#[derive(Default)]
 pub(super) struct Models {
     by_name: BTreeMap<String, Entry>,
     files: Vec<String>,
@@ -31,31 +34,52 @@ pub(super) struct Model {
     pub(super) materials: Arc<[MaterialIndex]>,
 }
 
-impl Models {
-    /// Reads every model's file.
-    pub(super) fn read(root: &Table<'_, '_>, path: &str, files: &dyn Files) -> Self {
-        let mut models = Self { by_name: BTreeMap::new(), files: Vec::new() };
-        let mut read: BTreeMap<(String, u32), Option<Arc<World>>> = BTreeMap::new();
-        for (name, _, table) in root.tables("models") {
-            let node = table.need("file");
-            let file = node.as_ref().and_then(|node| project_path(node, path));
-            let frame_node = table.get("frame");
-            let frame = match &frame_node {
-                Some(node) => node.integer(0..=u32::MAX),
-                None => Some(0),
-            };
-            table.finish();
-            let model = file.zip(node).zip(frame).and_then(|((file, node), frame)| {
-                let load = || load(&file, frame, &node, frame_node.as_ref(), files).map(Arc::new);
-                read.entry((file.clone(), frame)).or_insert_with(load).clone()
-            });
-            models.by_name.insert(name, Entry { model, materials: None });
-        }
-        models.files = read.into_keys().map(|(file, _)| file).collect();
-        models.files.dedup();
-        models
-    }
+/// A model as the file says it.
+#[derive(Keys)]
+#[keys(context = Reading<'_>)]
+struct ModelFile {
+    /// A .vox file, relative to worlds/.
+    #[keys(read = project_path)]
+    file: Spanned<String>,
+    /// Which frame of an animation, from 0.
+    #[keys(range = 0..=u32::MAX, told = 0)]
+    frame: Option<Spanned<u32>>,
+}
 
+/// Reads `[models.*]` and their files.
+pub(super) fn declare(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<()> {
+    let mut models = reading.models.borrow_mut();
+    let mut read: BTreeMap<(String, u32), Option<Arc<World>>> = BTreeMap::new();
+    for (name, node) in node.table()?.entries() {
+        let Some(table) = node.table() else { continue };
+        let model = ModelFile::read_whole(&table, reading).and_then(|file| {
+            let frame = file.frame.as_ref().map_or(0, |frame| frame.value);
+            let load = || file.load(frame, reading.files, table.reporter()).map(Arc::new);
+            read.entry((file.file.value.clone(), frame)).or_insert_with(load).clone()
+        });
+        models.by_name.insert(name, Entry { model, materials: None });
+    }
+    models.files = read.into_keys().map(|(file, _)| file).collect();
+    models.files.dedup();
+    Some(())
+}
+
+/// What `[models.*]` is.
+pub(super) fn declared() -> Shape {
+    Shape::by_name(Shape::Table(ModelFile::form()))
+}
+
+describe! {
+    Model => Shape::Text;
+}
+
+impl Value<Reading<'_>> for Model {
+    fn read(node: &Node<'_, '_>, (): &(), reading: &Reading<'_>) -> Option<Self> {
+        reading.models.borrow_mut().find(node, &mut reading.palette.borrow_mut())
+    }
+}
+
+impl Models {
     /// The models that could be read, by name, and all files.
     pub(super) fn into_parts(self) -> (Vec<(String, Arc<World>)>, Vec<String>) {
         let models = self.by_name.into_iter().filter_map(|(name, entry)| Some((name, entry.model?)));
@@ -63,7 +87,7 @@ impl Models {
     }
 
     /// The model that a value names; its materials join the palette at its first use.
-    pub(super) fn find(&mut self, node: &Node<'_, '_>, palette: &mut Palette) -> Option<Model> {
+    fn find(&mut self, node: &Node<'_, '_>, palette: &mut Palette) -> Option<Model> {
         let name = node.string()?;
         let Some(entry) = self.by_name.get_mut(&name) else {
             let names = || self.by_name.keys().map(String::as_str);
@@ -98,32 +122,27 @@ impl Models {
 }
 
 /// The project path of a file that a world names: relative to `worlds/`, or to the world's own folder when it lies elsewhere.
-fn project_path(node: &Node<'_, '_>, world: &str) -> Option<String> {
-    let text = node.string()?;
+fn project_path(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Spanned<String>> {
+    let (text, world) = (node.string()?, reading.path);
     let folder =
         if world.starts_with("worlds/") { "worlds" } else { world.rsplit_once('/').map_or("", |(folder, _)| folder) };
     let path = files::join(folder, &text);
     if path.is_none() {
         node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a path inside the project"), "");
     }
-    path
+    Some(Spanned::new(path?, node.span.clone()))
 }
 
-/// Imports a frame of a file that is named at `node`; the frame is named at `frame_node`, if it is.
-fn load(
-    file: &str,
-    frame: u32,
-    node: &Node<'_, '_>,
-    frame_node: Option<&Node<'_, '_>>,
-    files: &dyn Files,
-) -> Option<World> {
-    let named_at = |node: &Node<'_, '_>| Some((node.span.clone(), "named here"));
-    let result = match files.read(file) {
-        Ok(bytes) => vox::import_frame(&bytes, frame).map_err(|error| {
-            let wrong = frame_node.filter(|_| error.kind == VoxErrorKind::Frame).unwrap_or(node);
-            error.diagnostic(file, named_at(wrong))
-        }),
-        Err(error) => Err(error.diagnostic(file, named_at(node))),
-    };
-    result.map_err(|diagnostic| node.reporter().report(diagnostic)).ok()
+impl ModelFile {
+    fn load(&self, frame: u32, files: &dyn Files, reporter: &Reporter) -> Option<World> {
+        let Spanned { value: path, span } = &self.file;
+        let result = match files.read(path) {
+            Ok(bytes) => vox::import_frame(&bytes, frame).map_err(|error| {
+                let wrong = self.frame.as_ref().filter(|_| error.kind == VoxErrorKind::Frame);
+                error.diagnostic(path, Some((wrong.map_or(span, |frame| &frame.span).clone(), "named here")))
+            }),
+            Err(error) => Err(error.diagnostic(path, Some((span.clone(), "named here")))),
+        };
+        result.map_err(|diagnostic| reporter.report(diagnostic)).ok()
+    }
 }

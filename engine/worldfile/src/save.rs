@@ -1,25 +1,25 @@
 //! `[save]`: where edits of the world are kept.
 
-use std::time::Duration;
+use raxel_diagnostics::table::Node;
+use raxel_diagnostics::{Spanned, codes, files};
+use raxel_language::Keys;
 
-use raxel_diagnostics::table::Table;
-use raxel_diagnostics::{Span, codes, files};
-
-/// Where and how edits are saved.
-#[derive(Clone, Debug, PartialEq)]
+/// Where edits of the world are kept.
+#[derive(Clone, Debug, PartialEq, Keys)]
 pub struct SaveSettings {
-    /// Project path of the folder.
-    pub path: String,
-    /// Where that is written.
-    pub place: Span,
-    /// Time after which an edit is on the disk, even if the power fails.
-    pub sync: Duration,
-    /// What happens when the world is built otherwise than when the save was made.
+    /// The folder that edits are saved in, relative to the project.
+    #[keys(read = folder)]
+    pub path: Spanned<String>,
+    /// Seconds that a power cut may cost.
+    #[keys(range = 0.001..=3600.0, default = 1.0)]
+    pub sync: f64,
+    /// When the world is built otherwise than when the save was made: leave the save alone, or keep its chunks.
+    #[keys(default = OnGeneratorChange::Refuse)]
     pub on_generator_change: OnGeneratorChange,
 }
 
 /// What happens when the world is built otherwise than when its save was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 pub enum OnGeneratorChange {
     /// The save is not opened.
     Refuse,
@@ -27,19 +27,11 @@ pub enum OnGeneratorChange {
     Keep,
 }
 
-pub(super) fn read(table: &Table<'_, '_>) -> Option<SaveSettings> {
-    let folder = table.need("path").and_then(|node| {
-        let text = node.string()?;
-        let path = files::join("", &text).filter(|path| !path.is_empty());
-        if path.is_none() {
-            node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a folder inside the project"), "");
-        }
-        Some((path?, node.span.clone()))
-    });
-    let sync = table.get("sync").map_or(Some(1.0), |node| node.number(0.001..=3600.0));
-    let words = [("refuse", OnGeneratorChange::Refuse), ("keep", OnGeneratorChange::Keep)];
-    let change = table.get("on_generator_change").map_or(Some(OnGeneratorChange::Refuse), |node| node.word(&words));
-    table.finish();
-    let (path, place) = folder?;
-    Some(SaveSettings { path, place, sync: Duration::from_secs_f64(sync?), on_generator_change: change? })
+fn folder(node: &Node<'_, '_>) -> Option<Spanned<String>> {
+    let text = node.string()?;
+    let path = files::join("", &text).filter(|path| !path.is_empty());
+    if path.is_none() {
+        node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a folder inside the project"), "");
+    }
+    Some(Spanned::new(path?, node.span.clone()))
 }

@@ -1,130 +1,190 @@
 //! Operations with a closed form: box, sphere, cylinder, Menger sponge, maze.
 
-use raxel_diagnostics::table::Table;
+use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_generate::{Ball, Box3, Cylinder, Maze, MazePlan, Menger, Operation, Shape, Solid};
+use raxel_generate::{Ball, Box3, Cylinder, Maze, MazePlan, Menger, Operation};
+use raxel_language::{Describe, Keys, Shape};
+use raxel_layouts::instances::Axis;
 use raxel_world::Bounds;
-use raxel_world::MaterialIndex;
-use raxel_world::Mode;
 
-use super::extent;
-use super::materials::Palette;
-use super::operations::{Seed, materials};
+use super::extent::{CELLS, Extent, POSITIONS};
+use super::materials::Materials;
+use super::operations::{Site, bounded, painted};
+use super::reading::Reading;
 
 /// Longest edge or radius of a solid, in voxels.
 const LENGTH: i64 = 1 << 32;
+/// Radii of a ball.
+const RADII: std::ops::RangeInclusive<f64> = 0.5..=LENGTH as f64;
 
-pub(super) fn read_box(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
-    let area = extent::read::<3>(table);
-    let shell = match table.get("shell") {
-        Some(node) => node.integer(1..=LENGTH).map(Some),
-        None => Some(None),
-    };
-    let (mode, materials) = mode_and_materials(table, mode, palette);
-    let (min, max) = area?;
-    let shape = Box3 { bounds: Bounds { min, max }, shell: shell? };
-    solid(table, Box::new(shape), mode?, materials?)
+/// `op = "box"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = bounded(extent), check = painted())]
+pub(super) struct BoxKeys {
+    #[keys(flatten)]
+    extent: Extent<3>,
+    /// Voxels of its walls when it is hollow; solid when left out.
+    #[keys(range = 1..=LENGTH)]
+    shell: Option<i64>,
+    /// What it is made of; left out only when subtracting.
+    #[keys(absent = Materials::default())]
+    material: Materials,
 }
 
-pub(super) fn read_sphere(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
-    let centre = table.need("center").and_then(|node| node.numbers::<3>(extent::POSITIONS));
-    let radius = table.need("radius").and_then(|node| {
-        let range = 0.5..=LENGTH as f64;
-        if node.is_array() { node.numbers::<3>(range) } else { node.number(range).map(|r| [r; 3]) }
-    });
-    let shell = match table.get("shell") {
-        Some(node) => node.number(1.0..=LENGTH as f64).map(Some),
-        None => Some(None),
-    };
-    let (mode, materials) = mode_and_materials(table, mode, palette);
-    let shape = Ball { centre: centre?, radius: radius?, shell: shell? };
-    solid(table, Box::new(shape), mode?, materials?)
-}
-
-pub(super) fn read_cylinder(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
-    let base = table.need("base").and_then(|node| node.numbers::<3>(extent::POSITIONS));
-    let radius = table.need("radius").and_then(|node| node.number(0.0..=LENGTH as f64));
-    let top_radius = table.get("top_radius").map_or(radius, |node| node.number(0.0..=LENGTH as f64));
-    let height = table.need("height").and_then(|node| node.integer(1..=LENGTH));
-    let axis = table.get("axis").map_or(Some(1), |node| node.word(&[("x", 0), ("y", 1), ("z", 2)]));
-    let (mode, materials) = mode_and_materials(table, mode, palette);
-    let shape = Cylinder { axis: axis?, base: base?, radius: radius?, top_radius: top_radius?, height: height? };
-    solid(table, Box::new(shape), mode?, materials?)
-}
-
-pub(super) fn read_menger(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette) -> Option<Operation> {
-    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<_, 3>(extent::CELLS));
-    let level = table.need("level").and_then(|node| node.integer(0..=Menger::MAX_LEVEL));
-    let (mode, materials) = mode_and_materials(table, mode, palette);
-    let shape = Menger::new(origin?, level?);
-    solid(table, Box::new(shape), mode?, materials?)
-}
-
-pub(super) fn read_maze(table: &Table<'_, '_>, mode: Option<Mode>, palette: &Palette, seed: Seed) -> Option<Operation> {
-    let origin = table.get("origin").map_or(Some([0; 3]), |node| node.integers::<_, 3>(extent::CELLS));
-    let cells = table.need("cells").and_then(|node| {
-        let cells = node.integers::<u32, 2>(1..=1 << 16)?;
-        let count = u64::from(cells[0]) * u64::from(cells[1]);
-        if count > Maze::MAX_CELLS {
-            return node.bad_value(format!(
-                "`{}` makes {count} cells; a maze has at most {}",
-                node.name,
-                Maze::MAX_CELLS
-            ));
-        }
-        Some(cells)
-    });
-    let cell = table.get("cell").map_or(Some(4), |node| node.integer(1..=1 << 12));
-    let wall = table.get("wall").map_or(Some(1), |node| {
-        let wall = node.integer(1..=1 << 12)?;
-        match cell {
-            Some(cell) if wall > cell => {
-                node.bad_value(format!("`{}` is {wall}, wider than the maze's `cell`, which is {cell}", node.name))
-            }
-            _ => Some(wall),
-        }
-    });
-    let height = table.get("height").map_or(Some(8), |node| node.integer(1..=LENGTH));
-    let seed = seed.read(table);
-    let (mode, materials) = mode_and_materials(table, mode, palette);
-    let plan = MazePlan { origin: origin?, cells: cells?, cell: cell?, wall: wall?, height: height?, seed: seed? };
-    extent::inside_world(table, &plan.bounds())?;
-    let size = plan.bounds().size();
-    if size[0].max(size[2]) > Maze::MAX_EXTENT {
-        table.reporter().report(
-            Diagnostic::error(
-                codes::world::TOO_LARGE,
-                format!("this maze is {} × {} voxels; at most {} a side are built", size[0], size[2], Maze::MAX_EXTENT),
-            )
-            .label(table.span().clone(), ""),
-        );
-        return None;
+impl BoxKeys {
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        let (min, max) = self.extent.corners(site.table, false)?;
+        site.solid(Box3 { bounds: Bounds { min, max }, shell: self.shell }, self.material)
     }
-    solid(table, Box::new(Maze::new(&plan)), mode?, materials?)
 }
 
-/// The operation's materials; a mode that empties voxels takes none.
-fn mode_and_materials(
-    table: &Table<'_, '_>,
-    mode: Option<Mode>,
-    palette: &Palette,
-) -> (Option<Mode>, Option<Vec<MaterialIndex>>) {
-    if mode != Some(Mode::Subtract) {
-        return (mode, table.need("material").and_then(|node| materials(palette, &node)));
+/// `op = "sphere"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = painted())]
+pub(super) struct SphereKeys {
+    /// In voxels.
+    #[keys(range = POSITIONS)]
+    center: [f64; 3],
+    /// In voxels: a number, or one for each axis.
+    #[keys(read = radius, shape = Shape::Either(vec![f64::shape(&RADII.into()), <[f64; 3]>::shape(&RADII.into())]))]
+    radius: [f64; 3],
+    /// Voxels of its wall when it is hollow; solid when left out.
+    #[keys(range = 1.0..=LENGTH as f64)]
+    shell: Option<f64>,
+    /// What it is made of; left out only when subtracting.
+    #[keys(absent = Materials::default())]
+    material: Materials,
+}
+
+impl SphereKeys {
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        let shape = Ball { centre: self.center, radius: self.radius, shell: self.shell };
+        site.solid(shape, self.material)
     }
-    if let Some(node) = table.get("material") {
-        let mut diagnostic =
-            Diagnostic::error(codes::files::CONFLICTING_KEYS, "an operation that subtracts has no `material`")
-                .label(node.key_span, "of no use here");
-        if let Some(mode) = table.get("mode") {
-            diagnostic = diagnostic.label(mode.span, "this empties voxels");
+}
+
+fn radius(node: &Node<'_, '_>, _: &Reading<'_>) -> Option<[f64; 3]> {
+    if node.is_array() { node.numbers(RADII) } else { node.number(RADII).map(|radius| [radius; 3]) }
+}
+
+/// `op = "cylinder"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = painted())]
+pub(super) struct CylinderKeys {
+    /// Centre of its base, in voxels.
+    #[keys(range = POSITIONS)]
+    base: [f64; 3],
+    /// In voxels.
+    #[keys(range = 0.0..=LENGTH as f64)]
+    radius: f64,
+    /// In voxels; that of the base when left out.
+    #[keys(range = 0.0..=LENGTH as f64)]
+    top_radius: Option<f64>,
+    /// In voxels.
+    #[keys(range = 1..=LENGTH)]
+    height: i64,
+    /// Along which it stands.
+    #[keys(default = Axis::Y)]
+    axis: Axis,
+    /// What it is made of; left out only when subtracting.
+    #[keys(absent = Materials::default())]
+    material: Materials,
+}
+
+impl CylinderKeys {
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        let Self { base, radius, top_radius, height, axis, material } = self;
+        let top_radius = top_radius.unwrap_or(radius);
+        site.solid(Cylinder { axis: axis as usize, base, radius, top_radius, height }, material)
+    }
+}
+
+/// `op = "menger"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = painted())]
+pub(super) struct MengerKeys {
+    /// Its smallest corner, in voxels.
+    #[keys(range = CELLS, default = [0; 3])]
+    origin: [i64; 3],
+    /// How often it is divided.
+    #[keys(range = 0..=Menger::MAX_LEVEL)]
+    level: u32,
+    /// What it is made of; several go by scale, the coarsest first. Left out only when subtracting.
+    #[keys(absent = Materials::default())]
+    material: Materials,
+}
+
+impl MengerKeys {
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        site.solid(Menger::new(self.origin, self.level), self.material)
+    }
+}
+
+/// `op = "maze"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = few(cells), check = thin(cell, wall), check = painted())]
+pub(super) struct MazeKeys {
+    /// Its smallest corner, in voxels.
+    #[keys(range = CELLS, default = [0; 3])]
+    origin: [i64; 3],
+    /// How many along x and z.
+    #[keys(range = 1..=1 << 16)]
+    cells: [u32; 2],
+    /// Voxels along a cell.
+    #[keys(range = 1..=1 << 12, default = 4)]
+    cell: u32,
+    /// Voxels across a wall.
+    #[keys(range = 1..=1 << 12, default = 1)]
+    wall: u32,
+    /// Voxels that the walls are high.
+    #[keys(range = 1..=LENGTH, default = 8)]
+    height: i64,
+    /// Any number: another one, another maze. Its place in the file when left out.
+    seed: Option<i64>,
+    /// What its walls are made of; left out only when subtracting.
+    #[keys(absent = Materials::default())]
+    material: Materials,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
+fn few(table: &Table<'_, '_>, _: &Reading<'_>, cells: &[u32; 2]) -> bool {
+    let count = u64::from(cells[0]) * u64::from(cells[1]);
+    let right = count <= Maze::MAX_CELLS;
+    if !right && let Some(node) = table.get("cells") {
+        let most = Maze::MAX_CELLS;
+        node.bad_value::<()>(format!("`{}` makes {count} cells; a maze has at most {most}", node.name));
+    }
+    right
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
+fn thin(table: &Table<'_, '_>, _: &Reading<'_>, cell: &u32, wall: &u32) -> bool {
+    if wall > cell
+        && let Some(node) = table.get("wall")
+    {
+        let message = format!("`{}` is {wall}, wider than the maze's `cell`, which is {cell}", node.name);
+        node.bad_value::<()>(message);
+    }
+    wall <= cell
+}
+
+impl MazeKeys {
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        let Self { origin, cells, cell, wall, height, seed, material } = self;
+        let plan = MazePlan { origin, cells, cell, wall, height, seed: site.seed(seed) };
+        site.inside_world(&plan.bounds())?;
+        let size = plan.bounds().size();
+        if size[0].max(size[2]) > Maze::MAX_EXTENT {
+            let (across, deep, most) = (size[0], size[2], Maze::MAX_EXTENT);
+            site.table.reporter().report(
+                Diagnostic::error(
+                    codes::world::TOO_LARGE,
+                    format!("this maze is {across} × {deep} voxels; at most {most} a side are built"),
+                )
+                .label(site.table.span().clone(), ""),
+            );
+            return None;
         }
-        table.reporter().report(diagnostic);
+        site.solid(Maze::new(&plan), material)
     }
-    (mode, Some(Vec::new()))
-}
-
-fn solid(table: &Table<'_, '_>, shape: Box<dyn Shape>, mode: Mode, materials: Vec<MaterialIndex>) -> Option<Operation> {
-    extent::inside_world(table, &shape.bounds())?;
-    Some(Operation::Solid(Solid { shape, mode, materials }))
 }

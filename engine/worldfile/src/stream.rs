@@ -1,28 +1,57 @@
 //! `[stream]`: how much of a world is there at a time.
 
-use raxel_diagnostics::Span;
-use raxel_diagnostics::table::{Node, Table};
+use std::ops::RangeInclusive;
 
-use super::extent;
+use raxel_diagnostics::table::{Node, Table};
+use raxel_diagnostics::{Span, Spanned};
+use raxel_language::{Describe, Keys, Shape};
+use serde_json::json;
+
+use super::extent::CELLS;
 
 /// What `[stream]` says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
+#[keys(check = farther(near, far), check = filled(height), check = fits(gpu_memory, upload))]
 pub struct StreamSettings {
     /// Voxels around the camera that are there one by one.
+    #[keys(range = 64..=Self::MOST_NEAR, default = Self::NEAR)]
     pub near: u32,
-    /// Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64 voxels; `near` if left out.
+    /// Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64; `near` when left out, and at most 64 times
+    /// as much.
+    #[keys(range = 64..=Self::MOST_FAR, absent = 0)]
     pub far: u32,
-    /// Smallest and one past the largest height that is loaded; that of everything built if left out.
+    /// The lowest height that is loaded, in voxels, and one past the highest; all that is built when left out.
+    #[keys(range = CELLS)]
     pub height: Option<[i64; 2]>,
     /// Bytes of the buffer on the device.
+    #[keys(
+        read = bytes(Self::BUFFERS),
+        shape = memory(Self::BUFFERS),
+        absent = Self::GPU_MEMORY,
+        told = amount(Self::GPU_MEMORY)
+    )]
     pub gpu_memory: u64,
     /// Bytes of packed chunks that are kept on the host, so that going back makes nothing again; 0 keeps none.
+    #[keys(
+        read = bytes(0..=Self::MOST_CPU_MEMORY),
+        shape = memory(0..=Self::MOST_CPU_MEMORY),
+        absent = Self::CPU_MEMORY,
+        told = amount(Self::CPU_MEMORY)
+    )]
     pub cpu_memory: u64,
-    /// Bytes of the list of lamps on the device, in a world where something gives off light.
+    /// Bytes of the list of lamps (`world.lights`) on the device, in a world where a material gives off light.
+    #[keys(
+        read = bytes(Self::LAMPS),
+        shape = memory(Self::LAMPS),
+        absent = Self::LAMP_MEMORY,
+        told = amount(Self::LAMP_MEMORY)
+    )]
     pub lamp_memory: u64,
-    /// Bytes that a frame of a window brings to the device, about.
+    /// Bytes that a frame of a window brings to the device, about; at most `gpu_memory`.
+    #[keys(read = bytes(Self::UPLOADS), shape = memory(Self::UPLOADS), absent = Self::UPLOAD, told = amount(Self::UPLOAD))]
     pub upload: u64,
     /// Threads that make chunks; 0 is one for each core but one.
+    #[keys(range = 0..=Self::MOST_THREADS, default = 0)]
     pub threads: u32,
 }
 
@@ -50,126 +79,111 @@ impl StreamSettings {
     pub const MOST_FAR: u32 = 1 << 18;
     /// Bytes, if the file does not say.
     pub const GPU_MEMORY: u64 = 256 << 20;
-    /// What the addresses in the buffer can reach.
-    pub const MOST_GPU_MEMORY: u64 = 2 << 30;
-    /// Smallest buffer.
-    pub const LEAST_MEMORY: u64 = 1 << 20;
+    /// Bytes that the buffer may have: what its addresses can reach at most.
+    const BUFFERS: RangeInclusive<u64> = 1 << 20..=2 << 30;
     /// Bytes of packed chunks, if the file does not say.
     pub const CPU_MEMORY: u64 = 256 << 20;
     /// Bytes of packed chunks at most.
-    pub const MOST_CPU_MEMORY: u64 = 1 << 40;
+    const MOST_CPU_MEMORY: u64 = 1 << 40;
     /// Bytes of the list of lamps, if the file does not say.
     pub const LAMP_MEMORY: u64 = 16 << 20;
-    /// Smallest list of lamps.
-    pub const LEAST_LAMP_MEMORY: u64 = 1 << 12;
+    /// Bytes that the list of lamps may have.
+    const LAMPS: RangeInclusive<u64> = 1 << 12..=2 << 30;
     /// Bytes that a frame brings to the device, if the file does not say.
     pub const UPLOAD: u64 = 4 << 20;
-    /// Least that a frame may bring.
-    pub const LEAST_UPLOAD: u64 = 1 << 16;
+    /// Bytes that a frame may bring.
+    const UPLOADS: RangeInclusive<u64> = 1 << 16..=2 << 30;
     /// Most threads.
-    pub const MOST_THREADS: u32 = 256;
+    const MOST_THREADS: u32 = 256;
 }
 
-/// What `[stream]` says, with where the tiles come from.
+/// The world is made around the camera while it moves, rather than all at once.
+#[derive(Keys)]
 pub(super) struct Stream {
-    pub(super) settings: StreamSettings,
-    /// The address of the store, if they are not built, and where the file names it.
-    pub(super) source: Option<(String, Span)>,
+    #[keys(flatten)]
+    settings: StreamSettings,
+    /// A store that the world was baked to, in place of [[build]]: a folder of the project, or a URL. The world is built when left out.
+    ///
+    /// Here without the `zarr:` before it.
+    #[keys(read = source, shape = Shape::Schema(json!({ "type": "string", "pattern": "^zarr:." })))]
+    pub(super) source: Option<Spanned<String>>,
+    #[keys(span)]
+    pub(super) place: Span,
 }
 
-/// What a source begins with: tiles come from arrays of Zarr, and from nowhere else.
-const ZARR: &str = "zarr:";
+impl Stream {
+    pub(super) fn settings(&self) -> StreamSettings {
+        let StreamSettings { near, far, .. } = self.settings;
+        StreamSettings { far: near.max(far), ..self.settings }
+    }
+}
 
-pub(super) fn read(table: &Table<'_, '_>) -> Option<Stream> {
-    let source = match table.get("source") {
-        None => Some(None),
-        Some(node) => node.string().and_then(|text| match text.strip_prefix(ZARR) {
-            Some(address) if !address.is_empty() => Some(Some((address.to_owned(), node.span.clone()))),
-            _ => node
-                .bad_value(format!("`{text}` is not a source: write \"zarr:FOLDER\" or \"zarr:s3://BUCKET/FOLDER\"")),
-        }),
-    };
-    let default = StreamSettings::default();
-    let near = table.get("near").map_or(Some(default.near), |node| node.integer(64..=StreamSettings::MOST_NEAR));
-    let far = match table.get("far") {
-        None => near,
-        Some(node) => {
-            let far = node.integer(64..=StreamSettings::MOST_FAR);
-            match far.zip(near) {
-                Some((far, near)) if far < near => {
-                    node.bad_value(format!("`{}` is {far}, and `near` is {near}: it must not be smaller", node.name))
-                }
-                Some((far, near)) if far > 64 * near => node.bad_value(format!(
-                    "`{}` is {far}, more than 64 times `near`, which is {near}: cells are at most 64 voxels large",
-                    node.name
-                )),
-                _ => far,
-            }
+fn source(node: &Node<'_, '_>) -> Option<Spanned<String>> {
+    let text = node.string()?;
+    match text.strip_prefix("zarr:").filter(|address| !address.is_empty()) {
+        Some(address) => Some(Spanned::new(address.to_owned(), node.span.clone())),
+        None => {
+            node.bad_value(format!("`{text}` is not a source: write \"zarr:FOLDER\" or \"zarr:s3://BUCKET/FOLDER\""))
         }
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
+fn farther(table: &Table<'_, '_>, near: &u32, far: &u32) -> bool {
+    let Some(node) = table.get("far") else { return true };
+    let wrong = if far < near {
+        format!("`{}` is {far}, and `near` is {near}: it must not be smaller", node.name)
+    } else if *far > 64 * near {
+        let name = &node.name;
+        format!("`{name}` is {far}, more than 64 times `near`, which is {near}: cells are at most 64 voxels large")
+    } else {
+        return true;
     };
-    let height = match table.get("height") {
-        None => Some(None),
-        Some(node) => match node.integers::<_, 2>(extent::CELLS) {
-            Some([low, high]) if low >= high => {
-                node.bad_value(format!("`{}` is empty: from {low} to {high}", node.name))
-            }
-            height => height.map(Some),
-        },
-    };
-    let gpu_memory = table.get("gpu_memory").map_or(Some(default.gpu_memory), |node| {
-        bytes(&node, StreamSettings::LEAST_MEMORY, StreamSettings::MOST_GPU_MEMORY)
-    });
-    let cpu_memory = table
-        .get("cpu_memory")
-        .map_or(Some(default.cpu_memory), |node| bytes(&node, 0, StreamSettings::MOST_CPU_MEMORY));
-    let lamp_memory = table.get("lamp_memory").map_or(Some(default.lamp_memory), |node| {
-        bytes(&node, StreamSettings::LEAST_LAMP_MEMORY, StreamSettings::MOST_GPU_MEMORY)
-    });
-    let upload = match table.get("upload") {
-        None => Some(default.upload),
-        Some(node) => {
-            let upload = bytes(&node, StreamSettings::LEAST_UPLOAD, StreamSettings::MOST_GPU_MEMORY);
-            match upload.zip(gpu_memory) {
-                Some((upload, memory)) if upload > memory => node.bad_value(format!(
-                    "`{}` is {upload} bytes, and `gpu_memory` is {memory}: a frame cannot bring more than there is room for",
-                    node.name
-                )),
-                _ => upload,
-            }
-        }
-    };
-    let threads = table.get("threads").map_or(Some(0), |node| node.integer(0..=StreamSettings::MOST_THREADS));
-    table.finish();
-    let settings = StreamSettings {
-        near: near?,
-        far: far?,
-        height: height?,
-        gpu_memory: gpu_memory?,
-        cpu_memory: cpu_memory?,
-        lamp_memory: lamp_memory?,
-        upload: upload?,
-        threads: threads?,
-    };
-    Some(Stream { settings, source: source? })
+    node.bad_value::<()>(wrong);
+    false
+}
+
+fn filled(table: &Table<'_, '_>, height: Option<&[i64; 2]>) -> bool {
+    let (Some([low, high]), Some(node)) = (height, table.get("height")) else { return true };
+    if low >= high {
+        node.bad_value::<()>(format!("`{}` is empty: from {low} to {high}", node.name));
+    }
+    low < high
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
+fn fits(table: &Table<'_, '_>, memory: &u64, upload: &u64) -> bool {
+    let Some(node) = table.get("upload").filter(|_| upload > memory) else { return true };
+    node.bad_value::<()>(format!(
+        "`{}` is {upload} bytes, and `gpu_memory` is {memory}: a frame cannot bring more than there is room for",
+        node.name
+    ));
+    false
 }
 
 /// A number of bytes: an integer, or a number with a unit, `"512 MiB"`.
-fn bytes(node: &Node<'_, '_>, least: u64, most: u64) -> Option<u64> {
-    let found = if node.is_string() {
-        let text = node.string()?;
-        match parse(&text) {
-            Some(bytes) => bytes,
-            None => {
+fn bytes(range: RangeInclusive<u64>) -> impl Fn(&Node<'_, '_>) -> Option<u64> {
+    move |node| {
+        let found = if node.is_string() {
+            let text = node.string()?;
+            let Some(bytes) = parse(&text) else {
                 return node.bad_value(format!("`{text}` is not an amount of memory: write \"512 MiB\" or \"1 GiB\""));
-            }
+            };
+            bytes
+        } else {
+            node.integer(0..=i64::MAX.cast_unsigned())?
+        };
+        if range.contains(&found) {
+            return Some(found);
         }
-    } else {
-        node.integer(0..=i64::MAX.cast_unsigned())?
-    };
-    if (least..=most).contains(&found) {
-        return Some(found);
+        let [found, least, most] = [found, *range.start(), *range.end()].map(amount);
+        node.bad_value(format!("`{}` is {found}; it must be {least} to {most}", node.name))
     }
-    node.bad_value(format!("`{}` is {}; it must be {} to {}", node.name, amount(found), amount(least), amount(most)))
+}
+
+fn memory(range: RangeInclusive<u64>) -> Shape {
+    let text = Shape::Schema(json!({ "type": "string", "pattern": "^[0-9]+ *[KMGT]iB$" }));
+    Shape::Either(vec![text, u64::shape(&range.into())])
 }
 
 const UNITS: [(&str, u64); 4] = [("KiB", 1 << 10), ("MiB", 1 << 20), ("GiB", 1 << 30), ("TiB", 1 << 40)];

@@ -1,194 +1,272 @@
 //! `op = "terrain"`.
 
-use raxel_diagnostics::table::Table;
+use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_generate::{Band, Caves, Layer, Noise, River, Terrain, Water};
-use raxel_world::Mode;
+use raxel_generate::{Band, Caves, Layer, Noise, Operation, River, Terrain, Water};
+use raxel_language::{Keys, ReadKeys, Shape, Value, describe};
+use raxel_world::random::mix;
 
-use super::extent;
-use super::materials::Palette;
-use super::operations::Seed;
+use super::extent::{CELLS, Extent, POSITIONS};
+use super::materials::Named;
+use super::operations::Site;
+use super::reading::Reading;
 
 /// Deepest layer, in voxels.
 const DEPTH: i64 = 1 << 32;
-/// As heights and amplitudes in the file.
-const HEIGHTS: std::ops::RangeInclusive<f64> = extent::POSITIONS;
 
-#[expect(clippy::cast_possible_truncation, reason = "heights are within ±2³¹")]
-pub(super) fn read(
-    table: &Table<'_, '_>,
-    mode: Option<Mode>,
-    palette: &Palette,
-    seed: Seed,
-    streamed: bool,
-) -> Option<Terrain> {
-    let area = extent::read_endless(table, streamed);
-    let base = table.get("base").map_or(Some(0.0), |node| node.number(HEIGHTS));
-    let amplitude = table.need("amplitude").and_then(|node| node.number(0.0..=*HEIGHTS.end()));
-    let exponent = table.get("exponent").map_or(Some(1), |node| node.integer(1..=8));
-    let seed = seed.read(table);
-    let noise = seed.and_then(|seed| noise(table, seed, 5));
-    let river = match table.get("river").map(|node| node.table()) {
-        None => Some(None),
-        Some(Some(river)) => seed.and_then(|seed| read_river(&river, seed)).map(Some),
-        Some(None) => None,
-    };
-    let floor = table.get("floor").map(|node| node.integer(extent::CELLS));
-    let shell = table.get("shell").map(|node| node.integer(1..=DEPTH));
-    let layers = read_layers(table, palette);
-    let first_depth = layers.as_ref().map_or(1, |layers| layers[0].depth);
-    let bands = read_bands(table, palette, first_depth);
-    let water = match table.get("water").map(|node| node.table()) {
-        None => Some(None),
-        Some(Some(water)) => {
-            let material = water.need("material").and_then(|node| palette.find(&node));
-            let level = water.need("level").and_then(|node| node.integer(extent::CELLS));
-            water.finish();
-            material.zip(level).map(|(material, level)| Some(Water { material, level }))
-        }
-        Some(None) => None,
-    };
-    let caves = match table.get("caves").map(|node| node.table()) {
-        None => Some(None),
-        Some(Some(caves)) => read_caves(&caves, seed).map(Some),
-        Some(None) => None,
-    };
-    let (min, max) = area?;
-    let (base, river) = (base?, river?);
-    let lowest = river.as_ref().map_or(base, |river| base.min(river.bed));
-    let terrain = Terrain {
-        min,
-        max,
-        base,
-        amplitude: amplitude?,
-        exponent: exponent?,
-        noise: noise?,
-        floor: floor.unwrap_or(Some(lowest.floor() as i64 - 16))?,
-        river,
-        shell: match shell {
-            Some(shell) => Some(shell?),
-            None => None,
-        },
-        layers: layers?,
-        bands: bands?,
-        water: water?,
-        caves: caves?,
-        mode: mode?,
-        cell: 1,
-    };
-    extent::inside_world(table, &terrain.bounds())?;
-    near_enough(table, &terrain)?;
-    Some(terrain)
+/// `op = "terrain"`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = bounded(extent))]
+pub(super) struct TerrainKeys {
+    #[keys(flatten)]
+    extent: Extent<2>,
+    /// Height of the lowest land, in voxels.
+    #[keys(range = POSITIONS, default = 0.0)]
+    base: f64,
+    /// From the lowest land to the highest, in voxels.
+    #[keys(range = 0.0..=*POSITIONS.end())]
+    amplitude: f64,
+    /// A power of the heights from 0 to 1: above 1, low land becomes wider and high land steeper.
+    #[keys(range = 1..=8, default = 1)]
+    exponent: u32,
+    /// Hills for each voxel of the way.
+    #[keys(range = 1e-9..=1.0, default = 1.0 / 128.0)]
+    frequency: f64,
+    /// How often finer detail is added.
+    #[keys(range = 1..=16, default = 5)]
+    octaves: u32,
+    /// How many times finer each time.
+    #[keys(range = 1.0..=8.0, default = 2.0)]
+    lacunarity: f64,
+    /// Strength of each time, as a multiple of that of the time before.
+    #[keys(range = 0.0..=1.0, default = 0.5)]
+    gain: f64,
+    /// Sharp crests instead of round hills.
+    #[keys(default = false)]
+    ridges: bool,
+    /// Any number: another one, another land. Its place in the file when left out.
+    seed: Option<i64>,
+    /// A valley that meanders through the land.
+    river: Option<RiverKeys>,
+    /// The lowest voxel; 16 below the lowest land when left out.
+    #[keys(range = CELLS)]
+    floor: Option<i64>,
+    /// Only so many voxels below the surface, and what lies bare; all of them when left out.
+    #[keys(range = 1..=DEPTH)]
+    shell: Option<i64>,
+    /// From the surface down.
+    layers: Layers,
+    /// Another uppermost layer by height and slope; the first that fits.
+    bands: Vec<BandKeys>,
+    /// Lakes.
+    water: Option<WaterKeys>,
+    /// Tunnels through the land.
+    caves: Option<CaveKeys>,
 }
 
-/// `frequency`, `octaves`, `lacunarity`, `gain`, `ridges`.
-fn noise(table: &Table<'_, '_>, seed: u64, octaves: u32) -> Option<Noise> {
-    let frequency = table.get("frequency").map_or(Some(1.0 / 128.0), |node| node.number(1e-9..=1.0));
-    let octaves = table.get("octaves").map_or(Some(octaves), |node| node.integer(1..=16));
-    let lacunarity = table.get("lacunarity").map_or(Some(2.0), |node| node.number(1.0..=8.0));
-    let gain = table.get("gain").map_or(Some(0.5), |node| node.number(0.0..=1.0));
-    let ridges = table.get("ridges").map_or(Some(false), |node| node.boolean());
-    Some(Noise {
-        seed,
-        frequency: frequency?,
-        octaves: octaves?,
-        lacunarity: lacunarity?,
-        gain: gain?,
-        ridges: ridges?,
-    })
+/// `river`.
+#[derive(Keys)]
+struct RiverKeys {
+    /// Height of its bed, in voxels.
+    #[keys(range = POSITIONS)]
+    bed: f64,
+    /// Half the width of its bed, about, in voxels.
+    #[keys(range = 0.0..=1e6)]
+    width: f64,
+    /// Voxels over which the land rises to its own height.
+    #[keys(range = 1.0..=1e6)]
+    banks: f64,
+    /// Bends for each voxel of the way.
+    #[keys(range = 1e-9..=1.0, default = 1.0 / 512.0)]
+    frequency: f64,
+    /// How often finer bends are added.
+    #[keys(range = 1..=16, default = 2)]
+    octaves: u32,
+    /// Any number: another one, another course.
+    #[keys(default = 0)]
+    seed: i64,
 }
 
-fn read_river(table: &Table<'_, '_>, seed: u64) -> Option<River> {
-    let bed = table.need("bed").and_then(|node| node.number(HEIGHTS));
-    let width = table.need("width").and_then(|node| node.number(0.0..=1e6));
-    let banks = table.need("banks").and_then(|node| node.number(1.0..=1e6));
-    let frequency = table.get("frequency").map_or(Some(1.0 / 512.0), |node| node.number(1e-9..=1.0));
-    let octaves = table.get("octaves").map_or(Some(2), |node| node.integer(1..=16));
-    let own = table.get("seed").map_or(Some(0), |node| node.integer(i64::MIN..=i64::MAX));
-    table.finish();
-    let noise = Noise {
-        seed: raxel_world::random::mix(seed ^ raxel_world::random::mix(!own?.cast_unsigned())),
-        frequency: frequency?,
-        octaves: octaves?,
-        lacunarity: 2.0,
-        gain: 0.35,
-        ridges: false,
-    };
-    Some(River { noise, bed: bed?, width: width?, banks: banks? })
+/// Layers from the surface down, at least one.
+struct Layers(Vec<Layer>);
+
+/// One of `layers`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>)]
+struct LayerKeys {
+    /// What it is made of.
+    material: Named,
+    /// Voxels; the last layer goes down to the floor when left out.
+    #[keys(range = 1..=DEPTH)]
+    depth: Option<i64>,
 }
 
-fn read_caves(table: &Table<'_, '_>, seed: Option<u64>) -> Option<Caves> {
-    let width = table.need("width").and_then(|node| node.number(0.0..=1.0));
-    let frequency = table.get("frequency").map_or(Some(1.0 / 64.0), |node| node.number(1e-9..=0.25));
-    let octaves = table.get("octaves").map_or(Some(1), |node| node.integer(1..=8));
-    let cover = table.get("cover").map_or(Some(0), |node| node.integer(0..=DEPTH));
-    let height = |key: &str| match table.get(key) {
-        Some(node) => node.integer(extent::CELLS).map(Some),
-        None => Some(None),
-    };
-    let (above, below) = (height("above"), height("below"));
-    let own = table.get("seed").map_or(Some(0), |node| node.integer(i64::MIN..=i64::MAX));
-    table.finish();
-    let (octaves, frequency, own, seed) = (octaves?, frequency?, own?.cast_unsigned(), seed?);
-    let noise = |n: u64| Noise {
-        seed: raxel_world::random::mix(seed ^ raxel_world::random::mix(own.wrapping_mul(2).wrapping_add(n) ^ 0xcafe)),
-        frequency,
-        octaves,
-        lacunarity: 2.0,
-        gain: 0.5,
-        ridges: false,
-    };
-    let noises = [noise(0), noise(1)];
-    Some(Caves { noises, width: width?, cover: cover?, above: above?, below: below? })
+/// One of `bands`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>, check = somewhere(above, below, slope))]
+struct BandKeys {
+    /// What the uppermost layer is made of here.
+    material: Named,
+    /// Only where the surface is at this height or higher, in voxels; at any when left out.
+    #[keys(range = CELLS)]
+    above: Option<i64>,
+    /// Only where the surface is lower than this height, in voxels; at any when left out.
+    #[keys(range = CELLS)]
+    below: Option<i64>,
+    /// Only where a neighbouring column is at least so many voxels higher or lower; anywhere when left out.
+    #[keys(range = 1..=DEPTH)]
+    slope: Option<i64>,
+    /// Voxels; as deep as the first layer when left out.
+    #[keys(range = 1..=DEPTH)]
+    depth: Option<i64>,
 }
 
-fn read_layers(table: &Table<'_, '_>, palette: &Palette) -> Option<Vec<Layer>> {
-    let node = table.need("layers")?;
-    let tables = node.array()?;
-    if tables.is_empty() {
-        return node.bad_value(format!("`{}` needs at least one layer", node.name));
+/// `water`.
+#[derive(Keys)]
+#[keys(context = Reading<'_>)]
+struct WaterKeys {
+    /// What fills everything below the level that is not land.
+    material: Named,
+    /// The first height without water, in voxels.
+    #[keys(range = CELLS)]
+    level: i64,
+}
+
+/// `caves`.
+#[derive(Keys)]
+struct CaveKeys {
+    /// How far two noises in space may be from 0: wider tunnels.
+    #[keys(range = 0.0..=1.0)]
+    width: f64,
+    /// Bends for each voxel of the way.
+    #[keys(range = 1e-9..=0.25, default = 1.0 / 64.0)]
+    frequency: f64,
+    /// How often finer bends are added.
+    #[keys(range = 1..=8, default = 1)]
+    octaves: u32,
+    /// Voxels of land that stay above them; under water always at least 4.
+    #[keys(range = 0..=DEPTH, default = 0)]
+    cover: i64,
+    /// Only at this height or higher, in voxels; at any when left out.
+    #[keys(range = CELLS)]
+    above: Option<i64>,
+    /// Only lower than this height, in voxels; at any when left out.
+    #[keys(range = CELLS)]
+    below: Option<i64>,
+    /// Any number: another one, other caves.
+    #[keys(default = 0)]
+    seed: i64,
+}
+
+impl TerrainKeys {
+    #[expect(clippy::cast_possible_truncation, reason = "heights are within ±2³¹")]
+    pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
+        let (min, max) = self.extent.corners(site.table, site.reading.streamed)?;
+        let seed = site.seed(self.seed);
+        let Self { base, amplitude, exponent, frequency, octaves, lacunarity, gain, ridges, .. } = self;
+        let river = self.river.map(|river| river.river(seed));
+        let lowest = river.as_ref().map_or(base, |river| base.min(river.bed));
+        let (depth, layers) = (self.layers.0[0].depth, self.layers.0);
+        let terrain = Terrain {
+            min,
+            max,
+            base,
+            amplitude,
+            exponent,
+            noise: Noise { seed, frequency, octaves, lacunarity, gain, ridges },
+            floor: self.floor.unwrap_or(lowest.floor() as i64 - 16),
+            river,
+            shell: self.shell,
+            layers,
+            bands: self.bands.into_iter().map(|band| band.band(depth)).collect(),
+            water: self.water.map(|WaterKeys { material, level }| Water { material: material.0, level }),
+            caves: self.caves.map(|caves| caves.caves(seed)),
+            mode: site.mode,
+            cell: 1,
+        };
+        site.inside_world(&terrain.bounds())?;
+        near_enough(site.table, &terrain)?;
+        Some(Operation::Terrain(terrain))
     }
-    let layers: Vec<_> = (tables.iter().enumerate())
-        .map(|(n, node)| {
-            let layer = node.table()?;
-            let material = layer.need("material").and_then(|node| palette.find(&node));
-            // The last layer goes all the way down, unless it is also the first and bands need to know its depth.
-            let depth = match layer.get("depth") {
-                Some(node) => node.integer(1..=DEPTH),
-                None if n + 1 == tables.len() => Some(DEPTH),
-                None => layer.need("depth").and(None),
-            };
-            layer.finish();
-            Some(Layer { material: material?, depth: depth? })
-        })
-        .collect();
-    layers.into_iter().collect()
 }
 
-fn read_bands(table: &Table<'_, '_>, palette: &Palette, depth: i64) -> Option<Vec<Band>> {
-    let Some(node) = table.get("bands") else { return Some(Vec::new()) };
-    let bands: Vec<_> = (node.array()?.iter())
-        .map(|node| {
-            let band = node.table()?;
-            let material = band.need("material").and_then(|node| palette.find(&node));
-            let height = |key: &str| match band.get(key) {
-                Some(node) => node.integer(extent::CELLS).map(Some),
-                None => Some(None),
-            };
-            let (above, below) = (height("above"), height("below"));
-            let slope = match band.get("slope") {
-                Some(node) => node.integer(1..=DEPTH).map(Some),
-                None => Some(None),
-            };
-            let depth = band.get("depth").map_or(Some(depth), |node| node.integer(1..=DEPTH));
-            band.finish();
-            if (above, below, slope) == (Some(None), Some(None), Some(None)) {
-                node.report(codes::files::MISSING_KEY, format!("`{}` holds everywhere", node.name), "");
-            }
-            Some(Band { material: material?, above: above?, below: below?, slope: slope?, depth: depth? })
-        })
-        .collect();
-    bands.into_iter().collect()
+/// Land in a streamed world has no end.
+fn bounded(table: &Table<'_, '_>, reading: &Reading<'_>, extent: &Extent<2>) -> bool {
+    extent.corners(table, reading.streamed).is_some()
+}
+
+impl RiverKeys {
+    fn river(self, seed: u64) -> River {
+        let Self { bed, width, banks, frequency, octaves, seed: own } = self;
+        let seed = mix(seed ^ mix(!own.cast_unsigned()));
+        River {
+            noise: Noise { seed, frequency, octaves, lacunarity: 2.0, gain: 0.35, ridges: false },
+            bed,
+            width,
+            banks,
+        }
+    }
+}
+
+impl CaveKeys {
+    fn caves(self, seed: u64) -> Caves {
+        let Self { width, frequency, octaves, cover, above, below, seed: own } = self;
+        let noise = |n: u64| Noise {
+            seed: mix(seed ^ mix(own.cast_unsigned().wrapping_mul(2).wrapping_add(n) ^ 0xcafe)),
+            frequency,
+            octaves,
+            lacunarity: 2.0,
+            gain: 0.5,
+            ridges: false,
+        };
+        Caves { noises: [noise(0), noise(1)], width, cover, above, below }
+    }
+}
+
+describe! {
+    Layers => Shape::array(Shape::Table(LayerKeys::form()), 1..);
+}
+
+impl Value<Reading<'_>> for Layers {
+    fn read(node: &Node<'_, '_>, (): &(), reading: &Reading<'_>) -> Option<Self> {
+        let tables = node.array()?;
+        let Some(last) = tables.len().checked_sub(1) else {
+            return node.bad_value(format!("`{}` needs at least one layer", node.name));
+        };
+        let layer = |(n, node): (usize, &Node<'_, '_>)| {
+            let table = node.table()?;
+            let keys = LayerKeys::read_keys(&table, reading);
+            // The last layer goes all the way down, unless it is also the first and bands need to know its depth.
+            let needed = n < last && table.get("depth").is_none() && table.need("depth").is_none();
+            table.finish();
+            keys.filter(|_| !needed)
+                .map(|LayerKeys { material, depth }| Layer { material: material.0, depth: depth.unwrap_or(DEPTH) })
+        };
+        let layers: Vec<_> = tables.iter().enumerate().map(layer).collect();
+        layers.into_iter().collect::<Option<_>>().map(Self)
+    }
+}
+
+impl BandKeys {
+    fn band(self, first: i64) -> Band {
+        let Self { material, above, below, slope, depth } = self;
+        Band { material: material.0, above, below, slope, depth: depth.unwrap_or(first) }
+    }
+}
+
+fn somewhere(
+    table: &Table<'_, '_>,
+    _: &Reading<'_>,
+    above: Option<&i64>,
+    below: Option<&i64>,
+    slope: Option<&i64>,
+) -> bool {
+    let right = above.is_some() || below.is_some() || slope.is_some();
+    if !right {
+        let message = format!("`{}` holds everywhere", table.name());
+        table.reporter().report(Diagnostic::error(codes::files::MISSING_KEY, message).label(table.span().clone(), ""));
+    }
+    right
 }
 
 /// Reports noise too fine for its distance from the origin.

@@ -1,11 +1,134 @@
-//! What passes say in tables of their own: bindings and rhythms.
+//! What passes say.
 
 use raxel_diagnostics::{Spanned, codes};
-use raxel_graph::checked::{MOST_STILL, RoundIndex};
-use raxel_language::Keys;
+use raxel_graph::checked::{Condition, MOST_STILL, RoundIndex};
+use raxel_language::{Keys, Shape};
 
-use crate::parse::{RATES, needs_target, rate};
-use crate::schema::reference;
+use super::{Fills, Literal, Member};
+use crate::extends::reject_removals;
+use crate::parse::{RATES, binds, defines, needs_target, push, rate, specialization, subgroup_size, uniforms};
+use crate::schema::{conditions, constants, definitions, reference, subgroup_sizes};
+
+/// One compute dispatch of one shader.
+#[derive(Clone, Debug, Keys)]
+#[keys(layer("pass", unknown = codes::graph::UNKNOWN_PASS), added = reject_removals)]
+pub struct Pass {
+    /// Its name.
+    #[keys(name)]
+    pub name: Spanned<String>,
+    /// Takes it out of the graph that `extends` names.
+    #[keys(remove, shape = reference("remove"))]
+    pub remove: bool,
+    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    #[keys(flawed)]
+    pub flawed: bool,
+    /// Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph
+    /// stays.
+    #[keys(excludes("after", why = "a pass has one place"))]
+    pub before: Option<Spanned<String>>,
+    /// Over a graph that `extends` names: puts the pass after this one. A new pass goes to the end when left out, one of that graph
+    /// stays.
+    pub after: Option<Spanned<String>>,
+    /// The shader, relative to shaders/: needed.
+    pub shader: Option<Spanned<String>>,
+    /// The entry point.
+    #[keys(told = "main".to_owned())]
+    pub entry: Option<Spanned<String>>,
+    /// Preprocessor definitions.
+    #[keys(read = defines, shape = definitions())]
+    pub defines: Vec<(Spanned<String>, String)>,
+    /// Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.
+    #[keys(read = specialization, shape = constants())]
+    pub specialization: Vec<(Spanned<String>, Constant)>,
+    /// Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left
+    /// out.
+    #[keys(rename = "subgroup", read = subgroup_size, shape = subgroup_sizes())]
+    pub subgroup_size: Option<Spanned<u32>>,
+    /// How many workgroups: `[x, y, z]`, or as many as cover some threads. Needed.
+    #[keys(about = "How many workgroups: [x, y, z], or as many as cover some threads. Needed.")]
+    pub dispatch: Option<Spanned<Dispatch>>,
+    /// GLSL name = resource. `NAME@1` is the last frame of NAME.
+    #[keys(read = binds, shape = Shape::by_name(reference("bind")))]
+    pub bind: Vec<Bind>,
+    /// The push constants: every member of the shader's block.
+    #[keys(cover, read = push, shape = Shape::by_name(reference("member")))]
+    pub push: Option<Fills<Member>>,
+    /// Uniform blocks that raxel fills, by GLSL name.
+    #[keys(read = uniforms, shape = Shape::by_name(reference("fills")))]
+    pub uniforms: Vec<Fills<Member>>,
+    /// The loop that repeats it; it runs once when left out.
+    #[keys(rename = "loop")]
+    pub in_loop: Option<Spanned<String>>,
+    /// Runs only while this holds; `!` negates. Always when left out.
+    #[keys(shape = conditions())]
+    pub when: Option<Spanned<String>>,
+    /// Conditions of buffers that it binds, or leaves out where they do not hold.
+    #[keys(skip)]
+    pub also_when: Vec<Condition>,
+    /// Runs at a rhythm of its own; in every frame when left out.
+    pub every: Option<Spanned<Every>>,
+}
+
+/// `every`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Every {
+    /// `{ hz = 20 }`.
+    Hz(f64),
+    /// `{ frames = 3 }`.
+    Frames(u32),
+    /// `{ still = 64 }`.
+    Still(u32),
+    /// `"sim"`, the name of a clock.
+    Clock(String),
+}
+
+/// `dispatch`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dispatch {
+    /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`, `{ threads = "world" }`.
+    ThreadsOf {
+        /// The target or buffer, or the world.
+        target: Spanned<String>,
+        /// Mip 0 when the file gives none.
+        mip: Spanned<Mip>,
+    },
+    /// `{ groups = "hit", tile = [16, 16], mip = 1 }`.
+    GroupsOf {
+        /// The target.
+        target: Spanned<String>,
+        /// Texels of a workgroup; one when the file gives none.
+        tile: [u32; 3],
+        /// Mip 0 when the file gives none.
+        mip: Spanned<Mip>,
+    },
+    /// `{ threads = [x, y, z] }`.
+    Threads([u32; 3]),
+    /// `[x, y, z]`, `{ groups = [x, y, z] }`.
+    Groups([u32; 3]),
+    /// `{ indirect = "args", offset = 0 }`.
+    Indirect {
+        /// The buffer.
+        buffer: Spanned<String>,
+        /// Bytes.
+        offset: Spanned<u64>,
+    },
+    /// `{ count = "queue", offset = 0 }`.
+    Queue {
+        /// The buffer.
+        buffer: Spanned<String>,
+        /// Bytes.
+        offset: Spanned<u64>,
+    },
+}
+
+/// The value of a specialization constant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Constant {
+    /// Written in the file.
+    Value(Literal),
+    /// The word of `from`, or the whole value when it is a string.
+    From(Spanned<String>),
+}
 
 /// A resource with its view.
 #[derive(Clone, Debug, Keys)]

@@ -3,10 +3,11 @@
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 use raxel_graph::checked::LARGEST_SUBGROUP;
+use raxel_language::layer::removes;
 use raxel_language::{Named, ReadKeys, Value};
 
-use super::{at, literal, removes, text};
-use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Pass, Rhythm, SharedBlock};
+use super::{at, literal};
+use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Rhythm, SharedBlock};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
 pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
@@ -14,38 +15,8 @@ pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
 
-/// A pass; flawed and with an empty name when it has none.
-pub fn pass(table: &Table<'_, '_>) -> Pass {
-    let before = table.reporter().count();
-    let name = table.need_string("name").map(|(value, span)| Spanned::new(value, span));
-    let mut pass = Pass {
-        name: name.unwrap_or_else(|| Spanned::new(String::new(), table.span().clone())),
-        remove: removes(table, &["name", "remove"]),
-        flawed: false,
-        before: text(table, "before"),
-        after: text(table, "after"),
-        shader: text(table, "shader"),
-        entry: text(table, "entry"),
-        defines: defines(table),
-        specialization: specialization(table),
-        subgroup_size: table.get("subgroup").and_then(|node| at(&node, subgroup_size(&node))),
-        dispatch: table.get("dispatch").and_then(|node| at(&node, dispatch(&node))),
-        bind: table.get("bind").and_then(|node| node.table()).map(|table| bind(&table)).unwrap_or_default(),
-        push: table.get("push").and_then(|node| fills("push".to_owned(), &node)),
-        uniforms: table.tables("uniforms").into_iter().filter_map(|(name, node, _)| fills(name, &node)).collect(),
-        in_loop: text(table, "loop"),
-        when: text(table, "when"),
-        also_when: Vec::new(),
-        every: table.get("every").and_then(|node| at(&node, every(&node))),
-    };
-    table.conflict("before", "after", "a pass has one place");
-    table.finish();
-    pass.flawed = table.reporter().count() > before;
-    pass
-}
-
-fn defines(table: &Table<'_, '_>) -> Vec<(Spanned<String>, String)> {
-    let Some(table) = table.get("defines").and_then(|node| node.table()) else { return Vec::new() };
+/// `defines`: those that are right.
+pub fn defines(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, String)>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let text = if node.is_string() {
             node.string()?
@@ -61,26 +32,32 @@ fn defines(table: &Table<'_, '_>) -> Vec<(Spanned<String>, String)> {
         };
         Some((Spanned::new(name, node.key_span.clone()), text))
     };
-    table.entries().into_iter().filter_map(read).collect()
+    Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
 
-fn specialization(table: &Table<'_, '_>) -> Vec<(Spanned<String>, Constant)> {
-    let Some(table) = table.get("specialization").and_then(|node| node.table()) else { return Vec::new() };
+/// `specialization`: the constants that are right.
+pub fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Constant)>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let constant =
             if node.is_string() { Constant::From(at(&node, node.string())?) } else { Constant::Value(literal(&node)?) };
         Some((Spanned::new(name, node.key_span.clone()), constant))
     };
-    table.entries().into_iter().filter_map(read).collect()
+    Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
 
 /// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
-fn subgroup_size(node: &Node<'_, '_>) -> Option<u32> {
-    let size = node.integer(1..=LARGEST_SUBGROUP)?;
+pub fn subgroup_size(node: &Node<'_, '_>) -> Option<Spanned<u32>> {
+    let size: u32 = node.integer(1..=LARGEST_SUBGROUP)?;
     if size.is_power_of_two() {
-        Some(size)
+        at(node, Some(size))
     } else {
         node.bad_value(format!("`{}` is {size}; it must be a power of two", node.name))
+    }
+}
+
+impl<C: ?Sized> Value<C> for Dispatch {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        dispatch(node)
     }
 }
 
@@ -166,7 +143,8 @@ fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
     Some(counts)
 }
 
-fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
+/// `bind`: the bindings that are right.
+pub fn binds(node: &Node<'_, '_>) -> Option<Vec<Bind>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let name = Spanned::new(name, node.key_span.clone());
         if node.is_string() {
@@ -179,7 +157,7 @@ fn bind(table: &Table<'_, '_>) -> Vec<Bind> {
         }
         Bind::read_named(name, &node.table()?, &())
     };
-    table.entries().into_iter().filter_map(read).collect()
+    Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
 
 /// A binding that is not taken away has a resource.
@@ -188,13 +166,29 @@ pub fn needs_target(table: &Table<'_, '_>, remove: &bool, target: Option<&Spanne
     *remove || target.is_some() || table.need("target").is_some()
 }
 
+/// `[blocks.*]`: those that are tables.
+pub fn shared_blocks(node: &Node<'_, '_>) -> Option<Vec<SharedBlock>> {
+    let read = |(name, node): (String, Node<'_, '_>)| shared_block(name, &node, &node.table()?);
+    Some(node.table()?.entries().into_iter().filter_map(read).collect())
+}
+
 /// One of `[blocks.*]`. A member that is called `remove` would be a boolean, which no block of this name needs.
-pub fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
+fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Option<SharedBlock> {
     if table.get("remove").is_some_and(|node| node.is_boolean()) && removes(table, &["remove"]) {
         let fills = Fills { name: Spanned::new(name, node.key_span.clone()), members: Vec::new() };
         return Some(SharedBlock { fills, remove: true });
     }
     Some(SharedBlock { fills: fills(name, node)?, remove: false })
+}
+
+/// `push`.
+pub fn push(node: &Node<'_, '_>) -> Option<Fills<Member>> {
+    fills("push".to_owned(), node)
+}
+
+/// `uniforms`: the blocks that are tables.
+pub fn uniforms(node: &Node<'_, '_>) -> Option<Vec<Fills<Member>>> {
+    Some(node.table()?.entries().into_iter().filter_map(|(name, node)| fills(name, &node)).collect())
 }
 
 fn fills(name: String, node: &Node<'_, '_>) -> Option<Fills<Member>> {
@@ -235,35 +229,27 @@ fn is_member(table: &Table<'_, '_>) -> bool {
 
 fn member(path: Spanned<String>, node: &Node<'_, '_>) -> Option<Member> {
     let table = node.table()?;
-    let remove = removes(&table, &["remove"]);
-    table.conflict("from", "value", "a member has one value");
-    let member = Member {
-        path,
-        remove,
-        ty: text(&table, "type"),
-        from: text(&table, "from"),
-        value: table.get("value").and_then(|node| literal(&node)),
-        offset: table.get("offset").and_then(|node| at(&node, node.integer(0..=u32::MAX))),
-    };
-    if !remove && table.get("from").is_none() && table.get("value").is_none() {
+    let member = Member::read_named(path, &table, &())?;
+    if !member.remove && table.get("from").is_none() && table.get("value").is_none() {
         node.bad_value::<()>(format!("`{}` needs `from` or `value`", node.name));
     }
-    table.finish();
     Some(member)
 }
 
-fn every(node: &Node<'_, '_>) -> Option<Every> {
-    if node.is_string() {
-        return node.string().map(Every::Clock);
-    }
-    if !node.is_table() {
-        return node.wrong_type("the name of a clock, `{ hz = … }`, `{ frames = … }` or `{ still = … }`");
-    }
-    match Rhythm::read_whole(&node.table()?, &())? {
-        Rhythm { hz: Some(hz), .. } => Some(Every::Hz(hz)),
-        Rhythm { frames: Some(frames), .. } => Some(Every::Frames(frames)),
-        Rhythm { still: Some(still), .. } => Some(Every::Still(still)),
-        Rhythm { .. } => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
+impl<C: ?Sized> Value<C> for Every {
+    fn read(node: &Node<'_, '_>, (): &(), _: &C) -> Option<Self> {
+        if node.is_string() {
+            return node.string().map(Every::Clock);
+        }
+        if !node.is_table() {
+            return node.wrong_type("the name of a clock, `{ hz = … }`, `{ frames = … }` or `{ still = … }`");
+        }
+        match Rhythm::read_whole(&node.table()?, &())? {
+            Rhythm { hz: Some(hz), .. } => Some(Every::Hz(hz)),
+            Rhythm { frames: Some(frames), .. } => Some(Every::Frames(frames)),
+            Rhythm { still: Some(still), .. } => Some(Every::Still(still)),
+            Rhythm { .. } => node.bad_value(format!("`{}` needs `hz`, `frames` or `still`", node.name)),
+        }
     }
 }
 

@@ -1,13 +1,18 @@
 //! What `#[keys(…)]` says.
 
+use proc_macro2::TokenStream;
+use quote::quote;
 use syn::meta::ParseNestedMeta;
 use syn::parse::ParseStream;
 use syn::spanned::Spanned;
-use syn::{Attribute, DeriveInput, Expr, Ident, LitStr, Path, Token, Type};
+use syn::{Attribute, DeriveInput, Expr, Generics, Ident, LitStr, Path, Token, Type};
 
 /// Of the type.
 pub struct Container {
-    pub ident: Ident,
+    /// Its parameters, which are numbers.
+    pub generics: Generics,
+    /// Its name, with its parameters.
+    pub ident: TokenStream,
     pub about: String,
     /// `context = Type`: what reading needs to know.
     pub context: Option<Type>,
@@ -17,8 +22,12 @@ pub struct Container {
     pub into: Option<Type>,
     /// `layer("param", unknown = CODE)`.
     pub layer: Option<Layer>,
+    /// `layer`: a whole file, which is laid over another.
+    pub file: bool,
     /// `over = function`: what a layer does to the base before its keys replace those of the base.
     pub over: Option<Path>,
+    /// `added = function`: what is checked of a table that the base does not have.
+    pub added: Option<Path>,
     /// `tag = "op"`.
     pub tag: Option<LitStr>,
 }
@@ -56,6 +65,8 @@ pub struct Field {
     pub read: Option<Expr>,
     pub shape: Option<Expr>,
     pub excludes: Vec<Exclusion>,
+    /// A layer in a layer: it is laid over its equal, and does not replace it.
+    pub cover: bool,
     pub role: Role,
 }
 
@@ -74,6 +85,8 @@ pub enum Role {
     Flatten,
     /// The name of the table.
     Entry,
+    /// The key that says the name of the table.
+    Name,
     /// The place of the table.
     Span,
     /// `remove = true`.
@@ -97,13 +110,19 @@ pub struct Variant {
 impl Container {
     pub fn of(input: &DeriveInput) -> syn::Result<Self> {
         let mut found = Self {
-            ident: input.ident.clone(),
+            generics: input.generics.clone(),
+            ident: {
+                let (ident, (_, params, _)) = (&input.ident, input.generics.split_for_impl());
+                quote!(#ident #params)
+            },
             about: about(&input.attrs),
             context: None,
             checks: Vec::new(),
             into: None,
             layer: None,
+            file: false,
             over: None,
+            added: None,
             tag: None,
         };
         each(&input.attrs, |meta| {
@@ -111,9 +130,11 @@ impl Container {
                 "context" => found.context = Some(meta.value()?.parse()?),
                 "into" => found.into = Some(meta.value()?.parse()?),
                 "over" => found.over = Some(meta.value()?.parse()?),
+                "added" => found.added = Some(meta.value()?.parse()?),
                 "tag" => found.tag = Some(meta.value()?.parse()?),
                 "about" => found.about = meta.value()?.parse::<LitStr>()?.value(),
                 "check" => found.checks.push(Check::of(&meta.value()?.parse()?)?),
+                "layer" if !meta.input.peek(syn::token::Paren) => found.file = true,
                 "layer" => {
                     let inner;
                     syn::parenthesized!(inner in meta.input);
@@ -126,7 +147,11 @@ impl Container {
                     }
                     found.layer = Some(Layer { what, unknown, whole: whole.is_some() });
                 }
-                _ => return Err(meta.error("a type has `context`, `into`, `tag`, `about`, `check`, `layer` or `over`")),
+                _ => {
+                    return Err(
+                        meta.error("a type has `context`, `into`, `tag`, `about`, `check`, `layer`, `over` or `added`")
+                    );
+                }
             }
             Ok(())
         })?;
@@ -149,12 +174,12 @@ impl Check {
 }
 
 impl Field {
-    pub fn of(field: &syn::Field) -> syn::Result<Self> {
-        let ident = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "a key has a name"))?;
-        let mut found = Self {
+    /// The keys of another declaration.
+    pub fn flatten(ident: Ident, ty: Type) -> Self {
+        Self {
             ident,
-            ty: field.ty.clone(),
-            about: about(&field.attrs),
+            ty,
+            about: String::new(),
             rename: None,
             range: None,
             default: None,
@@ -165,8 +190,14 @@ impl Field {
             read: None,
             shape: None,
             excludes: Vec::new(),
-            role: Role::Key,
-        };
+            cover: false,
+            role: Role::Flatten,
+        }
+    }
+
+    pub fn of(field: &syn::Field) -> syn::Result<Self> {
+        let ident = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "a key has a name"))?;
+        let mut found = Self { about: about(&field.attrs), role: Role::Key, ..Self::flatten(ident, field.ty.clone()) };
         each(&field.attrs, |meta| {
             match word(meta)?.as_str() {
                 "rename" => found.rename = Some(meta.value()?.parse()?),
@@ -181,15 +212,17 @@ impl Field {
                 "shape" => found.shape = Some(meta.value()?.parse()?),
                 "excludes" => found.excludes.push(Exclusion::of(meta)?),
                 "flatten" => found.role = Role::Flatten,
+                "cover" => found.cover = true,
                 "entry" => found.role = Role::Entry,
+                "name" => found.role = Role::Name,
                 "span" => found.role = Role::Span,
                 "remove" => found.role = Role::Remove,
                 "flawed" => found.role = Role::Flawed,
                 "skip" => found.role = Role::Skip,
                 _ => {
                     return Err(meta.error(
-                        "a field has `rename`, `range`, `default`, `absent`, `told`, `unit`, `about`, `map`, `read`, `shape` \
-                         or `excludes`; or is `flatten`, `entry`, `span`, `remove`, `flawed` or `skip`",
+                        "a field has `rename`, `range`, `default`, `absent`, `told`, `unit`, `about`, `map`, `read`, `shape`, \
+                         `excludes` or `cover`; or is `flatten`, `entry`, `name`, `span`, `remove`, `flawed` or `skip`",
                     ));
                 }
             }

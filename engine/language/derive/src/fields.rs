@@ -32,7 +32,7 @@ fn variable(container: &Container, field: &Field) -> TokenStream {
             })
         }
         Role::Flatten => quote!(<#ty as ::raxel_language::ReadKeys<#context>>::read_keys(__table, __context)),
-        Role::Entry => quote!(::core::option::Option::Some(__name)),
+        Role::Entry | Role::Name => quote!(::core::option::Option::Some(__name)),
         Role::Span => quote!(::core::option::Option::Some(__table.span().clone())),
         Role::Remove => quote!(::core::option::Option::Some(::raxel_language::layer::removes(__table, &["remove"]))),
         Role::Flawed | Role::Skip => quote!(::core::option::Option::Some(::core::default::Default::default())),
@@ -78,7 +78,7 @@ pub fn value(container: &Container, field: &Field) -> TokenStream {
     if is_option(ty) { quote!(#value.map(::core::option::Option::Some)) } else { value }
 }
 
-fn is_option(ty: &Type) -> bool {
+pub fn is_option(ty: &Type) -> bool {
     matches!(ty, Type::Path(path) if path.path.segments.last().is_some_and(|last| last.ident == "Option"))
 }
 
@@ -96,9 +96,13 @@ pub fn checks(container: &Container, all: &[Field]) -> TokenStream {
     let check = |Check { function, fields }: &Check| {
         let locals: Vec<Ident> = fields.iter().map(local).collect();
         let arguments = fields.iter().zip(&locals).map(|(field, local)| argument(all, field, &quote!(#local)));
+        let call = quote!(__sound &= #function(__table, #context #(#arguments),*););
+        if fields.is_empty() {
+            return call;
+        }
         quote! {
             if let (#(::core::option::Option::Some(#locals),)*) = (#(&#locals,)*) {
-                __sound &= #function(__table, #context #(#arguments),*);
+                #call
             }
         }
     };
@@ -119,6 +123,7 @@ pub fn describing(fields: &[Field], asked: bool) -> TokenStream {
         match field.role {
             Role::Key => key(field, asked),
             Role::Remove => key(field, false),
+            Role::Name => key(field, true),
             Role::Flatten => quote! {
                 let __inner = <#ty as ::raxel_language::Keys>::form();
                 __form.keys.extend(__inner.keys);

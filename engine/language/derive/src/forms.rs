@@ -1,7 +1,7 @@
 //! An enum: words, or forms of a table.
 
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{format_ident, quote};
 use syn::{DataEnum, Fields, Ident};
 
 use crate::attributes::{Container, Field, Variant};
@@ -83,6 +83,8 @@ struct Form<'d> {
     ident: &'d Ident,
     variant: Variant,
     fields: Vec<Field>,
+    /// The fields have names; else there is one, another declaration.
+    named: bool,
 }
 
 impl<'d> Form<'d> {
@@ -90,15 +92,25 @@ impl<'d> Form<'d> {
         let fields = match &variant.fields {
             Fields::Named(fields) => fields.named.iter().map(Field::of).collect::<syn::Result<_>>()?,
             Fields::Unit => Vec::new(),
-            Fields::Unnamed(fields) => return Err(syn::Error::new_spanned(fields, "the fields of a form have names")),
+            Fields::Unnamed(fields) if fields.unnamed.len() == 1 => {
+                vec![Field::flatten(format_ident!("keys"), fields.unnamed[0].ty.clone())]
+            }
+            Fields::Unnamed(fields) => {
+                return Err(syn::Error::new_spanned(fields, "a form has fields with names, or is one declaration"));
+            }
         };
-        Ok(Self { ident: &variant.ident, variant: Variant::of(variant)?, fields })
+        let named = !matches!(variant.fields, Fields::Unnamed(_));
+        Ok(Self { ident: &variant.ident, variant: Variant::of(variant)?, fields, named })
     }
 
     /// Reads the keys of this form, and gives the variant.
     fn read(&self, container: &Container) -> TokenStream {
         let (ident, reading) = (self.ident, fields::reading(container, &self.fields));
-        let made = fields::made(&quote!(Self::#ident), &self.fields);
+        let made = if self.named {
+            fields::made(&quote!(Self::#ident), &self.fields)
+        } else {
+            quote!(__keys.map(Self::#ident))
+        };
         quote!({ #reading #made })
     }
 }

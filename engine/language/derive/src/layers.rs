@@ -11,33 +11,21 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
     let ident = &container.ident;
     let (generics, context) = context(container);
     let Layer { what, unknown, whole } = layer;
-    let (name, remove) = (the(container, all, Role::Entry)?, the(container, all, Role::Remove)?);
+    let remove = the(container, all, Role::Remove)?;
+    // The author names the table, or a key of it does.
+    let key = all.iter().find(|field| field.role == Role::Name);
+    let name = key.map_or_else(|| the(container, all, Role::Entry), |key| Ok(&key.ident))?;
+    let key_name = key.map(Field::key);
+    let beside: Vec<&str> = key_name.as_deref().into_iter().chain(["remove"]).collect();
     // Nothing of a table that is replaced as a whole remains to be flawed.
     let flawed = if *whole { None } else { Some(the(container, all, Role::Flawed)?) };
     let flawed: Vec<&Ident> = flawed.into_iter().collect();
-    if let Some(field) =
-        all.iter().find(|field| field.default.is_some() || field.absent.is_some() || field.map.is_some())
-    {
-        return Err(syn::Error::new_spanned(
-            &field.ident,
-            "a key of a layer may be missing: it has no `default` to be merged",
-        ));
-    }
+    mergeable(all)?;
     let idents = all.iter().map(|field| &field.ident);
     let values = all.iter().map(|field| match field.role {
-        Role::Entry => quote!(__name),
-        Role::Remove => quote!(::raxel_language::layer::removes(__table, &["remove"])),
-        Role::Key => {
-            let (key, excludes, value) = (field.key(), fields::excludes(field), fields::value(container, field));
-            quote!({
-                #excludes
-                __table.get(#key).and_then(|__node| {
-                    let __node = &__node;
-                    #value
-                }).flatten()
-            })
-        }
-        _ => quote!(::core::default::Default::default()),
+        Role::Entry | Role::Name => quote!(__name),
+        Role::Remove => quote!(::raxel_language::layer::removes(__table, &[#(#beside),*])),
+        _ => read(container, field),
     });
     let context_argument = container.context.iter().map(|_| quote!(__context,));
     let context_argument = quote!(#(#context_argument)*);
@@ -46,7 +34,7 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
         quote!(let _: bool = #function(__table, #context_argument #(#arguments),*);)
     });
     let over = container.over.iter();
-    let keys = all.iter().filter(|field| field.role == Role::Key).map(|field| &field.ident);
+    let merged = merged(all);
     let (before, mutable) =
         if *whole { (quote!(), quote!()) } else { (quote!(let __before = __table.reporter().count();), quote!(mut)) };
     let cover = if *whole {
@@ -55,25 +43,45 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
         quote! {
             #(self.#flawed |= __above.#flawed;)*
             #(#over(self, &__above);)*
-            #(::raxel_language::layer::replace(&mut self.#keys, __above.#keys);)*
+            #merged
         }
     };
-    Ok(quote! {
-        #[automatically_derived]
-        impl #generics ::raxel_language::Named<#context> for #ident {
-            fn read_named(
-                __name: ::raxel_language::Spanned<::std::string::String>,
-                __table: &::raxel_language::Table<'_, '_>,
-                __context: &#context,
-            ) -> ::core::option::Option<Self> {
-                #before
-                let #mutable __read = Self { #(#idents: #values),* };
-                #(#checks)*
-                __table.finish();
-                #(__read.#flawed = __table.reporter().count() > __before;)*
-                ::core::option::Option::Some(__read)
+    let naming = key_name.iter().map(|key| {
+        quote! {
+            let __name = __table
+                .need(#key)
+                .and_then(|__node| ::raxel_language::Value::<#context>::read(&__node, &(), __context))
+                .unwrap_or_else(|| ::raxel_language::Spanned::new(::std::string::String::new(), __table.span().clone()));
+        }
+    });
+    let body = quote! {
+        #before
+        #(#naming)*
+        let #mutable __read = Self { #(#idents: #values),* };
+        #(#checks)*
+        __table.finish();
+        #(__read.#flawed = __table.reporter().count() > __before;)*
+        ::core::option::Option::Some(__read)
+    };
+    let reader = if key_name.is_some() {
+        keyed(container, &body)
+    } else {
+        quote! {
+            #[automatically_derived]
+            impl #generics ::raxel_language::Named<#context> for #ident {
+                fn read_named(
+                    __name: ::raxel_language::Spanned<::std::string::String>,
+                    __table: &::raxel_language::Table<'_, '_>,
+                    __context: &#context,
+                ) -> ::core::option::Option<Self> {
+                    #body
+                }
             }
         }
+    };
+    let added = container.added.iter();
+    Ok(quote! {
+        #reader
 
         #[automatically_derived]
         impl ::raxel_language::Layer for #ident {
@@ -88,11 +96,111 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
                 self.#remove
             }
 
-            fn cover(&mut self, __above: Self, _: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
+            fn added(&self, __found: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
+                #(#added(self, __found);)*
+            }
+
+            fn cover(&mut self, __above: Self, __found: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
                 #cover
             }
         }
     })
+}
+
+/// A whole file that is laid over another.
+pub fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
+    mergeable(all)?;
+    let ident = &container.ident;
+    let (generics, context) = context(container);
+    let (idents, values) = (all.iter().map(|field| &field.ident), all.iter().map(|field| read(container, field)));
+    let merged = merged(all);
+    Ok(quote! {
+        #[automatically_derived]
+        impl #generics ::raxel_language::ReadKeys<#context> for #ident {
+            fn read_keys(
+                __table: &::raxel_language::Table<'_, '_>,
+                __context: &#context,
+            ) -> ::core::option::Option<Self> {
+                ::core::option::Option::Some(Self { #(#idents: #values),* })
+            }
+        }
+
+        #[automatically_derived]
+        impl #ident {
+            /// Puts `above` over this: of each key, what the file on top says counts.
+            pub(crate) fn cover(&mut self, __above: Self, __found: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
+                #merged
+            }
+        }
+    })
+}
+
+fn mergeable(all: &[Field]) -> syn::Result<()> {
+    match all.iter().find(|field| field.default.is_some() || field.absent.is_some() || field.map.is_some()) {
+        None => Ok(()),
+        Some(field) => Err(syn::Error::new_spanned(
+            &field.ident,
+            "a key of a layer may be missing: it has no `default` to be merged",
+        )),
+    }
+}
+
+/// What a key says, or nothing where it is wrong or absent; nothing of what is no key.
+fn read(container: &Container, field: &Field) -> TokenStream {
+    if field.role != Role::Key {
+        return quote!(::core::default::Default::default());
+    }
+    let (key, excludes, value) = (field.key(), fields::excludes(field), fields::value(container, field));
+    quote!({
+        #excludes
+        __table.get(#key).and_then(|__node| {
+            let __node = &__node;
+            #value
+        }).unwrap_or_default()
+    })
+}
+
+/// Lays the keys of `__above` over those of `self`.
+fn merged(all: &[Field]) -> TokenStream {
+    let merge = |field: &Field| {
+        let key = &field.ident;
+        if field.cover {
+            quote!(::raxel_language::layer::cover(&mut self.#key, __above.#key, __found);)
+        } else if fields::is_option(&field.ty) {
+            quote!(::raxel_language::layer::replace(&mut self.#key, __above.#key);)
+        } else {
+            quote!(::raxel_language::layer::merge(&mut self.#key, __above.#key, __found);)
+        }
+    };
+    all.iter().filter(|field| field.role == Role::Key).map(merge).collect()
+}
+
+/// The reader of a table that a key names, such as one of `[[passes]]`. Without the key its name is empty.
+fn keyed(container: &Container, body: &TokenStream) -> TokenStream {
+    let ident = &container.ident;
+    let (generics, context) = context(container);
+    quote! {
+        #[automatically_derived]
+        impl ::raxel_language::Describe for #ident {
+            type Limits = ();
+
+            fn shape((): &()) -> ::raxel_language::Shape {
+                ::raxel_language::Shape::Table(<Self as ::raxel_language::Keys>::form())
+            }
+        }
+
+        #[automatically_derived]
+        impl #generics ::raxel_language::Value<#context> for #ident {
+            fn read(
+                __node: &::raxel_language::Node<'_, '_>,
+                (): &(),
+                __context: &#context,
+            ) -> ::core::option::Option<Self> {
+                let __table = &__node.table()?;
+                #body
+            }
+        }
+    }
 }
 
 /// The one field of that role.

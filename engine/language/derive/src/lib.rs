@@ -9,7 +9,7 @@ mod tables;
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{Data, DeriveInput, Fields, parse_macro_input};
+use syn::{Data, DeriveInput, Fields, GenericParam, parse_macro_input};
 
 use attributes::Container;
 
@@ -21,8 +21,8 @@ pub fn keys(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
 }
 
 fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    if !input.generics.params.is_empty() {
-        return Err(syn::Error::new_spanned(&input.generics, "keys are declared by types without parameters"));
+    if let Some(other) = input.generics.params.iter().find(|param| !matches!(param, GenericParam::Const(_))) {
+        return Err(syn::Error::new_spanned(other, "of the parameters of a type, keys can depend on numbers only"));
     }
     let container = Container::of(input)?;
     let is_table = matches!(input.data, Data::Struct(_));
@@ -44,8 +44,9 @@ fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 
 /// The generics of an impl and the type of its context: any, unless the attributes name one.
 fn context(container: &Container) -> (TokenStream, TokenStream) {
+    let params = &container.generics.params;
     match &container.context {
-        Some(context) => (quote!(), quote!(#context)),
-        None => (quote!(<__Context: ?::core::marker::Sized>), quote!(__Context)),
+        Some(context) => (quote!(<#params>), quote!(#context)),
+        None => (quote!(<__Context: ?::core::marker::Sized, #params>), quote!(__Context)),
     }
 }

@@ -9,9 +9,10 @@ use crate::{context, fields, layers};
 
 pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenStream> {
     let all = found.named.iter().map(Field::of).collect::<syn::Result<Vec<_>>>()?;
-    let keys = keys(container, &fields::describing(&all, container.layer.is_none()));
+    let keys = keys(container, &fields::describing(&all, container.layer.is_none() && !container.file));
     let reader = match &container.layer {
         Some(layer) => layers::expand(container, layer, &all)?,
+        None if container.file => layers::file(container, &all)?,
         None => reader(container, &all),
     };
     Ok(quote!(#keys #reader))
@@ -19,10 +20,10 @@ pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenSt
 
 /// The description of the type as a table.
 pub fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
-    let (ident, about) = (&container.ident, &container.about);
+    let (ident, about, params) = (&container.ident, &container.about, &container.generics.params);
     quote! {
         #[automatically_derived]
-        impl ::raxel_language::Keys for #ident {
+        impl<#params> ::raxel_language::Keys for #ident {
             fn form() -> ::raxel_language::Form {
                 let mut __form = ::raxel_language::Form { about: #about, ..::core::default::Default::default() };
                 #describing
@@ -75,10 +76,10 @@ fn reader(container: &Container, all: &[Field]) -> TokenStream {
 pub fn value(container: &Container) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
-    let into = container.into.iter();
+    let (into, params) = (container.into.iter(), &container.generics.params);
     quote! {
         #[automatically_derived]
-        impl ::raxel_language::Describe for #ident {
+        impl<#params> ::raxel_language::Describe for #ident {
             type Limits = ();
 
             fn shape((): &()) -> ::raxel_language::Shape {

@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use raxel_language::Keys;
+
 /// The middle of the anchor's cell, from the position.
 const MIDDLE: f64 = 0.5;
 /// A quaternion of `f32` that is so near to a quarter turn is meant to be one.
@@ -17,7 +19,7 @@ pub struct Pose {
 }
 
 /// An axis of the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 pub enum Axis {
     /// Right.
     X,

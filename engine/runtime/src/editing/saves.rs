@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use raxel_diagnostics::{Diagnostic, Files, codes};
 use raxel_edit::EditError;
@@ -37,7 +38,7 @@ fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
 /// How a save is kept, as the world's file says.
 fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
     SaveOptions {
-        sync: settings.sync,
+        sync: Duration::from_secs_f64(settings.sync),
         keep_on_generator_change: settings.on_generator_change == OnGeneratorChange::Keep,
         read_only: saves != Saves::Write,
         ..SaveOptions::default()
@@ -50,13 +51,13 @@ impl Editing {
         let base = Arc::clone(&self.base);
         let Some(settings) = base.loaded().save.clone().filter(|_| saves != Saves::Ignore) else { return Vec::new() };
         let options = save_options(&settings, saves);
-        let opened = match Save::open(&root.join(&settings.path), &save_meta(&base, files), options) {
+        let opened = match Save::open(&root.join(&settings.path.value), &save_meta(&base, files), options) {
             Ok(opened) => opened,
             Err(error) => return vec![refused(&error, &settings)],
         };
         let mut found: Vec<Diagnostic> = (opened.damages.iter().filter(|damage| !damage.unfinished))
             .map(|damage| {
-                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}`: {damage}", settings.path))
+                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}`: {damage}", settings.path.value))
                     .help(format!("`raxel world verify {}` lists what is broken", base.path.as_deref().unwrap_or("")))
             })
             .collect();
@@ -74,12 +75,12 @@ impl Editing {
                 Ok(change) => save.replayed(&change),
                 // What could not be replayed today stays in the journal.
                 Err(EditError::Unavailable(reason)) => {
-                    let message = format!("the edits in `{}` cannot be made: {reason}", settings.path);
+                    let message = format!("the edits in `{}` cannot be made: {reason}", settings.path.value);
                     found.push(Diagnostic::error(codes::world::STORE_FAILING, message));
                     return found;
                 }
                 Err(error) => {
-                    let message = format!("`{}`: edit {seq} is left out: {error}", settings.path);
+                    let message = format!("`{}`: edit {seq} is left out: {error}", settings.path.value);
                     found.push(Diagnostic::warning(codes::world::SAVE_DAMAGED, message));
                 }
             }
@@ -94,7 +95,7 @@ impl Editing {
     /// come near. Gives what is to be said about chunks that are broken, which are as the world's file builds them from now on.
     pub(super) fn unpack(&mut self) -> Vec<Diagnostic> {
         let broken = if self.base.tiles().is_none() { self.edits.unpack() } else { Vec::new() };
-        let path = self.base.loaded().save.as_ref().map_or("", |settings| &settings.path);
+        let path = self.base.loaded().save.as_ref().map_or("", |settings| &settings.path.value);
         let message = |ChunkPos { x, y, z }| format!("`{path}`: the chunk at {x}, {y}, {z} cannot be unpacked");
         broken.into_iter().map(|pos| Diagnostic::warning(codes::world::SAVE_DAMAGED, message(pos))).collect()
     }
@@ -103,7 +104,7 @@ impl Editing {
 /// What is wrong with the place of a save, where a world names one.
 pub(crate) fn misplaced(world: &Loaded, root: Option<&Path>) -> Option<Diagnostic> {
     let settings = world.save.as_ref()?;
-    save::check_folder(&root?.join(&settings.path)).err().map(|error| refused(&error, settings))
+    save::check_folder(&root?.join(&settings.path.value)).err().map(|error| refused(&error, settings))
 }
 
 fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
@@ -124,11 +125,13 @@ fn refused(error: &SaveError, settings: &SaveSettings) -> Diagnostic {
         }
         SaveError::Io { .. } => (codes::world::SAVE_UNREADABLE, "look at the permissions of the folder"),
     };
-    Diagnostic::error(code, format!("`{}`: {error}", settings.path)).label(settings.place.clone(), "").help(help)
+    Diagnostic::error(code, format!("`{}`: {error}", settings.path.value))
+        .label(settings.path.span.clone(), "")
+        .help(help)
 }
 
 pub(super) fn failing(why: &str, world: &Loaded) -> Diagnostic {
-    let path = world.save.as_ref().map_or("", |settings| &settings.path);
+    let path = world.save.as_ref().map_or("", |settings| &settings.path.value);
     Diagnostic::warning(codes::world::SAVE_FAILING, format!("`{path}`: edits are not saved at the moment: {why}"))
         .help("they are kept in memory and saved as soon as that is possible")
 }
@@ -138,7 +141,7 @@ pub(super) fn message(event: &SaveEvent, world: &Loaded) -> Option<Diagnostic> {
     match event {
         SaveEvent::Failing { why } => Some(failing(why, world)),
         SaveEvent::Recovered => {
-            let path = world.save.as_ref().map_or("", |settings| &settings.path);
+            let path = world.save.as_ref().map_or("", |settings| &settings.path.value);
             Some(Diagnostic::warning(codes::world::SAVE_FAILING, format!("`{path}`: everything is saved again")))
         }
         SaveEvent::Checkpoint { .. } => None,

@@ -4,9 +4,10 @@ use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::table::{self, Node, Reporter, Table};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_edit::{Brush, Operation, Scene, UNIT, fixed};
-use raxel_language::{Keys, Shape, Value};
+use raxel_language::{Keys, Value};
+use raxel_layouts::instances::Axis;
 use raxel_world::{Bounds, Mode, Orientation};
-use serde_json::json;
+use raxel_worldfile::{CELLS, POSITIONS, QuarterTurns};
 
 use super::demo::Demo;
 use super::read::{Clock, time};
@@ -28,8 +29,6 @@ pub struct EditKey {
     pub span: Span,
 }
 
-const CELLS: std::ops::RangeInclusive<i64> = -(1 << 31)..=1 << 31;
-const POSITIONS: std::ops::RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 const RADII: std::ops::RangeInclusive<f64> = 1.0 / UNIT as f64..=raxel_edit::MOST_RADIUS as f64;
 
 /// An edit, as a file says it.
@@ -108,11 +107,11 @@ enum What {
         #[keys(unit = "voxels")]
         origin: [i32; 3],
         /// Degrees to the left, seen from above.
-        #[keys(read = rotation, default = 0, shape = Shape::Schema(json!({ "enum": [0, 90, 180, 270] })), unit = "degrees")]
-        rotation: u32,
+        #[keys(default = QuarterTurns(0), unit = "degrees")]
+        rotation: QuarterTurns,
         /// Sets voxels, empties them, or recolours the solid ones.
-        #[keys(default = Blend::Add)]
-        mode: Blend,
+        #[keys(default = Mode::Add)]
+        mode: Mode,
     },
     /// Back to what the world's file builds there.
     Restore {
@@ -121,27 +120,13 @@ enum What {
     },
 }
 
-#[derive(Clone, Copy, PartialEq, Keys)]
-enum Blend {
-    Add,
-    Subtract,
-    Paint,
-}
-
-#[derive(Clone, Copy, Keys)]
-enum Axis {
-    X,
-    Y,
-    Z,
-}
-
 /// What is done with the voxels.
 #[derive(Keys)]
 #[keys(check = painted(mode, material))]
 struct Paint {
     /// Sets voxels, empties them, or recolours the solid ones.
-    #[keys(default = Blend::Add)]
-    mode: Blend,
+    #[keys(default = Mode::Add)]
+    mode: Mode,
     /// A material of the world; left out only when subtracting.
     material: Option<Spanned<String>>,
 }
@@ -161,16 +146,9 @@ struct Corners {
     size: Option<[i64; 3]>,
 }
 
-fn rotation(node: &Node<'_, '_>) -> Option<u32> {
-    match node.integer(0..=270)? {
-        degrees if degrees % 90 == 0 => Some(degrees),
-        degrees => node.bad_value(format!("`{}` is {degrees}; it must be 0, 90, 180 or 270", node.name)),
-    }
-}
-
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets references")]
-fn painted(table: &Table<'_, '_>, mode: &Blend, material: Option<&Spanned<String>>) -> bool {
-    if *mode == Blend::Subtract {
+fn painted(table: &Table<'_, '_>, mode: &Mode, material: Option<&Spanned<String>>) -> bool {
+    if *mode == Mode::Subtract {
         return !table.conflict("mode", "material", "what is emptied has no material");
     }
     material.is_some() || table.need("material").is_some()
@@ -191,9 +169,9 @@ impl Paint {
     /// Another material takes the place of this one when the world is known.
     fn brush(&self) -> Brush {
         match self.mode {
-            Blend::Add => Brush::Add(1),
-            Blend::Paint => Brush::Paint(1),
-            Blend::Subtract => Brush::Subtract,
+            Mode::Add => Brush::Add(1),
+            Mode::Paint => Brush::Paint(1),
+            Mode::Subtract => Brush::Subtract,
         }
     }
 }
@@ -223,13 +201,9 @@ impl From<Edit> for EditKey {
             },
             What::Model { model, origin, rotation, mode } => Operation::Model {
                 model: named.insert(model).value.clone(),
-                orientation: Orientation::quarter_turns(rotation / 90).to_vox(),
+                orientation: Orientation::quarter_turns(rotation.0).to_vox(),
                 position: origin,
-                mode: match mode {
-                    Blend::Add => Mode::Add,
-                    Blend::Subtract => Mode::Subtract,
-                    Blend::Paint => Mode::Paint,
-                },
+                mode,
             },
         };
         Self { time, operation, material, model: named, span }

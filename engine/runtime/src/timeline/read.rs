@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use raxel_diagnostics::table::{Node, Reporter, Table, read_document};
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Spanned, codes, files};
 use raxel_execute::moment::{Fraction, Moment};
-use raxel_language::{Describe, Json, Keys, ReadKeys, Shape, Value};
+use raxel_language::{Json, Keys, ReadKeys, Shape, Value, describe};
 use serde_json::json;
 
 use super::curve::Interpolation;
@@ -188,12 +188,9 @@ pub(super) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpol
     wrong.is_none()
 }
 
-impl Describe for DebugTarget {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        Shape::Text
-    }
+describe! {
+    DebugTarget => Shape::Text;
+    TrackKeys => Shape::Schema(json!({ "type": "array", "minItems": 1, "items": { "type": "array", "minItems": 2, "maxItems": 2 } }));
 }
 
 impl<C: ?Sized> Value<C> for DebugTarget {
@@ -201,15 +198,6 @@ impl<C: ?Sized> Value<C> for DebugTarget {
         DebugTarget::parse(&node.string()?)
             .map_err(|error| node.report(codes::session::UNKNOWN_TARGET, error.to_string(), ""))
             .ok()
-    }
-}
-
-impl Describe for TrackKeys {
-    type Limits = ();
-
-    fn shape((): &()) -> Shape {
-        let pair = json!({ "type": "array", "minItems": 2, "maxItems": 2 });
-        Shape::Schema(json!({ "type": "array", "minItems": 1, "items": pair }))
     }
 }
 

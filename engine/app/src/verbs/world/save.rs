@@ -152,7 +152,7 @@ impl Of {
                 Failure::usage(format!("`{path}` has no save")).help("[save] with a `path` in its file makes one")
             );
         };
-        let folder = front.project.on_disk(&settings.path);
+        let folder = front.project.on_disk(&settings.path.value);
         Ok((front, path, folder))
     }
 }
