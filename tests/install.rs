@@ -46,17 +46,20 @@ impl User {
         self.raxel_in(&self.path("here"), arguments)
     }
 
+    /// Where `raxel demo` keeps its files.
+    fn unpacked(&self) -> Option<PathBuf> {
+        let entries = fs::read_dir(self.path(".cache/raxel")).ok()?;
+        let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
+        entries.map(|entry| entry.unwrap().path()).find(|path| name(path).starts_with("shipped-"))
+    }
+
     /// What somebody does who has just installed raxel.
     fn first_steps(&self) {
-        let found = self.raxel(&["doctor", "--format", "json"]).exits(0).json();
-        assert!(found.iter().all(|finding| finding["state"] != "bad"));
-        self.raxel(&["demo", "--size", "64x36", "--frames", "2"]).exits(0);
-        assert_shows_something(&self.path("here/raxel-demo/dusk.png"), [64, 36]);
-        self.raxel(&["new", "own", "--template", "beauty"]).exits(0);
-        let own = self.path("here/own");
-        self.raxel_in(&own, &["check"]).exits(0);
-        self.raxel_in(&own, &["render", "--size", "64x36", "-o", "p.png"]).exits(0);
-        assert_shows_something(&own.join("p.png"), [64, 36]);
+        let script = repository().join(".github/release/try");
+        let run = Run::from(output(Command::new(script).arg(&self.binary).arg(self.path("steps")))).exits(0);
+        assert!(!run.stdout.contains("BAD"), "{}", run.stdout);
+        assert_shows_something(&self.path("steps/raxel-demo/dusk.png"), [64, 36]);
+        assert_shows_something(&self.path("steps/own/p.png"), [64, 36]);
     }
 }
 
@@ -68,6 +71,11 @@ fn assert_shows_something(path: &Path, size: [u32; 2]) {
     let first = *picture.get_pixel(0, 0);
     let others = picture.pixels().filter(|pixel| **pixel != first).count();
     assert!(others > picture.len() / 12, "{} is of one colour", path.display());
+}
+
+/// Whether `check` has nothing to say of any file.
+fn all_ok(check: &Run) -> bool {
+    !check.stderr.is_empty() && check.stderr.lines().all(|line| line.ends_with(": ok"))
 }
 
 fn binary() -> &'static str {
@@ -119,32 +127,34 @@ fn the_demo_says_what_it_cannot_do_and_leaves_nothing() {
 #[test]
 fn the_demo_of_a_project_is_that_of_the_project() {
     let user = User::with(binary());
-    user.raxel(&["new", "mine", "--template", "beauty"]).exits(0);
-    let (mine, demo) = (user.path("here/mine"), user.path("here/mine/worlds/dusk.demo.toml"));
-    let text = fs::read_to_string(&demo).unwrap();
-    fs::write(&demo, text.replace("fps      = 30", "fps      = 3")).unwrap();
-    let run = user.raxel_in(&mine.join("graphs"), &["demo", "--size", "64x36", "--frames", "1"]).exits(0);
-    assert!(mine.join(".raxel/demo/dusk.png").is_file(), "{}", run.stderr);
-    let run = user.raxel(&["demo", "mine/worlds/dusk.demo.toml", "--size", "64x36", "--frames", "1"]).exits(0);
-    assert!(!user.path("here/raxel-demo").exists(), "{}", run.stderr);
-    assert!(!user.path(".cache").join("raxel").read_dir().unwrap().any(|entry| {
-        entry.unwrap().file_name().to_string_lossy().starts_with("shipped-")
-    }));
+    user.raxel(&["new", "mine"]).exits(0);
+    let mine = user.path("here/mine");
+    let demo = "name = 'dusk'\nworld = 'valley.toml'\ngraph = 'primary.toml'\nduration = 1.0\nfps = 3\n[[camera]]\ntime = 0.0\n\
+                position = [-150.0, 96.0, 300.0]\nlook_at = [4.0, 40.0, 20.0]\n";
+    fs::write(mine.join("worlds/dusk.demo.toml"), demo).unwrap();
+    let small = ["--size", "64x36", "--fps", "3"];
+    let run = user.raxel_in(&mine.join("graphs"), &[&["demo"], &small[..]].concat()).exits(0);
+    assert_shows_something(&mine.join(".raxel/demo/dusk.png"), [64, 36]);
+    assert!(run.stderr.contains("3 frames"), "{}", run.stderr);
+    fs::remove_dir_all(mine.join(".raxel/demo")).unwrap();
+    user.raxel(&[&["demo", "mine/worlds/dusk.demo.toml"], &small[..]].concat()).exits(0);
+    assert_shows_something(&mine.join(".raxel/demo/dusk.png"), [64, 36]);
+    // Nothing was unpacked, and nothing lies where the user is.
+    assert!(!user.path("here/raxel-demo").exists() && user.unpacked().is_none());
 }
 
 /// Files of the demo that somebody edited stay; those that are gone come back. Without a cache it works as well.
 #[test]
 fn the_files_of_the_demo_are_kept_and_mended() {
     let user = User::with(binary());
-    let demo = ["demo", "--size", "64x36", "--frames", "1"];
+    let demo = ["demo", "sponge", "--size", "64x36", "--frames", "1"];
     user.raxel(&demo).exits(0);
-    let mut kept = fs::read_dir(user.path(".cache/raxel")).unwrap().map(|entry| entry.unwrap().path());
-    let kept = kept.find(|path| path.file_name().unwrap().to_string_lossy().starts_with("shipped-")).unwrap();
-    let edited = fs::read_to_string(kept.join("worlds/dusk.demo.toml")).unwrap() + "# mine\n";
-    fs::write(kept.join("worlds/dusk.demo.toml"), &edited).unwrap();
-    fs::remove_file(kept.join("graphs/beauty.toml")).unwrap();
+    let kept = user.unpacked().expect("a folder with the files");
+    let edited = fs::read_to_string(kept.join("worlds/sponge.demo.toml")).unwrap() + "# mine\n";
+    fs::write(kept.join("worlds/sponge.demo.toml"), &edited).unwrap();
+    fs::remove_file(kept.join("worlds/menger.toml")).unwrap();
     user.raxel(&demo).exits(0);
-    assert_eq!(fs::read_to_string(kept.join("worlds/dusk.demo.toml")).unwrap(), edited);
+    assert_eq!(fs::read_to_string(kept.join("worlds/sponge.demo.toml")).unwrap(), edited);
     Run::from(output(user.command(&user.path("here"), &demo).env("RAXEL_CACHE", "off"))).exits(0);
 }
 
@@ -161,7 +171,7 @@ fn every_template_checks_renders_and_names_files_that_are_there() {
         user.raxel(&["new", template, "--template", template]).exits(0);
         let project = user.path("here").join(template);
         let run = user.raxel_in(&project, &["check"]).exits(0);
-        assert!(run.stdout.is_empty() && run.stderr.is_empty(), "{template}: {}{}", run.stdout, run.stderr);
+        assert!(run.stdout.is_empty() && all_ok(&run), "{template}: {}{}", run.stdout, run.stderr);
         let readme = fs::read_to_string(project.join("README.md")).unwrap();
         for named in readme.split('`').filter(|span| span.contains('/') && !span.contains([' ', '*'])) {
             assert!(project.join(named).exists(), "the README of {template} names {named}");
@@ -177,13 +187,13 @@ fn every_template_checks_renders_and_names_files_that_are_there() {
 fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
     let user = User::with(binary());
     fs::copy(repository().join("worlds/models/hut.vox"), user.path("here/My Hut.vox")).unwrap();
-    for template in ["beauty", "voxel", "post"] {
+    for template in ["beauty", "voxel"] {
         user.raxel(&["new", template, "--template", template, "--model", "My Hut.vox"]).exits(0);
         let project = user.path("here").join(template);
         let copied = fs::read(project.join("worlds/models/My_Hut.vox")).unwrap();
         assert!(copied == fs::read(user.path("here/My Hut.vox")).unwrap());
         let run = user.raxel_in(&project, &["check"]).exits(0);
-        assert!(run.stderr.is_empty(), "{}", run.stderr);
+        assert!(all_ok(&run), "{}", run.stderr);
         user.raxel_in(&project, &["render", "--size", "64x36", "--frames", "2", "-o", "p.png"]).exits(0);
         assert_shows_something(&project.join("p.png"), [64, 36]);
         let info = user.raxel_in(&project, &["world", "info"]).exits(0).stdout;
@@ -214,7 +224,10 @@ fn every_verb_has_a_manual_page() {
     assert!(verbs.len() > 20 && verbs.contains(&"demo") && verbs.contains(&"man"), "{verbs:?}");
     for verb in verbs.iter().copied().chain(["world-info", "world-import"]) {
         let page = fs::read_to_string(user.path(&format!("here/pages/man1/raxel-{verb}.1"))).unwrap();
-        assert!(page.contains(".SH SYNOPSIS") && page.contains(&format!("raxel\\-{}", verb.replace('-', "\\-"))), "{page}");
+        assert!(
+            page.contains(".SH SYNOPSIS") && page.contains(&format!("raxel\\-{}", verb.replace('-', "\\-"))),
+            "{page}"
+        );
     }
     assert_eq!(user.raxel(&["man"]).exits(0).stdout, fs::read_to_string(user.path("here/pages/man1/raxel.1")).unwrap());
 }
@@ -267,10 +280,10 @@ fn the_archive_of_a_release_does_what_its_readme_says() {
         }
     }
     assert!(named > 9, "{named}");
-    for file in ["man/raxel-demo.1", "completions/_raxel", "docs/README.md", ".raxel/graph.schema.json", "LICENSE-MIT"] {
+    for file in ["man/raxel-demo.1", "completions/_raxel", "docs/README.md", ".raxel/graph.schema.json", "LICENSE-MIT"]
+    {
         assert!(archive.join(file).is_file(), "{file}");
     }
-    // Every dead link of its pages is one of the repository as well, and none lead out of the archive.
     for page in common::markdown::pages("docs") {
         assert!(archive.join(&page).is_file(), "{page}");
     }

@@ -18,8 +18,10 @@ use crate::unpacked::Unpacked;
 
 /// Shows a demo that raxel ships: in a window, or as a picture and a film where there is no display. It needs no project and no network.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  raxel demo\n  raxel demo fair --size 640x360\n  raxel demo valley --no-window -o pictures\n\n\
-                        The film needs ffmpeg; without it, the frames of the film are written as PNG files.")]
+#[command(
+    after_help = "Examples:\n  raxel demo\n  raxel demo fair --size 640x360\n  raxel demo valley --no-window -o pictures\n\n\
+                        The film needs ffmpeg; without it, the frames of the film are written as PNG files."
+)]
 pub(crate) struct Args {
     /// Its name, e.g. `valley`, or a file *.demo.toml. The demo of the project around the current folder is taken before raxel's own.
     #[arg(value_name = "DEMO", default_value = "dusk")]
