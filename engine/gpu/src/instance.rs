@@ -48,9 +48,9 @@ fn load() -> Result<ash::Entry> {
     // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
     let by_name = unsafe { ash::Entry::load() };
     by_name.or_else(|error| {
-        let others = HOMEBREW.iter().filter(|_| cfg!(target_os = "macos"));
+        let mut others = HOMEBREW.iter().filter(|_| cfg!(target_os = "macos"));
         // SAFETY: as above.
-        let found = others.filter_map(|path| unsafe { ash::Entry::load_from(path) }.ok()).next();
+        let found = others.find_map(|path| unsafe { ash::Entry::load_from(path) }.ok());
         found.ok_or_else(|| Error::NoLoader { reason: error.to_string() })
     })
 }
