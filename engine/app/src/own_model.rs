@@ -56,6 +56,7 @@ impl OwnModel {
         let eye = [middle[0] - 1.4 * radius, middle[1] + 1.2 * radius, middle[2] + 2.4 * radius];
         let margin = (3.0 * width.max(depth)).min(256.0);
         let vector = |[x, y, z]: [f64; 3]| format!("[{x:.1}, {y:.1}, {z:.1}]");
+        let corner = |[x, y, z]: [f64; 3]| format!("[{x:.0}, {y:.0}, {z:.0}]");
         format!(
             "#:schema ../.raxel/world.schema.json\n\
              name  = \"{name}\"\n\
@@ -79,8 +80,8 @@ impl OwnModel {
              origin = [0, 0, 0]\n",
             vector(eye),
             vector(middle),
-            format!("[-{margin:.0}, -4, -{margin:.0}]"),
-            format!("[{:.0}, 0, {:.0}]", width + margin, depth + margin),
+            corner([-margin, -4.0, -margin]),
+            corner([width + margin, 0.0, depth + margin]),
         )
     }
 }

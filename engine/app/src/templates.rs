@@ -84,7 +84,7 @@ impl Template {
         };
         let named = |path: &str| {
             let is_it = |name: &&str| path == *name || (name.ends_with('/') && path.starts_with(*name));
-            shipped.iter().any(|name| is_it(name)) && own.iter().all(|(replaced, _)| *replaced != path)
+            shipped.iter().any(is_it) && own.iter().all(|(replaced, _)| *replaced != path)
         };
         let shipped = raxel_shipped::FILES.iter().copied().filter(|(path, _)| named(path));
         shipped.chain(own.iter().copied()).chain([EVERY]).collect()
