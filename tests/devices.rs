@@ -8,7 +8,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{EXCEEDED, LEAST, Lesser, METAL, Project, Run, SMALL, command, output};
+use common::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SMALL, command, output};
 
 /// What a device lacks: a format, a feature or memory; threads in a workgroup, shared bytes, bindings.
 const REFUSED: [&str; 4] = ["RX0410", "RX0175", "RX0176", "RX0183"];
@@ -50,6 +50,39 @@ fn graphs_without_demands_run_on_the_least_device() {
         assert!(fits(&shipped, graph), "{graph}");
     }
     assert!(!fits(&shipped, "graphs/light/face_cache.toml"));
+}
+
+/// A driver of Vulkan 1.2 does if it has the extensions that became a part of 1.3.
+#[test]
+fn vulkan_1_2_with_extensions_is_enough() {
+    let shipped = behind(&METAL_12);
+    for graph in EVERYWHERE.iter().chain(&["graphs/beauty.toml"]) {
+        assert!(fits(&shipped, graph), "{graph}");
+    }
+    let found = run(&shipped, &["doctor", "--format", "json"]).exits(0).json();
+    let devices = found.iter().find(|line| line["what"] == "devices").unwrap()["finding"].to_string();
+    assert!(devices.contains("Vulkan 1.2): chosen"), "{devices}");
+}
+
+/// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane.
+#[test]
+fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
+    let project = Project::shipped();
+    let mut pictures = Vec::new();
+    for (bits, size) in [("128", 4), ("256", 8), ("512", 16)] {
+        let on = |arguments: &[&str]| -> Run {
+            let mut command = command(project.root(), &[arguments, &["--device", "llvmpipe"]].concat());
+            output(command.env("LP_NATIVE_VECTOR_WIDTH", bits)).into()
+        };
+        let said = on(&["doctor"]).exits(0).stdout;
+        assert!(said.contains(&format!("this device has subgroups of {size}\n")), "{said}");
+        on(&["stress", "--rays", "2e3", "--scenes", "dust", "--validate"]).exits(0);
+        let picture =
+            ["render", "graphs/primary.toml", "--world", "worlds/valley.toml", "--size", "96x54", "-o", "p.png"];
+        on(&picture).exits(0);
+        pictures.push(std::fs::read(project.path("p.png")).unwrap());
+    }
+    assert!(pictures[0] == pictures[1] && pictures[1] == pictures[2]);
 }
 
 #[test]

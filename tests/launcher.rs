@@ -230,38 +230,12 @@ fn an_old_rust_is_one_line() {
 
 /// A binary that stands where the built one would, and says what it was asked for.
 #[test]
-fn the_demo_computes_less_where_the_processor_draws_it() {
+fn the_demo_is_that_of_the_binary_with_every_option() {
     let launcher = Launcher::new();
     fs::create_dir_all(launcher.path("target/release")).unwrap();
-    let demo = |device: &str, display: Option<&str>, more: &[&str]| {
-        let script = format!(
-            "case $1 in doctor) echo 'ok    devices           * 0: {device}: chosen, the only suitable device' ;; *) echo \"raxel $*\" ;; esac"
-        );
-        launcher.program("../target/release/raxel", &script);
-        let mut command = launcher.command(&[&["demo"][..], more].concat());
-        command.env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").envs(display.map(|display| ("DISPLAY", display)));
-        let (done, said) = texts(&common::output(&mut command));
-        done.lines().filter(|line| line.starts_with("raxel ")).map(str::to_owned).collect::<Vec<_>>().join("\n") + &said
-    };
-    let software = "llvmpipe (LLVM 15.0.6, 256 bits) (software on the CPU, Vulkan 1.3)";
-    let flight = format!("{}/worlds/dusk.demo.toml", launcher.path("").display().to_string().trim_end_matches('/'));
-    let on_software = demo(software, Some(":0"), &[]);
-    assert!(on_software.contains(&format!("raxel run {flight} --size 960x540 --scale 0.25")), "{on_software}");
-    // What the command line says goes before.
-    let asked = demo(software, Some(":0"), &["--scale", "0.5"]);
-    assert!(asked.contains(&format!("raxel run {flight} --scale 0.5")) && !asked.contains("0.25"), "{asked}");
-    let on_gpu = demo("NVIDIA H200 (discrete GPU, Vulkan 1.3)", Some(":0"), &[]);
-    assert!(on_gpu.contains(&format!("raxel run {flight}")) && !on_gpu.contains("--scale"), "{on_gpu}");
-    let headless = demo(software, None, &[]);
-    assert!(headless.contains(&format!("raxel render {flight}")) && headless.contains("picture: "), "{headless}");
-    // Whether there is a film follows from whether ffmpeg is there.
-    assert_eq!(headless.contains(".mp4 --fps 15"), headless.contains("film: "), "{headless}");
-    assert_eq!(headless.contains("film: "), !headless.contains("no film: ffmpeg is not installed"), "{headless}");
-    for size in [&["--size", "160x90"][..], &["--size=160x90"]] {
-        let sized = demo(software, None, size);
-        assert!(!sized.contains("960x540") && !sized.contains("320x180") && sized.contains("160x90"), "{sized}");
+    launcher.program("../target/release/raxel", "echo \"raxel $*\"");
+    for words in [&["demo"][..], &["demo", "fair", "--size", "160x90"], &["demo", "--size=160x90", "-o", "there"]] {
+        let (done, said) = texts(&common::output(&mut launcher.command(words)));
+        assert!(done.ends_with(&format!("raxel {}\n", words.join(" "))), "{done}{said}");
     }
-    let elsewhere = demo(software, None, &["-o", "here.png"]);
-    assert!(elsewhere.contains("`./raxel render DEMO -o FILE` writes elsewhere"), "{elsewhere}");
-    assert!(!demo("NVIDIA H200 (discrete GPU, Vulkan 1.3)", None, &[]).contains("--fps"));
 }

@@ -1,5 +1,6 @@
-//! Makes the table of the shader library that is embedded in the binary: every `.glsl` under `shaders/include/raxel`. And says which
-//! libraries of the shader compiler the binary is linked with, because modules are kept on disk for as long as these are the same.
+//! Makes the table of the shader library that is embedded in the binary: every `.glsl` in `library`, a link to `shaders/include/raxel`, so
+//! that `cargo package` puts the files themselves into the crate's archive. And says which libraries of the shader compiler the binary is
+//! linked with, because modules are kept on disk for as long as these are the same.
 
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hasher};
@@ -10,12 +11,14 @@ fn main() -> io::Result<()> {
     let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or(io::ErrorKind::NotFound)?);
     println!("cargo:rerun-if-env-changed=SHADERC_LIB_DIR");
     println!("cargo:rustc-env=RAXEL_SHADERC_LIBRARIES={}", shaderc_libraries());
-    let include = manifest.join("../../shaders/include");
+    let link = manifest.join("library");
+    // Where the system has no links, git writes a file.
+    let library = if link.is_dir() { link } else { manifest.join("../../shaders/include/raxel") };
     println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rerun-if-changed={}", include.join("raxel").display());
+    println!("cargo:rerun-if-changed={}", library.display());
 
     let mut found = Vec::new();
-    collect(&include.join("raxel"), "raxel", &mut found)?;
+    collect(&library, "raxel", &mut found)?;
     found.sort();
     let mut table = String::from("&[\n");
     for (name, path) in found {
@@ -47,9 +50,6 @@ fn shaderc_libraries() -> String {
 }
 
 fn collect(folder: &Path, name: &str, found: &mut Vec<(String, PathBuf)>) -> io::Result<()> {
-    if !folder.is_dir() {
-        return Ok(());
-    }
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let Some(file) = path.file_name().and_then(|file| file.to_str()) else { continue };

@@ -81,7 +81,10 @@ class Session:
                 self.ask("quit")
             except (Disconnected, OSError):
                 pass
-        self._process.stdin.close()
+        try:
+            self._process.stdin.close()
+        except BrokenPipeError:  # closing writes what is left of a request that the process did not read
+            pass
         self._process.stdout.close()
         self._process.wait()
         self._said.close()

@@ -45,8 +45,10 @@ pub struct Lesser {
     pub optional: bool,
     /// The queue says when a pass ended.
     pub timestamps: bool,
-    /// Extensions besides the swapchain's.
+    /// Extensions besides the swapchain's, and those of `core12`.
     pub extensions: bool,
+    /// Vulkan 1.2, with extensions for what raxel needs of 1.3.
+    pub core12: bool,
 }
 
 /// As much as every device of Vulkan 1.3 has ("Required Limits", "Feature Requirements").
@@ -67,6 +69,7 @@ pub const LEAST: Lesser = Lesser {
     optional: false,
     timestamps: false,
     extensions: false,
+    core12: false,
 };
 
 /// A small device with a driver of its own, such as the Raspberry Pi 5 (`anywhere.md`: 4 storage images, 8 storage buffers).
@@ -103,6 +106,9 @@ pub const METAL: Lesser = Lesser {
     timestamps: true,
     ..SMALL
 };
+
+/// The same over a driver of Vulkan 1.2.
+pub const METAL_12: Lesser = Lesser { name: "a device of Vulkan 1.2", core12: true, ..METAL };
 
 /// Formats whose images every device can store to, of those that graphs can name ("Required Format Support").
 const STORED_EVERYWHERE: &[vk::Format] = &[
@@ -161,6 +167,7 @@ impl Lesser {
             ("SIDE_3D", self.image_sides[1]),
             ("OPTIONAL", u32::from(self.optional)),
             ("EXTENSIONS", u32::from(self.extensions)),
+            ("CORE12", u32::from(self.core12)),
             ("TIMESTAMPS", u32::from(self.timestamps)),
         ];
         let mut values = String::new();
@@ -213,6 +220,19 @@ impl Lesser {
         let subgroups = vk::StructureType::PHYSICAL_DEVICE_SUBGROUP_PROPERTIES.as_raw();
         let operations = offset_of!(vk::PhysicalDeviceSubgroupProperties, supported_operations);
         patches.push((subgroups, operations, How::And, self.subgroup_operations.as_raw()));
+        if self.core12 {
+            patches.push((
+                LIMITS,
+                offset_of!(vk::PhysicalDeviceProperties, api_version),
+                How::AtMost,
+                vk::API_VERSION_1_2,
+            ));
+            // A driver of 1.2 does not know the structure.
+            let of13 = vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_3_FEATURES.as_raw();
+            let first = offset_of!(vk::PhysicalDeviceVulkan13Features, robust_image_access);
+            let end = size_of::<vk::PhysicalDeviceVulkan13Features<'_>>();
+            patches.extend((first..end - 3).step_by(4).map(|at| (of13, at, How::And, 0)));
+        }
         if !self.timestamps {
             patches.push((LIMITS, limit!(timestamp_compute_and_graphics), How::And, 0));
         }
@@ -326,7 +346,17 @@ static void our_families(Word device, unsigned *count, char *answer) {
     families(device, count, answer);
     for (unsigned i = 0; answer && !TIMESTAMPS && i < *count; i++) *(unsigned *)(answer + FAMILY_SIZE * i + 8) = 0;
 }
-static int is_kept(const char *extension) { return EXTENSIONS || !strcmp(extension, "VK_KHR_swapchain"); }
+static int is_kept(const char *extension) {
+    return EXTENSIONS || !strcmp(extension, "VK_KHR_swapchain") || (CORE12 && (!strcmp(extension, "VK_KHR_synchronization2") ||
+        !strcmp(extension, "VK_KHR_maintenance4") || !strcmp(extension, "VK_KHR_dynamic_rendering")));
+}
+/* Of Vulkan 1.3; each has another name by its extension. */
+static int is_core13(const char *name) {
+    static const char *const all[] = { "vkCmdPipelineBarrier2", "vkQueueSubmit2", "vkCmdWriteTimestamp2", "vkCmdSetEvent2", "vkCmdWaitEvents2",
+        "vkGetDeviceBufferMemoryRequirements", "vkGetDeviceImageMemoryRequirements", "vkCmdBeginRendering", "vkCmdEndRendering" };
+    for (unsigned i = 0; i < sizeof all / sizeof *all; i++) if (!strcmp(name, all[i])) return 1;
+    return 0;
+}
 static int our_extensions(Word device, const char *layer, unsigned *count, char *answer) {
     unsigned all = 0, kept = 0;
     int result = extensions(device, layer, &all, NULL);
@@ -398,6 +428,7 @@ static void our_sets(Word device, unsigned count, const char *writes, unsigned c
 }
 static void *vulkan;
 static Function ours(const char *name, Function found) {
+    if (CORE12 && is_core13(name)) return NULL;
 #define OURS(call, here) if (!strcmp(name, call)) { here = (void *)found; return (Function)our_##here; }
     OURS("vkGetPhysicalDeviceProperties", properties)
     OURS("vkGetPhysicalDeviceProperties2", properties2)

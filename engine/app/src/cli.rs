@@ -17,7 +17,8 @@ use crate::verbs;
     version,
     arg_required_else_help = true,
     disable_help_subcommand = false,
-    after_help = "Examples:\n  raxel run                                        the project's graph and world in a window\n  \
+    after_help = "Examples:\n  raxel demo                                       a flight through a voxel valley, without a project\n  \
+                  raxel run                                        the project's graph and world in a window\n  \
                   raxel run worlds/valley.demo.toml                a demo\n  \
                   raxel render graphs/primary.toml -o a.png        one picture, without a window\n  \
                   raxel check graphs/*.toml                        every mistake in every graph, without a GPU\n\n\
@@ -44,6 +45,7 @@ pub(crate) struct Cli {
 /// What to do.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Verb {
+    Demo(verbs::demo::Args),
     Run(verbs::run::Args),
     Render(verbs::render::Args),
     Control(verbs::control::Args),
@@ -65,12 +67,14 @@ pub(crate) enum Verb {
     Explain(verbs::explain::Args),
     Clean(verbs::clean::Args),
     Completions(verbs::completions::Args),
+    Man(verbs::man::Args),
 }
 
 impl Verb {
     /// The form of messages that the verb was asked for.
     pub fn format(&self) -> Format {
         match self {
+            Verb::Demo(args) => args.messages.format,
             Verb::Run(args) => args.messages.format,
             Verb::Render(args) => args.messages.format,
             Verb::Film(args) => args.messages.format,
@@ -88,7 +92,12 @@ impl Verb {
             Verb::Doctor(args) => args.messages.format,
             Verb::Explain(args) => args.messages.format,
             Verb::Clean(args) => args.messages.format,
-            Verb::Graph(_) | Verb::Schema(_) | Verb::Completions(_) | Verb::Control(_) | Verb::Lsp(_) => Format::Human,
+            Verb::Graph(_)
+            | Verb::Schema(_)
+            | Verb::Completions(_)
+            | Verb::Man(_)
+            | Verb::Control(_)
+            | Verb::Lsp(_) => Format::Human,
         }
     }
 
@@ -122,6 +131,7 @@ impl Cli {
 
     fn run_verb(self, console: &Console) -> Result {
         match self.verb {
+            Verb::Demo(args) => verbs::demo::run(&args, &args.on.options(), console),
             Verb::Run(args) => verbs::run::run(&args, &args.on.options(), console),
             Verb::Render(args) => verbs::render::run(&args, &args.on.options(), console),
             Verb::Control(args) => verbs::control::run(&args, &args.on.options(), console),
@@ -146,6 +156,7 @@ impl Cli {
                 verbs::completions::run(&args, &mut Self::command());
                 Ok(())
             }
+            Verb::Man(args) => verbs::man::run(&args, Self::command(), console),
         }
     }
 }
@@ -168,6 +179,6 @@ mod tests {
             assert_eq!(has("device"), has("validate"), "{}", verb.get_name());
             with.extend(has("device").then(|| verb.get_name().to_owned()));
         }
-        assert_eq!(with, ["run", "render", "control", "test", "bench", "stress", "doctor"]);
+        assert_eq!(with, ["demo", "run", "render", "control", "test", "bench", "stress", "doctor"]);
     }
 }

@@ -3,7 +3,10 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod cli;
+mod own_model;
 mod panic;
+mod templates;
+mod unpacked;
 mod verbs;
 
 #[cfg(unix)]

@@ -29,7 +29,7 @@ macro_rules! declare {
 
         /// Every code of this range with its page.
         pub const ALL: &[($crate::Code, &str)] =
-            &[$(($name, include_str!(concat!("../../../../docs/errors/", $code, ".md")))),*];
+            &[$(($name, include_str!(concat!(env!("RAXEL_ERROR_PAGES"), "/", $code, ".md")))),*];
     };
 }
 pub(crate) use declare;

@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 
-use ash::vk;
+use ash::{khr, vk};
 
 use crate::choice::{Candidate, DeviceKind};
 use crate::instance::Instance;
@@ -13,6 +13,8 @@ pub(crate) struct Seen {
     pub(crate) physical: vk::PhysicalDevice,
     pub(crate) candidate: Candidate,
     pub(crate) family: u32,
+    /// Vulkan 1.3 or newer. A device of 1.2 has the functions of 1.3 that raxel calls by the names of extensions.
+    pub(crate) core13: bool,
     extensions: Vec<vk::ExtensionProperties>,
 }
 
@@ -43,23 +45,34 @@ fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> R
     };
     let version = properties.api_version;
     let mut missing = Vec::new();
-    if vk::api_version_major(version) == 1 && vk::api_version_minor(version) < 3 {
-        missing.push("Vulkan 1.3");
-    } else {
-        let (mut v12, mut v13) =
-            (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
-        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+    let at_least = |minor| (vk::api_version_major(version), vk::api_version_minor(version)) >= (1, minor);
+    let core13 = at_least(3);
+    if at_least(2) {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut synchronization = vk::PhysicalDeviceSynchronization2Features::default();
+        let mut maintenance = vk::PhysicalDeviceMaintenance4Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12);
+        // Only a device that knows a structure may be asked with it.
+        let has = |name| core13 || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        if has(khr::synchronization2::NAME) {
+            features = features.push_next(&mut synchronization);
+        }
+        if has(khr::maintenance4::NAME) {
+            features = features.push_next(&mut maintenance);
+        }
         // SAFETY: as above; the chain lives until the call returns.
         unsafe { raw.get_physical_device_features2(physical, &mut features) };
         for (there, name) in [
-            (v13.synchronization2, "synchronization2"),
-            (v13.maintenance4, "maintenance4"),
+            (synchronization.synchronization2, "synchronization2"),
+            (maintenance.maintenance4, "maintenance4"),
             (v12.timeline_semaphore, "timelineSemaphore"),
         ] {
             if there == vk::FALSE {
                 missing.push(name);
             }
         }
+    } else {
+        missing.push("Vulkan 1.2");
     }
     // A family that can also draw is the one that window systems present from.
     let with = |flags: vk::QueueFlags| families.iter().position(|family| family.queue_flags.contains(flags));
@@ -87,7 +100,7 @@ fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> R
         missing,
         memory,
     };
-    Ok(Seen { physical, candidate, family: family.unwrap_or(0) as u32, extensions })
+    Ok(Seen { physical, candidate, family: family.unwrap_or(0) as u32, core13, extensions })
 }
 
 pub(crate) fn text(name: std::result::Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {

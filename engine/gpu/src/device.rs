@@ -1,6 +1,7 @@
 //! The logical device: one queue, its timeline, its memory, and what it can do.
 
 use std::collections::BTreeSet;
+use std::ffi::{CStr, CString, c_void};
 use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -305,14 +306,20 @@ fn open(
     let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut floats = vk::PhysicalDeviceFloatControlsProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default()
-        .push_next(&mut subgroup)
-        .push_next(&mut sizes)
-        .push_next(&mut driver)
-        .push_next(&mut floats);
+    let mut properties =
+        vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut driver).push_next(&mut floats);
+    if seen.core13 {
+        properties = properties.push_next(&mut sizes);
+    }
     let (mut can12, mut can13) =
         (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
-    let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12).push_next(&mut can13);
+    let mut can_render = vk::PhysicalDeviceDynamicRenderingFeatures::default();
+    let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12);
+    if seen.core13 {
+        can = can.push_next(&mut can13);
+    } else if seen.has(khr::dynamic_rendering::NAME) {
+        can = can.push_next(&mut can_render);
+    }
     // SAFETY: plain queries; the chains live until the calls return.
     let families = unsafe {
         instance.raw.get_physical_device_properties2(physical, &mut properties);
@@ -320,6 +327,7 @@ fn open(
         instance.raw.get_physical_device_queue_family_properties(physical)
     };
     let (can, properties) = (can.features, properties.properties);
+    let dynamic_rendering = if seen.core13 { can13.dynamic_rendering } else { can_render.dynamic_rendering };
 
     let features = vk::PhysicalDeviceFeatures {
         shader_int64: can.shader_int64,
@@ -352,13 +360,21 @@ fn open(
         subgroup_size_control: can13.subgroup_size_control,
         compute_full_subgroups: can13.compute_full_subgroups,
         shader_integer_dot_product: can13.shader_integer_dot_product,
-        dynamic_rendering: can13.dynamic_rendering,
+        dynamic_rendering,
         ..Default::default()
     };
+    // The same on a device of Vulkan 1.2, by the structures of the extensions that became a part of 1.3.
+    let mut on_synchronization = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
+    let mut on_maintenance = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
+    let mut on_rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
+    let renders_by_extension = !seen.core13 && dynamic_rendering == vk::TRUE;
     let present = instance.surface.is_some() && seen.has(khr::swapchain::NAME);
     let marker = seen.has(amd::buffer_marker::NAME);
     let plain_ballots = seen.has(ext::shader_subgroup_ballot::NAME) && seen.has(ext::shader_subgroup_vote::NAME);
     let optional = [
+        (!seen.core13, khr::synchronization2::NAME),
+        (!seen.core13, khr::maintenance4::NAME),
+        (renders_by_extension, khr::dynamic_rendering::NAME),
         (present, khr::swapchain::NAME),
         (marker, amd::buffer_marker::NAME),
         (plain_ballots, ext::shader_subgroup_ballot::NAME),
@@ -368,14 +384,24 @@ fn open(
     ];
     let extensions: Vec<_> = optional.iter().filter(|(on, _)| *on).map(|(_, name)| name.as_ptr()).collect();
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(seen.family).queue_priorities(&[1.0])];
-    let info = vk::DeviceCreateInfo::default()
+    let mut info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .enabled_features(&features)
-        .push_next(&mut on12)
-        .push_next(&mut on13);
+        .push_next(&mut on12);
+    if seen.core13 {
+        info = info.push_next(&mut on13);
+    } else {
+        info = info.push_next(&mut on_synchronization).push_next(&mut on_maintenance);
+        if renders_by_extension {
+            info = info.push_next(&mut on_rendering);
+        }
+    }
     // SAFETY: everything asked for was offered, and `info` lives until the call returns.
-    let raw = unsafe { instance.raw.create_device(physical, &info, None) }.named("vkCreateDevice")?;
+    let mut raw = unsafe { instance.raw.create_device(physical, &info, None) }.named("vkCreateDevice")?;
+    if !seen.core13 {
+        raw = with_functions_of_extensions(&instance, &raw);
+    }
 
     let allocator = Allocator::new(&AllocatorCreateDesc {
         instance: instance.raw.clone(),
@@ -459,4 +485,19 @@ fn open(
         queue,
         instance,
     }))
+}
+
+/// The device with the functions of extensions in the place of those that became core in Vulkan 1.3: the same functions, and their names end in
+/// `KHR` (Vulkan specification, "Promotion").
+fn with_functions_of_extensions(instance: &Instance, device: &ash::Device) -> ash::Device {
+    let find = |name: &CStr| {
+        // SAFETY: the device is alive, and the name ends with a zero.
+        unsafe { (instance.raw.fp_v1_0().get_device_proc_addr)(device.handle(), name.as_ptr()) }
+    };
+    let load = |name: &CStr| {
+        let promoted = CString::new([name.to_bytes(), b"KHR"].concat()).ok().and_then(|name| find(&name));
+        promoted.or_else(|| find(name)).map_or(std::ptr::null(), |function| function as *const c_void)
+    };
+    // SAFETY: each function is of this device, and has the type of its name.
+    unsafe { ash::Device::load_with(load, device.handle()) }
 }

@@ -40,6 +40,21 @@ pub(crate) struct Instance {
 /// forty devices.
 static FIRST: OnceLock<Arc<Instance>> = OnceLock::new();
 
+/// Where Homebrew puts the loader. The dynamic linker of macOS looks in neither folder by itself.
+const HOMEBREW: [&str; 2] = ["/opt/homebrew/lib/libvulkan.1.dylib", "/usr/local/lib/libvulkan.1.dylib"];
+
+/// The functions of the Vulkan loader.
+fn load() -> Result<ash::Entry> {
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
+    let by_name = unsafe { ash::Entry::load() };
+    by_name.or_else(|error| {
+        let mut others = HOMEBREW.iter().filter(|_| cfg!(target_os = "macos"));
+        // SAFETY: as above.
+        let found = others.find_map(|path| unsafe { ash::Entry::load_from(path) }.ok());
+        found.ok_or_else(|| Error::NoLoader { reason: error.to_string() })
+    })
+}
+
 impl Instance {
     /// An instance of its own for each caller.
     pub(crate) fn new(validation: Validation) -> Result<Arc<Instance>> {
@@ -49,8 +64,7 @@ impl Instance {
     }
 
     fn create(validation: Validation) -> Result<Instance> {
-        // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
-        let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader { reason: error.to_string() })?;
+        let entry = load()?;
         let log = Arc::new(ValidationLog::default());
 
         // SAFETY: plain queries, no handle is involved.

@@ -150,7 +150,13 @@ pub enum Error {
     },
 }
 
-const INSTALL: &str = "help: on Debian or Ubuntu: sudo apt-get install libvulkan1 mesa-vulkan-drivers";
+const INSTALL: &str = if cfg!(target_os = "macos") {
+    "help: brew install vulkan-loader molten-vk"
+} else if cfg!(windows) {
+    "help: the driver of the graphics card brings Vulkan along; install its newest release"
+} else {
+    "help: on Debian or Ubuntu: sudo apt-get install libvulkan1 mesa-vulkan-drivers"
+};
 
 fn list(candidates: &[String]) -> String {
     if candidates.is_empty() {

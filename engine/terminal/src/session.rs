@@ -56,7 +56,8 @@ pub struct What {
     pub watchdog: Duration,
 }
 
-fn seconds(text: &str) -> std::result::Result<Duration, String> {
+/// Reads a number of seconds such as `2.5`.
+pub fn seconds(text: &str) -> std::result::Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| (0.001..=86400.0).contains(seconds));
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "a number of seconds from 0.001 to 86400".to_owned())
 }

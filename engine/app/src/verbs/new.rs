@@ -1,5 +1,7 @@
 //! `raxel new DIR` and `raxel init`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -9,20 +11,14 @@ use raxel_terminal::args::Messages;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 
+use crate::own_model::OwnModel;
+use crate::templates::Template;
 use crate::verbs::schema;
-
-/// What a new project starts from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Template {
-    /// A traced voxel world with sun, shadow and sky.
-    Voxel,
-    /// One pass that paints the screen; no world.
-    Minimal,
-}
 
 /// Makes a project: graphs, shaders, worlds and the schemas that editors complete them with.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example: raxel new my-voxels && cd my-voxels && raxel run")]
+#[command(after_help = "Examples: raxel new my-voxels && cd my-voxels && raxel run\n          \
+                        raxel new castle --template beauty --model castle.vox")]
 pub(crate) struct Args {
     /// The folder; it must be empty or not exist.
     #[arg(value_name = "DIR")]
@@ -31,6 +27,10 @@ pub(crate) struct Args {
     /// What to start from.
     #[arg(long, value_enum, default_value_t = Template::Voxel)]
     template: Template,
+
+    /// A `MagicaVoxel` scene of your own: it becomes the project's world, on a floor.
+    #[arg(long, value_name = "FILE.vox")]
+    model: Option<PathBuf>,
 
     #[command(flatten)]
     pub messages: Messages,
@@ -48,36 +48,6 @@ pub(crate) struct InitArgs {
     pub messages: Messages,
 }
 
-/// A file of a template: its path in the project and its bytes.
-type TemplateFile = (&'static str, &'static [u8]);
-
-macro_rules! shipped {
-    ($($path:literal),* $(,)?) => { &[$(($path, include_bytes!(concat!("../../../../", $path)).as_slice())),*] };
-}
-
-const VOXEL: &[TemplateFile] = shipped![
-    "graphs/primary.toml",
-    "shaders/packet.comp",
-    "shaders/packet_rest.comp",
-    "shaders/primary.comp",
-    "shaders/trace.comp",
-    "worlds/valley.toml",
-    "worlds/models/tree.vox",
-    "worlds/models/pine.vox",
-    "raxel.toml",
-];
-
-const VOXEL_OWN: &[TemplateFile] = &[("README.md", include_bytes!("../../templates/voxel/README.md").as_slice())];
-
-const MINIMAL: &[TemplateFile] = &[
-    ("README.md", include_bytes!("../../templates/minimal/README.md").as_slice()),
-    ("graphs/primary.toml", include_bytes!("../../templates/minimal/graphs/primary.toml").as_slice()),
-    ("shaders/paint.comp", include_bytes!("../../templates/minimal/shaders/paint.comp").as_slice()),
-    ("raxel.toml", include_bytes!("../../templates/minimal/raxel.toml").as_slice()),
-];
-
-const EVERY: &[TemplateFile] = &[(".gitignore", include_bytes!("../../templates/gitignore").as_slice())];
-
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let folder = &args.folder;
     match fs::read_dir(folder) {
@@ -90,7 +60,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(Failure::usage(format!("`{}` cannot be used: {error}", folder.display()))),
     }
-    fill(folder, args.template, &[])?;
+    let model = match &args.model {
+        Some(model) if args.template.has_world() => Some(OwnModel::read(model, console)?),
+        Some(_) => return Err(Failure::usage("`--model`: the template shows no world").help("--template beauty")),
+        None => None,
+    };
+    fill(folder, args.template, model.as_ref(), &[])?;
     console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
     Ok(())
 }
@@ -100,19 +75,21 @@ pub(crate) fn init(args: &InitArgs, console: &Console) -> Result {
     let folder = Path::new(".");
     // A folder with a history of its own has these already; they are not needed.
     let own: Vec<&str> = ["README.md", ".gitignore"].into_iter().filter(|file| folder.join(file).exists()).collect();
-    fill(folder, args.template, &own)?;
+    fill(folder, args.template, None, &own)?;
     console.message("made a project of this folder; next: raxel run");
     Ok(())
 }
 
 /// Writes the files of a template but those that are left out. All or none: no file that is there is replaced.
-fn fill(folder: &Path, template: Template, left_out: &[&str]) -> Result {
-    let files: Vec<&TemplateFile> = match template {
-        Template::Voxel => VOXEL.iter().chain(VOXEL_OWN).chain(EVERY).collect(),
-        Template::Minimal => MINIMAL.iter().chain(EVERY).collect(),
-    };
+fn fill(folder: &Path, template: Template, model: Option<&OwnModel>, left_out: &[&str]) -> Result {
+    let mut files: BTreeMap<String, Cow<[u8]>> =
+        template.files().into_iter().map(|(path, bytes)| (path.to_owned(), bytes.into())).collect();
+    if let Some(model) = model {
+        let manifest = String::from_utf8_lossy(&files["raxel.toml"]).into_owned();
+        files.extend(model.files(&manifest).map(|(path, bytes)| (path, bytes.into())));
+    }
     let mut made = Made::default();
-    for (path, bytes) in files.into_iter().filter(|(path, _)| !left_out.contains(path)) {
+    for (path, bytes) in files.iter().filter(|(path, _)| !left_out.contains(&path.as_str())) {
         made.write(&folder.join(path), bytes)?;
     }
     for (path, text) in schema::files() {

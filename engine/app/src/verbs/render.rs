@@ -54,7 +54,7 @@ pub(crate) struct Args {
 
     /// Pixels: the demo's or the project's, or 1280x720 by default.
     #[arg(long, value_name = "WxH", value_parser = size)]
-    size: Option<Size>,
+    pub(super) size: Option<Size>,
 
     /// Average so many pictures for each frame, their rays at different places in the pixels: smooth edges.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -62,19 +62,19 @@ pub(crate) struct Args {
 
     /// Run so many frames of the same moment before each picture, for graphs that average over time: time stands still meanwhile.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=65_535))]
-    settle: u32,
+    pub(super) settle: u32,
 
     /// How many frames to run. By default 1 for a picture, the whole demo for frames and films. A single picture is of the last one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    frames: Option<u64>,
+    pub(super) frames: Option<u64>,
 
     /// Write the frame at this time only, e.g. 2.5s: the same bytes as in the whole film.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["frames", "shard"])]
-    at: Option<f64>,
+    pub(super) at: Option<f64>,
 
     /// Frames a second: of the film, and of the time that passes. The demo's or the project's, or 60 by default.
     #[arg(long, value_name = "RATE", value_parser = rate)]
-    fps: Option<f64>,
+    pub(super) fps: Option<f64>,
 
     /// Write the I-th of N equal parts of the frames only (I from 1); the parts together are all frames. Frames before the part are run
     /// only if the graph keeps something from frame to frame.
@@ -213,6 +213,28 @@ fn start(session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
 }
 
 impl Args {
+    /// What is rendered to `output` where nothing else is said.
+    pub(super) fn new(what: What, output: String, messages: Messages, on: OnDevice) -> Self {
+        Self {
+            what,
+            output,
+            kind: None,
+            compression: Compression::default(),
+            quality: 90,
+            layers: Vec::new(),
+            size: None,
+            samples: 1,
+            settle: 0,
+            frames: None,
+            at: None,
+            fps: None,
+            shard: None,
+            time: false,
+            messages,
+            on,
+        }
+    }
+
     /// Makes the frames, and says what was written.
     fn shoot(&self, session: &mut Session, shoot: &Shoot, output: &Output, place: Place, console: &Console) -> Result {
         let bar = progress(shoot.run.end - shoot.run.start, console);

@@ -12,9 +12,8 @@ use super::tracer::compile;
 
 /// GLSL name of the table.
 pub(super) const BINDING: &str = "rayMasks";
-/// Where the shader that makes it stands for the compiler.
+/// The shader that makes it, which comes from the binary.
 pub(super) const PATH: &str = "shaders/rivals/march/raymask_bake.comp";
-pub(super) const SHADER: &[u8] = include_bytes!("../../../../shaders/rivals/march/raymask_bake.comp");
 
 /// 3 × 3 pairs of faces, 256 × 256 pairs of squares on them, 64 bits each.
 const ENTRIES: u32 = 9 * 256 * 256;

@@ -108,7 +108,7 @@ impl Files for WithShader {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
         match path {
             PATH => Ok(Arc::from(include_bytes!("trace_rays.comp").as_slice())),
-            masks::PATH => Ok(Arc::from(masks::SHADER)),
+            masks::PATH => raxel_shipped::file(path).map_or_else(|| self.0.read(path), |bytes| Ok(Arc::from(bytes))),
             path => self.0.read(path),
         }
     }

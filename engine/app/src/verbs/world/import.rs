@@ -9,6 +9,7 @@ use raxel_runtime::project::Project;
 use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
+use raxel_world::World;
 use serde_json::json;
 
 /// Copies a `MagicaVoxel` scene into the project and writes a world around it.
@@ -37,17 +38,10 @@ pub(crate) struct Args {
 }
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
-    let stem = args.model.file_stem().map(|stem| clean(&stem.to_string_lossy())).unwrap_or_default();
-    if stem.is_empty() {
-        return Err(Failure::usage(format!("`{}` names no file", args.model.display())));
-    }
-
+    let stem = name_of(&args.model)?;
     // The scene is read whole before anything is written: a broken one changes nothing.
     let bytes = read(&args.model, console)?;
-    let world = raxel_world::vox::import_frame(&bytes, args.frame).map_err(|error| {
-        let path = args.model.display().to_string();
-        console.stop(&[error.diagnostic(&path, None)])
-    })?;
+    let world = scene(&bytes, &args.model, args.frame, console)?;
 
     let around = args.output.as_deref().and_then(Path::parent).filter(|f| !f.as_os_str().is_empty());
     let project =
@@ -75,8 +69,23 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
+/// The name that a model of this file has: a bare TOML key.
+pub(crate) fn name_of(model: &Path) -> Result<String> {
+    let stem = model.file_stem().map(|stem| clean(&stem.to_string_lossy())).unwrap_or_default();
+    if stem.is_empty() {
+        return Err(Failure::usage(format!("`{}` names no file", model.display())));
+    }
+    Ok(stem)
+}
+
+/// The voxels of a scene, or its mistake.
+pub(crate) fn scene(bytes: &[u8], model: &Path, frame: u32, console: &Console) -> Result<World> {
+    raxel_world::vox::import_frame(bytes, frame)
+        .map_err(|error| console.stop(&[error.diagnostic(&model.display().to_string(), None)]))
+}
+
 /// The scene's bytes, under the same cap as any file that raxel reads.
-fn read(model: &Path, console: &Console) -> Result<Vec<u8>> {
+pub(crate) fn read(model: &Path, console: &Console) -> Result<Vec<u8>> {
     let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = model.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let files = DiskFiles::new(folder)

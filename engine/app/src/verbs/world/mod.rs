@@ -2,7 +2,7 @@
 
 mod bake;
 mod export;
-mod import;
+pub(crate) mod import;
 mod info;
 mod save;
 

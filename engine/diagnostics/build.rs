@@ -1,0 +1,14 @@
+//! Says where the pages of the codes are: in `pages`, a link to `docs/errors`. So `cargo package` puts them into the crate's archive.
+
+use std::path::PathBuf;
+use std::{env, io};
+
+fn main() -> io::Result<()> {
+    let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or(io::ErrorKind::NotFound)?);
+    println!("cargo:rerun-if-changed=build.rs");
+    let link = manifest.join("pages");
+    // Where the system has no links, git writes a file.
+    let pages = if link.is_dir() { link } else { manifest.join("../../docs/errors") };
+    println!("cargo:rustc-env=RAXEL_ERROR_PAGES={}", pages.display());
+    Ok(())
+}
