@@ -13,6 +13,7 @@ pub const EXCEEDED: i32 = 97;
 
 /// What a device says of itself, where the device below has more.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "each says whether the device has one thing")]
 pub struct Lesser {
     /// Name in messages.
     pub name: &'static str,

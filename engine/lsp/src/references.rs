@@ -267,10 +267,8 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
     if new.is_empty() || !new.chars().all(letter) || new.starts_with(|c: char| c.is_ascii_digit()) {
         return Err(format!("`{new}` is no name: letters, digits and `_`, the first no digit"));
     }
-    if !uses.in_toml {
-        if is_of_glsl(new) {
-            return Err(format!("`{new}` is a name of GLSL"));
-        }
+    if !uses.in_toml && is_of_glsl(new) {
+        return Err(format!("`{new}` is a name of GLSL"));
     }
     #[allow(clippy::mutable_key_type, reason = "addresses are not changed while they are keys")]
     let mut changes: std::collections::HashMap<Url, Vec<TextEdit>> = std::collections::HashMap::new();

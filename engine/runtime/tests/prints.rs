@@ -124,7 +124,7 @@ fn lines_are_in_order_and_know_their_place() {
     let lines: Vec<u32> = prints.lines.iter().map(|line| line.place.as_ref().unwrap().1).collect();
     assert_eq!(lines, [LINE + 2, LINE + 2, LINE + 3, LINE + 2]);
     assert_eq!(&*prints.lines[0].place.as_ref().unwrap().0, "shaders/print.comp");
-    assert_eq!(session.printed(), [prints.clone()]);
+    assert_eq!(session.printed(), std::slice::from_ref(prints));
 }
 
 #[test]
