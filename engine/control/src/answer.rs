@@ -5,7 +5,8 @@ use std::path::Path;
 use data_encoding::BASE64;
 use raxel_diagnostics::Diagnostic;
 use raxel_execute::{Captured, PassOutcome, Texels};
-use raxel_graph::checked::{Param, Pass, ResourceKind, Value as ParamValue};
+use raxel_graph::checked::{Param, Pass, PassId, ResourceKind, Value as ParamValue};
+use raxel_graph::index32;
 use raxel_graph::plan::Present;
 use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
 use raxel_runtime::camera::Camera;
@@ -260,6 +261,7 @@ fn timings(session: &mut Session) -> Vec<Value> {
     let outcomes = session.outcomes();
     let times: Vec<_> = session.timings().to_vec();
     let Some(plan) = session.plan() else { return Vec::new() };
+    let shown = plan.graph.passes.iter().enumerate().filter(|(index, _)| plan.shows(PassId(index32(*index))));
     let of_pass = |(index, pass): (usize, &Pass)| {
         // A pass of a clock runs once for each tick that was due.
         let runs = times
@@ -271,7 +273,7 @@ fn timings(session: &mut Session) -> Vec<Value> {
         let milliseconds = nanoseconds.filter(|_| !runs.is_empty()).map(|time| time / 1e6);
         json!({ "pass": pass.name, "milliseconds": milliseconds, "ran": !runs.is_empty() })
     };
-    plan.graph.passes.iter().enumerate().map(of_pass).collect()
+    shown.map(of_pass).collect()
 }
 
 fn with_steps(session: &Session, mut answer: Value) -> Value {
@@ -308,7 +310,7 @@ fn info(session: &Session) -> Value {
         let all = graph.resources.iter().filter(|resource| !resource.made);
         all.filter(move |resource| wanted(&resource.kind)).map(|resource| resource.name.as_str()).collect::<Vec<_>>()
     };
-    let passes: Vec<&str> = graph.passes.iter().filter(|pass| !pass.made).map(|pass| pass.name.as_str()).collect();
+    let passes: Vec<&str> = graph.pass_names().collect();
     json!({
         "graph": session.graph_path(),
         "world": session.world().path,

@@ -13,6 +13,7 @@ pub use supplied::supplied_image;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, Span, Spanned, codes};
@@ -172,8 +173,16 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     let params = model.params.iter().map(|param| params::param(param, found)).collect::<Vec<_>>();
     let clocks = model.clocks.iter().map(|declared| clock(declared, found)).collect::<Vec<_>>();
     let mut resources = resources::resources(&model, &resource_names, &clock_names, sources, found);
-    let declared = resources.len();
-    resources.extend(model.passes.iter().filter_map(resources::arguments));
+    // The cases of a pass share its arguments: a plan has one of them.
+    let mut arguments = HashMap::new();
+    for pass in &model.passes {
+        if let (Some(buffer), Entry::Vacant(vacant)) =
+            (resources::arguments(pass), arguments.entry(pass.name.value.as_str()))
+        {
+            vacant.insert(ResourceId(index32(resources.len())));
+            resources.push(buffer);
+        }
+    }
     let loop_names = declare("loop", model.loops.iter().map(|repeated| &repeated.name), found);
     let scope = Scope {
         params: &params,
@@ -187,9 +196,8 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     let loops = model.loops.iter().map(|repeated| loops::loop_(repeated, &scope, found)).collect();
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
     let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
-    // The buffers of arguments are in the order of the passes that they are made for.
-    let mut arguments = (index32(declared)..index32(resources.len())).map(ResourceId);
-    let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, &mut arguments, found)).collect();
+    let of = |pass: &model::Pass| arguments.get(pass.name.value.as_str()).copied();
+    let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, of(pass), found)).collect();
     let present = present(&model, &scope, &start, found);
     let materials = scope.materials.into_inner();
     Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, materials, files }

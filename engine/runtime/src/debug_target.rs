@@ -107,9 +107,7 @@ impl DebugTarget {
             None => (None, None),
             Some(name) => {
                 let found = graph.find_pass(name).map(|pass| (pass, None)).or_else(|| find_round(graph, name));
-                let (pass, round) = found.ok_or_else(|| {
-                    SetError::unknown("pass", name, graph.passes.iter().map(|pass| pass.name.as_str()))
-                })?;
+                let (pass, round) = found.ok_or_else(|| SetError::unknown("pass", name, graph.pass_names()))?;
                 (Some(pass), round)
             }
         };

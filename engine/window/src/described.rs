@@ -41,7 +41,7 @@ impl Described {
     #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its passes in 32 bits")]
     /// In words. `texts` are the files that the graph was read from.
     pub(super) fn new(graph: &Graph, plan: &Arc<Plan>, texts: &SourceMap) -> Described {
-        let ids = (0..plan.graph.passes.len() as u32).map(PassId);
+        let ids = (0..plan.graph.passes.len() as u32).map(PassId).filter(|id| plan.shows(*id));
         let rows: Vec<Row> = ids.flat_map(|id| rows(graph, plan, id, texts)).collect();
         let resources = (0..graph.resources.len()).map(|index| resource(graph, plan, (index, &rows), texts)).collect();
         let own = |desc: &ResourceDesc| matches!(desc, ResourceDesc::Image(_) | ResourceDesc::Buffer(_));

@@ -64,7 +64,7 @@ fn human(graph: &Graph, world: Option<&SessionWorld>) -> String {
     section(&mut text, "params (--set NAME=VALUE)", params.collect());
     let listed = resources(graph).map(|(name, kind, about)| [name.to_owned(), kind.to_owned(), about]);
     section(&mut text, "targets and buffers (--target NAME)", listed.collect());
-    let passes = graph.passes.iter().filter(|pass| !pass.made).map(|pass| [pass.name.clone()]);
+    let passes = graph.pass_names().map(|name| [name.to_owned()]);
     section(&mut text, "passes (--after NAME)", passes.collect());
     let cameras = world.into_iter().flat_map(SessionWorld::camera_names).map(|name| [name.to_owned()]);
     section(&mut text, "cameras (--camera NAME)", cameras.collect());
@@ -137,7 +137,7 @@ fn machine(path: &str, graph: &Graph, world: Option<&SessionWorld>) -> serde_jso
         "present": graph.resource(graph.present).name,
         "params": params.collect::<Vec<_>>(),
         "resources": resources.collect::<Vec<_>>(),
-        "passes": graph.passes.iter().filter(|pass| !pass.made).map(|pass| &pass.name).collect::<Vec<_>>(),
+        "passes": graph.pass_names().collect::<Vec<_>>(),
         "world": world.and_then(|world| world.path.clone()),
         "cameras": world.map(|world| world.camera_names().collect::<Vec<_>>()).unwrap_or_default(),
     })

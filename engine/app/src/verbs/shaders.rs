@@ -12,7 +12,7 @@ use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
 /// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv. A pass with bindings that only some worlds
-/// have has two: GRAPH.PASS.0.spv with them, GRAPH.PASS.1.spv without
+/// have has more: GRAPH.PASS.spv without them, GRAPH.PASS.1.spv with them
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  raxel shaders -o spv && spirv-val spv/primary.trace.spv\n  \
                         raxel shaders --library raxel/camera.glsl    the text that `#include <raxel/camera.glsl>` reads")]
@@ -60,8 +60,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         for pass in graph.passes.iter().filter(|pass| !pass.made) {
             // A pass that some worlds run with other bindings has a file for each case.
             let cases = || graph.cases(&pass.name);
-            let number = cases().position(|case| std::ptr::eq(graph.pass(case), pass)).filter(|_| cases().count() > 1);
-            let case = number.map(|number| format!(".{number}")).unwrap_or_default();
+            let after = cases().skip_while(|case| !std::ptr::eq(graph.pass(*case), pass)).count();
+            let case = if after > 1 { format!(".{}", after - 1) } else { String::new() };
             let file = format!("{stem}.{}{case}.spv", pass.name);
             modules.insert(file, (bytes_of(&pass.shader.spirv), pass.shader.request.path.clone()));
         }

@@ -91,6 +91,12 @@ impl Graph {
         self.passes.iter().enumerate().filter(move |(_, pass)| pass.name == name).map(|(i, _)| PassId(index32(i)))
     }
 
+    /// Names of the passes of the file in order. A name stands for all its cases.
+    pub fn pass_names(&self) -> impl Iterator<Item = &str> + Clone {
+        let first = |(i, pass): &(usize, &Pass)| self.cases(&pass.name).next() == Some(PassId(index32(*i)));
+        self.passes.iter().enumerate().filter(first).filter(|(_, pass)| !pass.made).map(|(_, pass)| pass.name.as_str())
+    }
+
     /// The clock behind an id.
     pub fn clock(&self, id: ClockId) -> &Clock {
         &self.clocks[id.0 as usize]

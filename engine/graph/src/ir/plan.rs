@@ -333,6 +333,13 @@ impl Plan {
         unused.map(|culled| culled.pass).find(|&pass| self.graph.pass(pass).accesses.iter().any(writes))
     }
 
+    /// Whether lists of passes show this one: of the cases of a name, the one that the plan runs, else the first.
+    pub fn shows(&self, pass: PassId) -> bool {
+        let cases = || self.graph.cases(&self.graph.pass(pass).name);
+        let runs = |case: &PassId| self.passes.iter().any(|planned| planned.pass == *case);
+        cases().find(runs).or_else(|| cases().next()) == Some(pass)
+    }
+
     /// Which counter selects the current copy of a resource at a step.
     pub fn turn(&self, step: usize, resource: ResourceId) -> CopySelector {
         self.graph.resource(resource).clock.map_or(CopySelector::Frame, |clock| self.clock_at(step, clock))

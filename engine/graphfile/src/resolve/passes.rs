@@ -32,13 +32,8 @@ pub const FACTS: [(&str, Fact); 6] = [
 /// Elements that an array member may be declared with.
 const LONGEST_MEMBER: u32 = 4096;
 
-/// A pass. `arguments` gives the buffers that are made for passes that dispatch queues.
-pub fn pass(
-    pass: &model::Pass,
-    scope: &Scope<'_>,
-    arguments: &mut impl Iterator<Item = ResourceId>,
-    found: &mut Vec<Diagnostic>,
-) -> Pass {
+/// A pass. `arguments` is the buffer that is made for it if it dispatches a queue.
+pub fn pass(pass: &model::Pass, scope: &Scope<'_>, arguments: Option<ResourceId>, found: &mut Vec<Diagnostic>) -> Pass {
     let whose = format!("pass `{}`", pass.name.value);
     let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
     let request = request(pass, &whose, &bind, scope, found);
@@ -216,7 +211,7 @@ fn reference(
 fn dispatch(
     given: &Spanned<model::Dispatch>,
     scope: &Scope<'_>,
-    arguments: &mut impl Iterator<Item = ResourceId>,
+    arguments: Option<ResourceId>,
     found: &mut Vec<Diagnostic>,
 ) -> Option<(Spanned<checked::Dispatch>, Option<Queue>)> {
     let mut queue = None;
@@ -243,7 +238,6 @@ fn dispatch(
             checked::Dispatch::Indirect { buffer: id, offset: offset.value }
         }
         model::Dispatch::Queue { buffer, offset } => {
-            let arguments = arguments.next();
             let id = of_kind(buffer, scope, "buffer", found)?;
             queue = Some(Queue { buffer: id, offset: offset.value });
             checked::Dispatch::Indirect { buffer: arguments?, offset: 0 }

@@ -341,7 +341,7 @@ impl Session {
 fn find_member(graph: &Graph, pass: &str, member: &str, value: Value) -> Result<Vec<Override>, SetError> {
     let mut cases = graph.cases(pass).peekable();
     if cases.peek().is_none() {
-        return Err(SetError::unknown("pass", pass, graph.passes.iter().map(|pass| pass.name.as_str())));
+        return Err(SetError::unknown("pass", pass, graph.pass_names()));
     }
     cases.map(|id| find_member_of(graph, id, member, value)).collect()
 }
