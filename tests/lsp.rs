@@ -318,7 +318,7 @@ fn shaders_have_the_names_of_glsl_and_an_outline() {
     assert_eq!(outline(&mut editor, &shader), ["outHit", "outDepth", "outNormal", "outSteps", "push", "main"]);
     let graph = project.path("graphs/inspect.toml");
     editor.open(&graph, &std::fs::read_to_string(&graph).unwrap());
-    let expected = ["sky_depth", "hit", "depth", "normal", "steps", "world", "inspect"];
+    let expected = ["sky_depth", "hit", "depth", "normal", "steps", "world", "instances", "inspect"];
     assert_eq!(outline(&mut editor, &graph), expected);
 }
 

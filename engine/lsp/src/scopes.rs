@@ -103,6 +103,11 @@ impl Reader<'_> {
             let inside = !self.scopes.is_empty();
             let before = at;
             match token.text {
+                // Members of a block or structure are no variables.
+                "{" if !inside || at >= 2 && self.text(at - 2) == "struct" => {
+                    at = self.behind_braces(at + 1);
+                    continue;
+                }
                 "{" => {
                     self.open(false);
                     begins = true;
@@ -229,6 +234,22 @@ impl Reader<'_> {
         at
     }
 
+    /// The token behind the `}` of the braces that are open at a token; the end where there is none.
+    fn behind_braces(&self, mut at: usize) -> usize {
+        let mut depth = 1_usize;
+        while depth > 0
+            && let Some(token) = self.tokens.get(at)
+        {
+            at += 1;
+            match token.text {
+                "{" => depth += 1,
+                "}" => depth -= 1,
+                _ => {}
+            }
+        }
+        at
+    }
+
     /// Reads `type a = …, b[2];` at a token. Gives the token that ends it, or `None` where something else stands.
     fn declarators(&mut self, mut at: usize) -> Option<usize> {
         let mut ty = Vec::new();
@@ -324,6 +345,15 @@ void main() { bool near = true; near = false; }
 
     fn found(text: &str) -> Vec<(String, String)> {
         locals(&code_of(text)).into_iter().map(|local| (local.ty, local.name)).collect()
+    }
+
+    #[test]
+    fn members_are_no_locals() {
+        let text = "layout(push_constant) uniform Push { float time; } push;
+struct Pair { int a, b; };
+void main() { struct Own { int c; }; int d = 1; }
+uniform Half { float open";
+        assert_eq!(found(text), [("int".to_owned(), "d".to_owned())]);
     }
 
     #[test]
