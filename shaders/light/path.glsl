@@ -82,8 +82,10 @@ void path_end() {}
 
 // Irradiance / pi: what a white matt surface would send back.
 vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
-    vec3 sun = frame_sun(), sun_light = sun_irradiance(sun);
     RxHit at = RxHit(voxel, face, 0u, 0.0, uv, 0u);
+    // Clouds shade all places of a path as they shade its first: nearly all that it meets is near, and the shadows of clouds are wide.
+    RxRay first = RX_RAY(rx_ray_from_place(voxel, face, uv, vec3(0.0)));
+    vec3 sun = frame_sun(), sun_light = sun_irradiance(sun) * sun_through_clouds(vec3(first.cell) + first.frac);
     // Rays take turns, because each call of the tracer is compiled into the shader: at each place a ray to a lamp, one to the sun, and
     // one that goes on.
     const uint LAMP = 0u, SUN = 1u, ON = 2u;
@@ -195,9 +197,8 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #else
             vec3 to = depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
 #endif
+            waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
             ray = rx_ray_from_place(at.voxel, at.face, at.uv, to);
-            float clouds = sun_through_clouds(vec3(RX_RAY(ray).cell) + RX_RAY(ray).frac);
-            waiting = sun_light * (clouds * max(dot(normal, to), 0.0) / RX_PI);
             if (waiting != vec3(0.0)) continue;
         }
         if (ends) break;
