@@ -15,7 +15,7 @@ import sys
 
 LINK = re.compile(r"(?<=\]\()([^)\s#]*)(#[^)\s]*)?(?=\))")
 GLSL = re.compile(r"\A```glsl\b")
-PICTURES = (".png", ".gif", ".svg", ".jpg", ".mp4")
+PICTURES = (".png", ".gif", ".webp", ".svg", ".jpg", ".mp4")
 
 
 def address():
