@@ -47,7 +47,9 @@ fn options() -> Options {
 
 fn open(what: &str, options: Options) -> Session {
     let session = Session::open(options).unwrap_or_else(|error| panic!("{what}: {error}"));
-    let warnings: Vec<_> = session.warnings().iter().map(|warning| warning.message.clone()).collect();
+    // Most graphs show no instances, and say so over a world that has some.
+    let warnings = session.warnings().iter().filter(|warning| warning.code.as_str() != "RX0449");
+    let warnings: Vec<_> = warnings.map(|warning| warning.message.clone()).collect();
     assert!(warnings.is_empty(), "{what} has warnings: {warnings:?}");
     session
 }
