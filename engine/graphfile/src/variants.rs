@@ -45,23 +45,26 @@ fn cases<'c>(pass: Pass, of: &impl Fn(&Bind) -> Option<&'c Condition>) -> Vec<Pa
 
 /// The pass where a fact holds, or where it does not; `None` if its own condition keeps it from running there.
 fn case<'c>(pass: &Pass, fact: &Fact, negated: bool, of: &impl Fn(&Bind) -> Option<&'c Condition>) -> Option<Pass> {
-    if excludes(pass, fact, negated) {
+    let own = own(pass, fact);
+    if own.is_some_and(|own| own != negated) {
         return None;
     }
     let mut case = pass.clone();
     case.bind.retain(|entry| of(entry).is_none_or(|known| known.fact != *fact || known.negated == negated));
     let here = case.bind.iter().filter(|entry| of(entry).is_some_and(|known| known.fact == *fact));
     case.defines.extend(here.filter_map(|entry| define(&entry.name)));
-    case.also_when.push(Condition { fact: fact.clone(), negated });
+    if own.is_none() {
+        case.also_when.push(Condition { fact: fact.clone(), negated });
+    }
     Some(case)
 }
 
-/// Whether the condition of a pass itself keeps it from running where this holds.
-fn excludes(pass: &Pass, fact: &Fact, negated: bool) -> bool {
-    let Some(when) = &pass.when else { return false };
-    let word = when.value.strip_prefix('!').unwrap_or(&when.value);
-    let own = FACTS.iter().any(|(name, known)| *name == word && known == fact);
-    own && (word.len() < when.value.len()) != negated
+/// Whether the condition of a pass itself asks for a fact (false) or for its contrary (true); `None` if it asks for neither.
+fn own(pass: &Pass, fact: &Fact) -> Option<bool> {
+    let when = &pass.when.as_ref()?.value;
+    let word = when.strip_prefix('!').unwrap_or(when);
+    let asks = FACTS.iter().any(|(name, known)| *name == word && known == fact);
+    asks.then(|| word.len() < when.len())
 }
 
 /// The define by which a shader knows that a buffer is bound. What is no name in GLSL is reported when it is held against the shader.
