@@ -304,7 +304,7 @@ fn faults_in_what_goes_on_from_hits_and_in_stored_voxels_are_caught() {
             "min(end - 1, ivec3(2147483647 - margin)) + margin",
             "min(end - 1, ivec3(2147483647 - margin)) - margin",
         ),
-        ("instances", "tree64:instances_onward", "+ ivec3(sum >> 24) - 1", "+ ivec3(sum >> 24)"),
+        ("instance_frame", "tree64:instances_onward", "+ ivec3(sum >> 24) - 1", "+ ivec3(sum >> 24)"),
         (
             "instances",
             "tree64:instances_onward",

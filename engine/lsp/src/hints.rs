@@ -63,13 +63,17 @@ fn type_of(declaration: &str, name: &str) -> Option<String> {
 /// Keys in the `push` of a pass, with their places.
 fn keys(text: &str, pass: Range<usize>) -> Vec<(&str, Range<usize>)> {
     let inside = |c: char| c == '_' || c.is_ascii_alphanumeric();
+    let in_comment = |at: usize| {
+        let line = text[..at].rfind('\n').map_or(0, |end| end + 1);
+        text[line..at].match_indices('#').any(|(mark, _)| !TomlPlace::of(text, line + mark).in_string)
+    };
     let mut found = Vec::new();
     for (at, _) in text[pass.clone()].match_indices('=') {
         let end = text[..pass.start + at].trim_end_matches([' ', '\t']).len();
         let start = text[..end].trim_end_matches(inside).len();
         let place = TomlPlace::of(text, start);
         let in_push = place.table.iter().map(String::as_str).eq(["passes", "push"]);
-        if start < end && in_push && place.key.is_none() && !place.in_string {
+        if start < end && in_push && place.key.is_none() && !place.in_string && !in_comment(start) {
             found.push((&text[start..end], start..end));
         }
     }

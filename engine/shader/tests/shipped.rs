@@ -35,7 +35,8 @@ fn used() -> BTreeSet<(String, String)> {
             layouts = values(&base, "source");
         }
         for shader in values(&text, "shader").into_iter().chain(values(&base, "shader")) {
-            used.extend(layouts.iter().map(|layout| {
+            // Instances are no layout, and no shader has them alone.
+            used.extend(layouts.iter().filter(|layout| *layout != "world.instances").map(|layout| {
                 let layout = layout.trim_start_matches("world.").to_uppercase();
                 (format!("shaders/{shader}"), format!("RX_LAYOUT_{layout}"))
             }));

@@ -17,7 +17,6 @@ const MOST_WAITING: usize = 65_536;
 const MOST_FRAMES: usize = 8;
 
 /// What the passes of a session have printed.
-#[derive(Default)]
 pub(super) struct Prints {
     /// The numbers that the executor and the session have for the newest frames.
     frames: VecDeque<(u64, u64)>,
@@ -40,6 +39,14 @@ struct Failing {
     /// Frames since then in which it held.
     held: u32,
     said: bool,
+}
+
+impl Default for Prints {
+    fn default() -> Self {
+        // A frame takes no memory.
+        let frames = VecDeque::with_capacity(MOST_FRAMES);
+        Self { frames, since: 0, waiting: VecDeque::new(), waiting_lines: 0, latest: Vec::new(), failing: Vec::new() }
+    }
 }
 
 impl Prints {
