@@ -36,7 +36,7 @@ fn used() -> BTreeSet<(String, String)> {
         }
         for shader in values(&text, "shader").into_iter().chain(values(&base, "shader")) {
             // Instances are no layout, and no shader has them alone.
-            used.extend(layouts.iter().filter(|layout| *layout != "world.instances").map(|layout| {
+            used.extend(layouts.iter().filter(|layout| **layout != "world.instances").map(|layout| {
                 let layout = layout.trim_start_matches("world.").to_uppercase();
                 (format!("shaders/{shader}"), format!("RX_LAYOUT_{layout}"))
             }));
