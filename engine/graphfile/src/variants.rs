@@ -64,7 +64,7 @@ fn own(pass: &Pass, fact: &Fact) -> Option<bool> {
     let when = &pass.when.as_ref()?.value;
     let word = when.strip_prefix('!').unwrap_or(when);
     let asks = FACTS.iter().any(|(name, known)| *name == word && known == fact);
-    asks.then(|| word.len() < when.len())
+    asks.then_some(word.len() < when.len())
 }
 
 /// The define by which a shader knows that a buffer is bound. What is no name in GLSL is reported when it is held against the shader.
