@@ -93,7 +93,7 @@ test("a server that does not start is an error with the setting's name", async (
 
 test("tasks check and run, with the matcher of the manifest", async () => {
     const { asked, vscode } = await activated({ folder: "/work" });
-    vscode.window.activeTextEditor = { document: { languageId: "toml", fileName: "/work/graphs/a.toml", uri: { fsPath: "/work/graphs/a.toml" } } };
+    vscode.window.activeTextEditor = { document: { languageId: "toml", fileName: "/project/graphs/a.toml", uri: { fsPath: "/project/graphs/a.toml" } } };
     asked.commands["raxel.run"]();
     asked.commands["raxel.check"]();
     vscode.window.activeTextEditor = undefined;
