@@ -66,12 +66,12 @@ test("every command of the manifest is registered, and no other", async () => {
 });
 
 test("the server is the program of the setting, for TOML and GLSL", async () => {
-    const { asked } = await activated({ raxelPath: "target/release/raxel", folder: "/work" });
+    const { asked } = await activated({ raxelPath: "target/release/raxel", folder: "/project" });
     const [client] = asked.clients;
-    assert.deepEqual(client.server.run, { command: path.join("/work", "target/release/raxel"), args: ["lsp"] });
+    assert.deepEqual(client.server.run, { command: path.join("/project", "target/release/raxel"), args: ["lsp"] });
     assert.deepEqual(client.options.documentSelector.map(({ language }) => language), ["toml", "glsl"]);
-    assert.equal((await activated({ folder: "/work" })).asked.clients[0].server.run.command, "raxel");
-    assert.equal((await activated({ raxelPath: "/opt/raxel", folder: "/work" })).asked.clients[0].server.run.command, "/opt/raxel");
+    assert.equal((await activated({ folder: "/project" })).asked.clients[0].server.run.command, "raxel");
+    assert.equal((await activated({ raxelPath: "/opt/raxel", folder: "/project" })).asked.clients[0].server.run.command, "/opt/raxel");
 });
 
 test("a new path and a restart start another server, and stop the old one", async () => {
@@ -92,14 +92,14 @@ test("a server that does not start is an error with the setting's name", async (
 });
 
 test("tasks check and run, with the matcher of the manifest", async () => {
-    const { asked, vscode } = await activated({ folder: "/work" });
+    const { asked, vscode } = await activated({ folder: "/project" });
     vscode.window.activeTextEditor = { document: { languageId: "toml", fileName: "/project/graphs/a.toml", uri: { fsPath: "/project/graphs/a.toml" } } };
     asked.commands["raxel.run"]();
     asked.commands["raxel.check"]();
     vscode.window.activeTextEditor = undefined;
     asked.commands["raxel.run"]();
     assert.deepEqual(asked.tasks.map(({ execution }) => execution.words), [["run", path.join("graphs", "a.toml")], ["check", "--format", "short"], ["run"]]);
-    assert(asked.tasks.every(({ execution }) => execution.options.cwd === "/work"));
+    assert(asked.tasks.every(({ execution }) => execution.options.cwd === "/project"));
     assert.deepEqual(asked.tasks[1].matchers, ["$" + manifest.contributes.problemMatchers[0].name]);
     const provided = asked.providers.raxel.provideTasks();
     assert.deepEqual(provided.map(({ definition }) => definition.verb), manifest.contributes.taskDefinitions[0].properties.verb.enum);
