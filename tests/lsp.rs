@@ -61,31 +61,28 @@ impl Editor {
     }
 
     #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
-    fn ask(&mut self, method: &str, params: Value) -> Value {
+    fn answer(&mut self, method: &str, params: Value) -> Value {
         self.id += 1;
         let id = self.id;
         self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
         loop {
             let message = self.from.next();
             if message["id"] == json!(id) {
-                assert!(message["error"].is_null(), "{message}");
-                return message["result"].clone();
+                return message;
             }
         }
     }
 
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        let message = self.answer(method, params);
+        assert!(message["error"].is_null(), "{message}");
+        message["result"].clone()
+    }
+
     /// Why a request is refused.
-    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
     fn refused(&mut self, method: &str, params: Value) -> String {
-        self.id += 1;
-        let id = self.id;
-        self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
-        loop {
-            let message = self.from.next();
-            if message["id"] == json!(id) {
-                return message["error"]["message"].as_str().unwrap_or_else(|| panic!("{message}")).to_owned();
-            }
-        }
+        let message = self.answer(method, params);
+        message["error"]["message"].as_str().unwrap_or_else(|| panic!("{message}")).to_owned()
     }
 
     fn open(&mut self, path: &Path, text: &str) {
