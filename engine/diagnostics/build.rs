@@ -9,6 +9,8 @@ fn main() -> io::Result<()> {
     let link = manifest.join("pages");
     // Where the system has no links, git writes a file.
     let pages = if link.is_dir() { link } else { manifest.join("../../docs/errors") };
+    // A repository that was moved has another path: then cargo finds nothing at this one and runs the script again.
+    println!("cargo:rerun-if-changed={}", pages.display());
     println!("cargo:rustc-env=RAXEL_ERROR_PAGES={}", pages.display());
     Ok(())
 }
