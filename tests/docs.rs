@@ -505,7 +505,7 @@ fn range(value: &Value) -> String {
         let exponent = number.abs().log10();
         if number.abs() >= 1e7 && number.abs().log2().fract() == 0.0 {
             format!("{}2^{}", if number < 0.0 { "−" } else { "" }, number.abs().log2())
-        } else if number != 0.0 && (exponent < -4.0 || exponent >= 7.0) {
+        } else if number != 0.0 && !(-4.0..7.0).contains(&exponent) {
             format!("{number:e}")
         } else {
             number.to_string().replace('-', "−")
