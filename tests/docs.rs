@@ -9,6 +9,8 @@
 mod common;
 #[path = "docs/map.rs"]
 mod map;
+#[path = "docs/reference.rs"]
+mod reference;
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,7 +19,8 @@ use common::{Project, markdown, repository};
 use raxel::layouts::LayoutError;
 use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};
-use serde_json::{Map, Value};
+use reference::Reference;
+use serde_json::Value;
 
 const MARK: &str = "## Every key\n";
 
@@ -246,15 +249,32 @@ fn layouts() -> String {
     text
 }
 
+/// What codes with these beginnings are about.
+const SUBJECTS: [(&str, &str); 5] = [
+    ("RX00", "Files and TOML"),
+    ("RX01", "Graphs"),
+    ("RX02", "Shaders"),
+    ("RX03", "Worlds, edits and saves"),
+    ("RX04", "Projects, demos, instances, stores and runs"),
+];
+
 #[test]
 fn every_diagnostic_is_in_the_index() {
     let listed = common::raxel(&["explain"]).exits(0).stdout;
-    let mut text = "# Diagnostics\n\n`raxel explain CODE` prints these pages. All mistakes are found at once; the first twenty are shown, errors \
-                    before warnings, and the rest is counted. With\n`--format json` the count is a last line: \
-                    `{\"reason\":\"more-diagnostics\",\"errors\":99980,\"warnings\":0}`.\n\n"
+    let mut text = "# Diagnostics\n\nEach error and warning has a code and a page. `raxel explain CODE` prints the page.\n\n\
+                    raxel reports all mistakes at once. It prints the first twenty, errors before warnings, and counts the rest. With `--format \
+                    json`,\nthe count is the last line: `{\"reason\":\"more-diagnostics\",\"errors\":99980,\"warnings\":0}`.\n"
         .to_owned();
+    let mut subject = "";
     for line in listed.lines() {
         let (code, title) = line.split_once("  ").unwrap();
+        let group = &code[..4];
+        if group != subject {
+            subject = group;
+            let (_, about) =
+                SUBJECTS.iter().find(|(known, _)| *known == group).unwrap_or_else(|| panic!("{code} has no subject"));
+            let _ = write!(text, "\n## {about}\n\n");
+        }
         let _ = writeln!(text, "* [{code}]({code}.md) {title}");
     }
     settle("docs/errors/README.md", &text);
@@ -294,114 +314,6 @@ fn the_example_of_the_graph_reference_is_right() {
     for graph in &graphs {
         project.raxel(&["check", graph]).exits(0);
         project.raxel(&["render", graph, "--frames", "2", "--size", "40x30", "-o", "p.png", "--validate"]).exits(0);
-    }
-}
-
-/// A JSON schema as Markdown tables.
-struct Reference<'s> {
-    schema: &'s Value,
-}
-
-impl Reference<'_> {
-    fn text(&self) -> String {
-        let mut text = String::new();
-        self.tables("The file", self.schema, &mut text);
-        text
-    }
-
-    /// The table of an object, and then those of the objects in it.
-    fn tables(&self, name: &str, object: &Value, text: &mut String) {
-        let Some(properties) = object["properties"].as_object() else { return };
-        let _ = write!(text, "\n### {name}\n\n| key | value | |\n|---|---|---|\n");
-        for (key, value) in properties {
-            let needed = object["required"].as_array().is_some_and(|all| all.iter().any(|one| one == key));
-            let about = self.about(value).replace('|', "\\|").replace('\n', " ");
-            let shape = self.shape(value, 0).replace('|', "\\|");
-            let _ = writeln!(text, "| `{key}` | {shape} | {about}{} |", if needed { " **needed**" } else { "" });
-        }
-        for (key, value) in properties {
-            for (suffix, inner) in self.inner(value) {
-                let title =
-                    if name == "The file" { format!("`{key}`{suffix}") } else { format!("{name} · `{key}`{suffix}") };
-                self.tables(&title, inner, text);
-            }
-        }
-    }
-
-    fn resolved<'v>(&'v self, value: &'v Value) -> &'v Value {
-        let target = value["$ref"].as_str();
-        match target.and_then(|path| self.schema.pointer(path.trim_start_matches('#'))) {
-            Some(definition) => self.resolved(definition),
-            None => value,
-        }
-    }
-
-    fn about<'v>(&'v self, value: &'v Value) -> &'v str {
-        value["description"].as_str().or_else(|| self.resolved(value)["description"].as_str()).unwrap_or_default()
-    }
-
-    /// Objects with keys of their own in a value, one level down.
-    fn inner<'v>(&'v self, value: &'v Value) -> Vec<(&'static str, &'v Value)> {
-        let value = self.resolved(value);
-        let mut found = Vec::new();
-        let mut consider = |suffix, object: &'v Value| {
-            let object = self.resolved(object);
-            let has_keys = |object: &Value| object["properties"].as_object().is_some_and(|keys| !keys.is_empty());
-            if has_keys(object) {
-                found.push((suffix, object));
-            }
-            for form in object["anyOf"].as_array().into_iter().chain(object["oneOf"].as_array()).flatten() {
-                let form = self.resolved(form);
-                if has_keys(form) {
-                    found.push((suffix, form));
-                }
-            }
-        };
-        consider("", value);
-        consider(" of a name", &value["additionalProperties"]);
-        consider(", each", &value["items"]);
-        found
-    }
-
-    /// A value's type in words.
-    fn shape(&self, value: &Value, depth: u32) -> String {
-        let value = self.resolved(value);
-        let empty = Map::new();
-        let object = value.as_object().unwrap_or(&empty);
-        if let Some(words) = object.get("enum").and_then(Value::as_array) {
-            return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(" ");
-        }
-        if let Some(word) = object.get("const") {
-            return format!("`{word}`");
-        }
-        for either in ["anyOf", "oneOf"] {
-            if let Some(forms) = object.get(either).and_then(Value::as_array) {
-                let mut shapes: Vec<String> = forms.iter().map(|form| self.shape(form, depth + 1)).collect();
-                shapes.dedup();
-                return shapes.join(" or ");
-            }
-        }
-        match object.get("type") {
-            Some(Value::String(name)) if name == "array" => match object.get("items") {
-                Some(items) if depth < 3 => format!("array of {}", self.shape(items, depth + 1)),
-                _ => "array".to_owned(),
-            },
-            Some(Value::String(name)) if name == "object" => {
-                match object.get("properties").and_then(Value::as_object) {
-                    Some(keys) if depth > 0 => {
-                        format!("{{ {} }}", keys.keys().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "))
-                    }
-                    _ => "table".to_owned(),
-                }
-            }
-            Some(Value::String(name)) if name == "string" && object.contains_key("pattern") => {
-                format!("text like `{}`", object["pattern"].as_str().unwrap_or_default().trim_matches(['^', '$']))
-            }
-            Some(Value::String(name)) if name == "string" => "text".to_owned(),
-            Some(Value::String(name)) => name.clone(),
-            Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(" or "),
-            _ => "any value".to_owned(),
-        }
     }
 }
 

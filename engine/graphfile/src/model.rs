@@ -36,32 +36,31 @@ pub struct File {
     /// Keys of the file itself that are there under a wrong name, which is reported.
     #[keys(skip)]
     pub misspelt: Vec<String>,
-    /// Name of the graph: needed, unless it extends another.
+    /// Name of the graph. Needed, unless the graph extends another.
     pub name: Option<Spanned<String>>,
-    /// What it shows, in one line; may be left out.
+    /// One line about the graph; may be left out.
     pub about: Option<Spanned<String>>,
-    /// The target or buffer that is shown by default: needed, unless the graph that it extends says it.
+    /// The target or buffer that is shown by default. Needed, unless the extended graph has it.
     pub present: Option<Spanned<String>>,
-    /// Another graph file, relative to this one, of which only the differences are written here; left out where a graph stands by itself.
-    /// Tables are laid over each other by name, key by key; passes by `name`.
+    /// The graph that this one changes: a path relative to this file. Tables merge by name, key by key; passes by `name`. A graph of its
+    /// own when left out.
     pub extends: Option<Spanned<String>>,
     /// Live values: sliders in the window, tracks in a demo, `--set` on the command line.
     #[keys(read = by_name, shape = named("param"))]
     pub params: Vec<Param>,
-    /// Rhythms of their own, apart from the frames: passes with `every` of a clock run once for each of its ticks.
+    /// Fixed rates, independent of the frame rate. Passes with `every` of a clock run once for each of its ticks.
     #[keys(read = by_name, shape = named("clock"))]
     pub clocks: Vec<Clock>,
     /// Images that passes read and write.
     #[keys(read = by_name, shape = named("target"))]
     pub targets: Vec<Target>,
-    /// Storage buffers. They share their names with the targets.
+    /// Storage buffers. Buffers and targets share one set of names.
     #[keys(read = by_name, shape = named("buffer"))]
     pub buffers: Vec<Buffer>,
-    /// Values that are written once: each table fills every push-constant or uniform block of its name (the name of the instance, or of
-    /// the block), as far as the pass gives no values of its own.
+    /// Values for every push-constant or uniform block of this name: the name of the instance, or of the block. Values of the pass win.
     #[keys(read = shared_blocks, shape = named("fills"))]
     pub blocks: Vec<SharedBlock>,
-    /// Groups of passes that are repeated in each frame: those with `loop = "NAME"`, which stand together.
+    /// Groups of adjacent passes that repeat within a frame: passes with `loop = "NAME"`.
     #[keys(read = by_name, shape = named("loop"))]
     pub loops: Vec<Loop>,
     /// Compute dispatches, in the order in which they run.
@@ -76,34 +75,35 @@ pub struct Param {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// Its type: needed.
+    /// Type of the value. Needed.
     #[keys(rename = "type", shape = param_types())]
     pub ty: Option<Spanned<String>>,
-    /// Its value until somebody sets it, in its `unit`: needed.
+    /// Value until you set another one, in its `unit`. Needed.
     pub default: Option<Literal>,
-    /// Smallest and largest value of each component, in its `unit`; any value when left out, and a field to drag instead of a slider.
+    /// Smallest and largest value of each component, in its `unit`. When left out, every value is allowed, and the window has a number
+    /// field instead of a slider.
     pub range: Option<Spanned<[f64; 2]>>,
-    /// Step of the slider, in its `unit`: 1 for integers and a fine one for other numbers when left out.
+    /// Step of the slider, in its `unit`. When left out, it is 1 for integers, and small for other numbers.
     #[keys(range = 0.0..=f64::MAX)]
     pub step: Option<Spanned<f64>>,
-    /// Text beside the slider; its name when left out.
+    /// Text beside the slider. The name of the param when left out.
     pub label: Option<Spanned<String>>,
-    /// What it does, for whoever rests the pointer on it; may be left out.
+    /// Help that the window shows under the pointer; may be left out.
     pub tooltip: Option<Spanned<String>>,
-    /// Unit of the value, e.g. `°` or `voxels`: shown behind the number. A number without one when left out.
+    /// Unit that is shown behind the number, e.g. `°` or `voxels`. No unit when left out.
     pub unit: Option<Spanned<String>>,
-    /// Title of the group that it stands in, in the window and in `raxel list`. Without one, params whose names begin with the same word
-    /// stand together.
+    /// Title of its group in the window and in `raxel list`. Without a group, params whose names begin with the same word stand together.
     pub group: Option<Spanned<String>>,
-    /// Names of the values 0, 1, 2, … of an `i32` or `u32`, to be chosen from. They are its range; a number when left out.
+    /// Names of the values 0, 1, 2, … of an `i32` or `u32`. They are its range. A plain number when left out.
     pub choices: Option<Spanned<Choices>>,
-    /// Of a `vec3` or `vec4`: it is a linear colour. When left out, one is whose name or label has `color`, `colour`, `tint` or `albedo`.
+    /// Whether a `vec3` or `vec4` is a linear colour. When left out, it is one if its name or label has `color`, `colour`, `tint` or
+    /// `albedo`.
     pub color: Option<Spanned<bool>>,
 }
 
@@ -118,7 +118,7 @@ pub struct Clock {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
@@ -127,7 +127,7 @@ pub struct Clock {
     /// Ticks a second of the session's time. Needed.
     #[keys(read = |node| at(node, rate(node)), range = RATES, unit = "Hz")]
     pub hz: Option<Spanned<f64>>,
-    /// Ticks that one frame catches up at most; time beyond them is dropped.
+    /// Most ticks that one frame runs. Time beyond them is dropped.
     #[keys(range = 1..=MOST_TICKS, told = 4)]
     pub most: Option<Spanned<u32>>,
 }
@@ -139,32 +139,34 @@ pub struct Target {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// What supplies it from outside, and passes only read: `world.texture3d`, `model.NAME.texture3d`, or a file of the project, e.g.
-    /// `file.textures/grass.png` (.png or .exr). Left out where passes write it.
+    /// Supplies it from outside; passes only read it. `world.texture3d`, `model.NAME.texture3d`, or a .png or .exr file of the project,
+    /// e.g. `file.textures/grass.png`. When left out, passes write it.
     #[keys(excludes("copy", why = "a copy of a source is the graph's own"))]
     pub source: Option<Spanned<String>>,
-    /// What fills it when that changes, at creation and on reset, and passes may write: `world.texture3d` or `model.NAME.texture3d`. Left
-    /// out where nothing does.
+    /// Fills it at creation, on reset, and when the source changes; passes may write it. `world.texture3d` or `model.NAME.texture3d`.
+    /// Nothing when left out.
     pub copy: Option<Spanned<String>>,
-    /// Of a file: it is a strip of so many pictures, one below the other, that are the slices of a 3-D image. A 2-D image when left out.
+    /// Number of pictures in a file that is a strip of pictures, one below the other. They become the slices of a 3-D image. A 2-D image
+    /// when left out.
     #[keys(range = 1..=MOST_LAYERS)]
     pub slices: Option<Spanned<u32>>,
-    /// Of a file: `srgb` brings its colours into linear light, `linear` takes the numbers as they are.
+    /// How raxel reads a file: `srgb` converts colours to linear light, `linear` keeps the numbers.
     #[keys(told = Encoding::Linear)]
     pub encoding: Option<Spanned<Encoding>>,
-    /// Texel format, named by GLSL's own layout qualifier. Needed, unless a `source` or `copy` fills it: a file has a format of its own,
-    /// and can be brought into others.
+    /// Texel format, by the name of the GLSL layout qualifier. Needed, unless it has a `source` or `copy`. A file has its own format, and
+    /// can be converted to wider ones.
     #[keys(shape = formats())]
     pub format: Option<Spanned<String>>,
-    /// A part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target or of the world. The output when left out.
+    /// Extent: a part of the output (0.5), texels ([w, h] or [w, h, d]), or a part of another target or of the world. The output when left
+    /// out.
     pub size: Option<Spanned<Size>>,
-    /// Number of mips; "full" goes down to one texel. Those of a file are made by a box filter.
+    /// Number of mips; "full" goes down to one texel. A box filter makes the mips of a file.
     ///
     /// 0 is `"full"`.
     #[keys(read = |node| at(node, mips(node)), shape = mip_counts(), told = 1)]
@@ -175,18 +177,18 @@ pub struct Target {
     /// How many earlier frames are kept.
     #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
     pub history: Option<Spanned<u32>>,
-    /// Fills it at the start of each frame: one number, or one a channel. When left out, nothing does.
+    /// Fills it at the start of each frame: one number, or one for each channel. Nothing when left out.
     #[keys(excludes("init", why = "`clear` fills the target each frame, `init` once"))]
     pub clear: Option<Literal>,
-    /// Fills it at creation and on reset: one number, or one a channel; the contents then survive from frame to frame. When left out, they
-    /// do not.
+    /// Fills it at creation and on reset: one number, or one for each channel. Contents then stay from frame to frame. Nothing when left
+    /// out.
     pub init: Option<Literal>,
-    /// Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).
+    /// Gives it its own memory, and keeps contents from frame to frame; with `clear`, until the next frame clears it.
     #[keys(told = false)]
     pub keep: Option<Spanned<bool>>,
-    /// The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it.
+    /// The clock whose ticks turn its history and `clear`, instead of frames. Only passes of this clock write it.
     pub clock: Option<Spanned<String>>,
-    /// How it becomes a picture; by the map of its format when left out.
+    /// How numbers become a picture. The map of its format when left out.
     #[keys(read = |node| at(node, display(node)), shape = displays())]
     pub display: Option<Spanned<Display>>,
 }
@@ -224,9 +226,9 @@ pub const WORLD: &str = "world";
 /// A part of another target, of the world, or of the output.
 #[derive(Keys)]
 pub struct Part {
-    /// The other target, or `world`: three dimensions, one texel per voxel of the world's bounds, rounded up. The output when left out.
+    /// The other target, or `world`: a 3-D image with a texel for each voxel of the world's bounds. The output when left out.
     pub of: Option<Spanned<String>>,
-    /// The part, as a multiple: one number for every axis, or two for width and height of the output.
+    /// The part, as a multiple; the extent is rounded up. One number for every axis, or two for width and height of the output.
     #[keys(told = 1)]
     pub scale: Option<Scale>,
 }
@@ -244,7 +246,7 @@ pub enum Scale {
 pub struct Display {
     /// The map. When left out: `id` for integers, `gray` for one or two channels, `raw` for normalised formats, `color` for other floats.
     pub map: Option<DisplayMap>,
-    /// Values of texels that are shown as the ends of the map.
+    /// Values of texels at the two ends of the map.
     #[keys(read = shown_range, told = [0.0, 1.0])]
     pub range: Option<[f64; 2]>,
     /// The channel that maps of one channel show, from 0.
@@ -259,21 +261,21 @@ pub struct Buffer {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// Bytes, a number of elements, or elements for each texel of a target or of a part of the world, or for each element of another
-    /// buffer. Needed, unless `values`, `source` or `copy` say it.
+    /// Bytes, or elements: a number of them, or some for each texel of a target, element of a buffer or voxel of the world. Needed, unless
+    /// it has `values`, `source` or `copy`.
     pub size: Option<Spanned<BufferSize>>,
-    /// What supplies it from outside, and passes only read: `world.tree64` or another layout, `model.NAME.tree64`, or the bytes of a file,
-    /// e.g. `file.data/table.bin`. Or `world.edits` or `world.poses`, which passes write: what they do to the world, and where its
-    /// instances go. Left out where passes write it.
+    /// Supplies it from outside; passes only read it. `world.tree64` or another layout, `model.NAME.tree64`, `world.lights`,
+    /// `world.instances`, or a file, e.g. `file.data/table.bin`. Passes write `world.edits` and `world.poses`: edits of the world, and
+    /// poses of instances. When left out, passes write it.
     #[keys(excludes("copy", why = "a copy of a source is the graph's own"))]
     pub source: Option<Spanned<String>>,
-    /// What is in it: numbers, or arrays of as many as a vector has components. Passes only read it. Instead of `size`.
+    /// Contents: numbers, or arrays with the components of a vector. Passes only read it. Instead of `size`.
     #[keys(
         read = values,
         shape = listed_values(),
@@ -283,31 +285,31 @@ pub struct Buffer {
         )
     )]
     pub values: Option<Literal>,
-    /// Type of the values; laid out as std430 does, a `vec3` in 16 bytes, a `bool` as a `uint`.
+    /// Type of the values, in the std430 layout: a `vec3` takes 16 bytes, and a `bool` is a `uint`.
     #[keys(rename = "type", shape = value_types(), told = "f32".to_owned())]
     pub ty: Option<Spanned<String>>,
-    /// What fills it when that changes, at creation and on reset, and passes may write: `world.octree` or another layout, or
-    /// `model.NAME.octree`. Left out where nothing does.
+    /// Fills it at creation, on reset, and when the source changes; passes may write it. `world.octree` or another layout, or
+    /// `model.NAME.octree`. Nothing when left out.
     pub copy: Option<Spanned<String>>,
-    /// 32-bit pattern that fills it at the start of each frame. When left out, nothing does.
+    /// 32-bit pattern that fills it at the start of each frame. Nothing when left out.
     #[keys(shape = i64::shape(&Limits::default()), excludes("init", why = "`clear` fills the buffer each frame, `init` once"))]
     pub clear: Option<Literal>,
-    /// 32-bit pattern that fills it at creation and on reset; the contents then survive from frame to frame. When left out, they do not.
+    /// 32-bit pattern that fills it at creation and on reset. Contents then stay from frame to frame. Nothing when left out.
     #[keys(shape = i64::shape(&Limits::default()))]
     pub init: Option<Literal>,
     /// How many earlier frames are kept.
     #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
     pub history: Option<Spanned<u32>>,
-    /// Has memory of its own and keeps its contents from frame to frame (with `clear`: until it is cleared).
+    /// Gives it its own memory, and keeps contents from frame to frame; with `clear`, until the next frame clears it.
     #[keys(told = false)]
     pub keep: Option<Spanned<bool>>,
-    /// The clock whose ticks turn its history and its clears, instead of the frames. Only passes of that clock write it.
+    /// The clock whose ticks turn its history and `clear`, instead of frames. Only passes of this clock write it.
     pub clock: Option<Spanned<String>>,
-    /// What the world must have for passes to bind it, e.g. `world.has_instances`; `!` negates. Where this does not hold, passes are compiled
-    /// and run without the binding. Where it holds, their shaders see `RX_BINDS_NAME`, with the binding's name. Bound everywhere when left out.
+    /// Passes bind it only if the world has this, e.g. `world.has_instances`; `!` negates. Otherwise raxel compiles and runs them without
+    /// the binding. With it, their shaders see `RX_BINDS_` and the name of the binding. Always bound when left out.
     #[keys(shape = facts_of_worlds())]
     pub when: Option<Spanned<String>>,
-    /// What is said while a word of it is not 0: passes count there what should not be, e.g. what found no room. Nothing when left out.
+    /// Warnings while a word of it is not 0: passes count there what should not happen, e.g. a full queue. None when left out.
     #[keys(read = warnings, shape = listed_warnings())]
     pub warnings: Option<Vec<Warning>>,
 }
@@ -315,13 +317,13 @@ pub struct Buffer {
 /// A count that should be 0.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub struct Warning {
-    /// Where in the buffer the count is, a `uint`: bytes, a multiple of 4.
+    /// Place of the count, a `uint`, in the buffer: bytes, a multiple of 4.
     #[keys(read = whole_word, range = 0..=LARGEST_BUFFER, default = 0, unit = "bytes")]
     pub offset: u64,
-    /// What is counted and what it means for the picture, e.g. "faces found no slot"; the count follows it. Needed.
+    /// What is counted, and what it means for the picture, e.g. "faces found no slot". The count follows. Needed.
     #[keys(read = |node| at(node, filled(node)), shape = Shape::Schema(json!({ "type": "string", "minLength": 1 })))]
     pub says: Spanned<String>,
-    /// What can be done about it; may be left out.
+    /// What to do about it; may be left out.
     pub help: Option<String>,
 }
 
@@ -354,19 +356,19 @@ pub enum BufferSize {
 #[derive(Keys)]
 #[keys(check = beside_of(of, per, scale))]
 pub struct Elements {
-    /// Bytes of an element, a multiple of 4: needed.
+    /// Bytes of an element, a multiple of 4. Needed.
     #[keys(read = stride, range = 4..=LARGEST_STRIDE, unit = "bytes")]
     pub stride: u32,
-    /// Elements for each texel of this target, each element of this buffer, or each voxel of the bounds of the `world`; instead of `count`.
+    /// Elements for each texel of this target, element of this buffer, or voxel of the bounds of the `world`. Instead of `count`.
     #[keys(excludes("count", why = "texels and elements of something else are counted already"))]
     pub of: Option<Spanned<String>>,
-    /// Number of elements, instead of `of`.
+    /// Number of elements. Instead of `of`.
     #[keys(range = 1..=LARGEST_BUFFER)]
     pub count: Option<u64>,
-    /// Elements for each of them.
+    /// Elements for each texel, element or voxel of `of`.
     #[keys(range = 1..=MOST_PER, told = 1)]
     pub per: Option<u32>,
-    /// With `of = "world"`: texels per voxel on every axis, rounded up.
+    /// Texels per voxel along each axis, for `of = "world"`; the extent is rounded up.
     #[keys(range = SCALES, told = 1.0)]
     pub scale: Option<Spanned<f64>>,
 }
@@ -378,18 +380,18 @@ pub struct Loop {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// Number of rounds: needed.
+    /// Number of rounds. Needed.
     pub count: Option<Spanned<Rounds>>,
-    /// Whether `loop.index` goes from 0 up or down to 0.
+    /// Direction of `loop.index`: `up` from 0, or `down` to 0.
     #[keys(told = Order::Up)]
     pub order: Option<Spanned<Order>>,
-    /// Pairs of names that change places after each round, for later rounds and for all later passes; none when left out.
+    /// Pairs of names that are exchanged after each round, for later rounds and all later passes. None when left out.
     #[keys(read = swap, shape = pairs_of_names())]
     pub swap: Option<Vec<[Spanned<String>; 2]>>,
 }
@@ -406,7 +408,7 @@ pub enum Order {
 /// From mip to mip.
 #[derive(Keys)]
 pub struct MipSteps {
-    /// The target: a round for each step from one of its mips to the next. Needed in this form.
+    /// The target: one round for each step from a mip to the next. Needed in this form.
     pub mips: Spanned<String>,
 }
 
@@ -446,10 +448,10 @@ pub struct Member {
     /// The key; nested members by path, e.g. `sun.direction`.
     #[keys(entry)]
     pub path: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Its type; an array as `vec4[8]`. Needed in this form.
+    /// Type, such as `vec3`, or an array such as `vec4[8]`. Needed in this form.
     #[keys(rename = "type", shape = member_types())]
     pub ty: Option<Spanned<String>>,
     /// Where the value comes from, instead of `value`: the whole value when it is a string.
@@ -458,7 +460,7 @@ pub struct Member {
     /// The value, instead of `from`: the whole value when it is no string and no table.
     #[keys(shape = reference("literal"))]
     pub value: Option<Literal>,
-    /// Its offset in bytes; it is not checked when left out.
+    /// Offset in bytes, checked against the shader. Not checked when left out.
     #[keys(range = 0..=u32::MAX)]
     pub offset: Option<Spanned<u32>>,
 }

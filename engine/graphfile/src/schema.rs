@@ -32,11 +32,11 @@ pub fn schema() -> Value {
         "fills": described("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".", &Shape::by_name(reference("member"))),
         "member": member(),
         "from": from(),
-        "literal": described("A number, a boolean, or an array of them: as many as a vector has components, columns of a matrix, elements of an array. Instead of `from`.", &Literal::shape(&())),
+        "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array. Instead of `from`.", &Literal::shape(&())),
         "counts": counts("One, two or three numbers: x, y, z."),
-        "remove": flag("Takes it out of the graph that `extends` names.", false),
+        "remove": flag("Removes it from the graph that `extends` names.", false),
         "history": {
-            "description": "How many earlier frames (ticks, with a clock) are kept, to be read as `NAME@1`, `NAME@2`, …",
+            "description": "How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …",
             "type": "integer",
             "minimum": 0,
             "maximum": LONGEST_HISTORY,
@@ -157,7 +157,7 @@ describe! {
     Scale => either(&[f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()]);
     BufferSize => either(&[json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()]);
     Every => either(&[
-        text("The clock that it runs by: once a tick, several times in a frame or not at all."),
+        text("The clock: the pass runs once for each tick."),
         rhythm("So many times a second, at most once a frame.", "hz"),
         rhythm("Every so many frames.", "frames"),
         rhythm("Until nothing has changed for so long.", "still"),
@@ -177,26 +177,26 @@ describe! {
         definition_of("counts"),
         table("Threads.", &json!({
             "threads": {
-                "description": "One thread per texel of a target, one per element of a buffer (`rx_thread()` of `raxel/thread.glsl` is its index), one per voxel of the bounds of the `world`, or [x, y, z] threads. Needed in this form.",
+                "description": "One thread for each texel of a target, element of a buffer, or voxel of the bounds of the `world`; or [x, y, z] threads. `rx_thread()` of `raxel/thread.glsl` is the index of an element. Needed in this form.",
                 "anyOf": [{ "type": "string" }, definition_of("counts")],
             },
             "mip": mip(),
         })),
         table("Workgroups.", &json!({
             "groups": {
-                "description": "Workgroups, or one for each texel or tile of a target. Needed in this form.",
+                "description": "[x, y, z] workgroups, or one for each texel or tile of a target. Needed in this form.",
                 "anyOf": [{ "type": "string" }, definition_of("counts")],
             },
             "tile": with(json!([1, 1, 1]), counts("Texels of a workgroup.")),
             "mip": mip(),
         })),
         table("Threads of a queue.", &json!({
-            "count": text("The buffer that holds the number of threads, one `uint`. raxel makes the workgroups of it; `rx_thread()` of `raxel/thread.glsl` is the index. Needed in this form."),
-            "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
+            "count": text("The buffer that holds the number of threads, one `uint`. raxel computes the workgroups. `rx_thread()` of `raxel/thread.glsl` is the index. Needed in this form."),
+            "offset": { "description": "Place in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
         })),
         table("Workgroups read from a buffer.", &json!({
-            "indirect": text("The buffer: three `uint`s. Needed in this form."),
-            "offset": { "description": "Where in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
+            "indirect": text("The buffer that holds the workgroups along x, y and z: three `uint`s. Needed in this form."),
+            "offset": { "description": "Place in the buffer, in bytes, a multiple of 4.", "type": "integer", "minimum": 0, "multipleOf": 4, "default": 0 },
         })),
     ]);
 }
@@ -207,7 +207,7 @@ fn either(forms: &[Value]) -> Shape {
 }
 
 fn mip() -> Value {
-    with(json!(0), described("The mip, from 0, whose texels are meant.", &Mip::shape(&())))
+    with(json!(0), described("The mip whose texels are counted, from 0.", &Mip::shape(&())))
 }
 
 pub fn definitions() -> Shape {
@@ -241,18 +241,25 @@ fn member() -> Value {
 }
 
 fn from() -> Value {
-    let builtins: Vec<Value> =
-        Builtin::ALL.iter().map(|builtin| json!({ "const": builtin.name(), "description": builtin.about() })).collect();
+    let typed = |ty: ValueType, about: &str| format!("`{}`: {about}", ty.word());
+    let of_builtin = |builtin: &Builtin| {
+        let (scalar, shape) = builtin.ty();
+        json!({ "const": builtin.name(), "description": typed(ValueType::new(scalar, shape), builtin.about()) })
+    };
+    let builtins: Vec<Value> = Builtin::ALL.iter().map(of_builtin).collect();
     let mut any = vec![
-        json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "A param." }),
-        json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "Extent of a target in texels." }),
-        json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "Number of elements of a buffer." }),
-        json!({ "type": "string", "pattern": "^clock\\.[A-Za-z0-9_-]+\\.(tick|delta|phase)$", "description": "Of a clock: the number of the tick (u32), the seconds between ticks (f32), the part of them that has passed since the last one (f32)." }),
-        json!({ "type": "string", "pattern": "^material\\..+$", "description": "Index of a named material of the world, a `u32`." }),
+        json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "Value of a param." }),
+        json!({ "type": "string", "pattern": "^target\\.[A-Za-z0-9_-]+\\.size$", "description": "`ivec2` or `ivec3`: extent of a target in texels." }),
+        json!({ "type": "string", "pattern": "^buffer\\.[A-Za-z0-9_-]+\\.count$", "description": "`u32`: number of elements of a buffer." }),
+        json!({ "type": "string", "pattern": "^clock\\.[A-Za-z0-9_-]+\\.(tick|delta|phase)$", "description": "Of a clock. `u32`: number of the tick. `f32`: seconds between ticks, or the part of them since the last tick." }),
+        json!({ "type": "string", "pattern": "^material\\..+$", "description": "`u32`: index of a named material of the world." }),
     ];
     any.extend(builtins);
-    any.extend(RoundIndex::ALL.map(|index| json!({ "const": index.name(), "description": index.about() })));
-    json!({ "description": "Where the value comes from, instead of `value`.", "anyOf": any })
+    any.extend(
+        RoundIndex::ALL
+            .map(|index| json!({ "const": index.name(), "description": format!("`u32`: {}", index.about()) })),
+    );
+    json!({ "description": "Source of the value. Instead of `value`.", "anyOf": any })
 }
 
 /// Conditions that ask about the world.

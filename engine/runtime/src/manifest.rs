@@ -14,25 +14,25 @@ pub const PATH: &str = "raxel.toml";
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(context = Project<'_>)]
 pub struct Manifest {
-    /// The graph that runs when none is named, relative to graphs/. Without it primary.toml, or the only graph there is.
+    /// The graph that runs when the command names none, relative to graphs/. When left out, primary.toml or the only graph.
     ///
     /// Here as a project path, like `world` and `demo`.
     #[keys(read = named("graphs"))]
     pub graph: Option<String>,
-    /// The world that graphs run over when none is named, relative to worlds/. Without it valley.toml, or the only world there is.
+    /// The world that graphs run over when the command names none, relative to worlds/. When left out, valley.toml or the only world.
     #[keys(read = named("worlds"))]
     pub world: Option<String>,
-    /// The demo that `raxel run`, `render`, `control` and `bench film` open when no file and no world is named, relative to worlds/.
-    /// Without it graph and world.
+    /// The demo that `raxel run`, `render`, `control` and `bench film` open when the command names neither file nor world, relative to
+    /// worlds/. `graph` and `world` when left out.
     #[keys(read = named("worlds"))]
     pub demo: Option<String>,
-    /// Pixels of pictures and films where neither the command line nor a demo says them, and of a window at first: width and height.
+    /// Width and height of pictures and films in pixels, unless the command or a demo has its own; and of a window at first.
     #[keys(range = 1..=16384, told = [1280, 720])]
     pub size: Option<[u32; 2]>,
     /// Pixels of the picture for each pixel of the window, along each axis: 0.5 computes a quarter of the pixels.
     #[keys(range = Viewport::SCALES, told = 1.0)]
     pub scale: Option<f64>,
-    /// Frames a second without a window, where neither the command line nor a demo says them.
+    /// Frames a second without a window, unless the command or a demo has its own.
     #[keys(range = 1e-3..=1000.0, told = 60.0, unit = "Hz")]
     pub fps: Option<f64>,
 }

@@ -44,10 +44,10 @@ pub const CAMERA_FOV: RangeInclusive<f64> = 1.0..=179.0;
 #[derive(Keys)]
 #[keys(into = CameraHint, check = elsewhere(position, look_at))]
 pub(super) struct Camera {
-    /// Where it starts, in voxels; Y is up.
+    /// Where the camera starts, in voxels; Y is up.
     #[keys(range = CAMERA_COORDINATES)]
     position: [f64; 3],
-    /// The place that it looks at, in voxels; instead of yaw and pitch.
+    /// The point that the camera looks at, in voxels. Instead of `yaw` and `pitch`.
     #[keys(range = CAMERA_COORDINATES, excludes("yaw", "pitch", why = "a camera looks at a place or along a direction"))]
     look_at: Option<[f64; 3]>,
     /// Turn to the left in degrees; 0 looks along −Z.

@@ -19,16 +19,16 @@ const ENDLESS: i64 = 1 << 30;
 /// A half-open box, by two of its keys.
 #[derive(Keys)]
 pub(super) struct Extent<const N: usize> {
-    /// The smallest voxel; with `max` or `size`, instead of `center`.
+    /// Smallest voxel, with `max` or `size`. Instead of `center`.
     #[keys(range = CELLS)]
     min: Option<[i64; N]>,
-    /// One past the largest voxel; with `min`, instead of `size`.
+    /// One past the largest voxel, with `min`. Instead of `size`.
     #[keys(range = CELLS)]
     max: Option<[i64; N]>,
-    /// Voxels along each axis; with `min` or `center`, instead of `max`.
+    /// Voxels along each axis, with `min` or `center`. Instead of `max`.
     #[keys(range = 1..=1 << 32)]
     size: Option<[i64; N]>,
-    /// The middle, in voxels; with `size`, instead of `min`.
+    /// Middle, in voxels, with `size`. Instead of `min`.
     #[keys(range = CELLS)]
     center: Option<[i64; N]>,
 }

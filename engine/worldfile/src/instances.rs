@@ -24,11 +24,11 @@ const STEPS: RangeInclusive<f64> = -1.0e6..=1.0e6;
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct InstanceKeys {
-    /// What it is called; may be left out.
+    /// Name of the instance; may be left out.
     name: Option<String>,
-    /// One of [models].
+    /// Name of one of [models].
     model: Model,
-    /// Where the anchor's cell goes, in voxels; fractions are allowed.
+    /// Place of the anchor's cell, in voxels. Fractions are allowed.
     #[keys(range = Pose::COORDINATES)]
     position: [f64; 3],
     /// Degrees to the left, seen from above, about the middle of the anchor's cell.
@@ -40,30 +40,30 @@ struct InstanceKeys {
     /// Degrees about its own Z axis, before pitch.
     #[keys(range = -360.0..=360.0, default = 0.0)]
     roll: f64,
-    /// The middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
-    /// How many of them along x, y and z: a grid, numbered along x first.
+    /// How many instances along x, y and z. They are numbered along x first.
     #[keys(range = 1..=MAX_INSTANCES, default = [1; 3])]
     count: [usize; 3],
-    /// Voxels from one to the next of them along x, y and z; all stand in one place when left out.
+    /// Voxels from one instance to the next along x, y and z. All are in one place when left out.
     #[keys(range = STEPS, absent = [0.0; 3])]
     step: [f64; 3],
-    /// Turned by a param, about an axis of the world.
+    /// Turns it by a param, about an axis of the world.
     turn: Option<Turn>,
-    /// Moved by a param, after it was turned.
+    /// Moves it by a param, after `turn`.
     slide: Option<Slide>,
 }
 
 /// `slide`.
 #[derive(Keys)]
 struct Slide {
-    /// A number among the params of the graph.
+    /// Name of a param of the graph, a number.
     param: String,
-    /// Voxels for each 1 of its value.
+    /// Voxels along each axis for a value of 1.
     #[keys(range = STEPS)]
     along: [f64; 3],
-    /// The value, in units of the param, in graphs without that param; such graphs are refused when left out.
+    /// Value in graphs without this param, in units of the param. Such graphs are refused when left out.
     #[keys(range = STEPS)]
     default: Option<f64>,
 }
@@ -71,18 +71,18 @@ struct Slide {
 /// `turn`.
 #[derive(Keys)]
 struct Turn {
-    /// A number among the params of the graph: degrees to the left, seen from the end of the axis.
+    /// Name of a param of the graph, a number: degrees to the left, seen from the end of the axis.
     param: String,
     /// An axis of the world.
     #[keys(default = Axis::Y)]
     axis: Axis,
-    /// A point on the axis, in voxels; the middle of its own anchor when left out.
+    /// A point on the axis, in voxels. The middle of the instance's anchor when left out.
     #[keys(range = Pose::COORDINATES)]
     about: Option<[f64; 3]>,
-    /// Goes around the axis without being turned itself.
+    /// The instance moves around the axis without turning itself.
     #[keys(default = false)]
     upright: bool,
-    /// The value, in units of the param, in graphs without that param; such graphs are refused when left out.
+    /// Value in graphs without this param, in units of the param. Such graphs are refused when left out.
     #[keys(range = STEPS)]
     default: Option<f64>,
 }

@@ -124,11 +124,11 @@ impl Loaded {
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct WorldFile {
-    /// What the world is called; may be left out.
+    /// Name of the world; may be left out.
     name: Option<String>,
-    /// One sentence about it; may be left out.
+    /// One sentence about the world; may be left out.
     about: Option<String>,
-    /// Any number: another makes another world of the same kind.
+    /// Any number: another one makes another world of the same kind.
     #[keys(default = 0)]
     #[expect(dead_code, reason = "`Reading` has it")]
     seed: i64,
@@ -137,9 +137,9 @@ struct WorldFile {
     /// Other places to look from, by name: letters, digits, - and _.
     #[keys(shape = camera::named())]
     cameras: ByName<NamedCamera>,
-    /// The world is made around the camera while it moves, rather than all at once.
+    /// Builds the world around the camera while it moves.
     stream: Option<Stream>,
-    /// Where edits of the world are kept.
+    /// Where edits of the world are saved.
     save: Option<SaveSettings>,
     /// Materials by name.
     #[expect(dead_code, reason = "`Reading` has it")]
@@ -149,7 +149,7 @@ struct WorldFile {
     #[expect(dead_code, reason = "`Reading` has it")]
     #[keys(read = models::declare, shape = models::declared(), absent = ())]
     models: (),
-    /// What is built, one operation after the other; an empty world when left out.
+    /// Operations that build voxels, one after the other. An empty world when left out.
     #[keys(read = operations::read, shape = operations::declared(), absent = Vec::new())]
     build: Vec<(Operation, Span)>,
     /// Models that stand in the world without being part of its voxels, and can move.

@@ -35,7 +35,7 @@ struct Look {
     /// 0 is no metal, 1 is metal.
     #[keys(range = 0.0..=1.0, default = 0.0)]
     metallic: f64,
-    /// Strength of the light it gives off, in multiples of its albedo.
+    /// Light that it gives off, as a multiple of its albedo.
     #[keys(range = 0.0..=1e6, default = 0.0)]
     emission: f64,
     /// 0 is opaque, 1 is clear.

@@ -18,7 +18,7 @@ use super::terrain::TerrainKeys;
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct Build {
-    /// Sets voxels, empties them, or recolours the solid ones.
+    /// `add` makes voxels solid, `subtract` makes them air, `paint` gives solid ones the material.
     #[keys(default = Mode::Add)]
     mode: Mode,
     #[keys(flatten)]

@@ -42,15 +42,15 @@ impl Anchor {
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 pub(super) struct ModelKeys {
-    /// One of [models].
+    /// Name of one of [models].
     model: Model,
-    /// Where its anchor goes, in voxels.
+    /// Place of the anchor, in voxels.
     #[keys(range = CELLS, default = [0; 3])]
     origin: [i64; 3],
-    /// Degrees to the left about its anchor.
+    /// Degrees to the left about the anchor.
     #[keys(default = QuarterTurns(0))]
     rotation: QuarterTurns,
-    /// The middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
 }
@@ -75,38 +75,38 @@ impl ModelKeys {
     check = apart(cell, min_spacing)
 )]
 pub(super) struct ScatterKeys {
-    /// One of [models].
+    /// Name of one of [models].
     model: Model,
     #[keys(flatten)]
     extent: Extent<2>,
-    /// How many; instead of density and cell.
+    /// How many models. Instead of `density` and `cell`.
     #[keys(range = 1..=Scatter::MAX_COUNT, excludes("density", why = "one follows from the other"))]
     count: Option<u64>,
-    /// How many a voxel of the area; instead of count.
+    /// How many models for each voxel of the area. Instead of `count`.
     #[keys(range = 1e-9..=1.0)]
     density: Option<f64>,
-    /// At most one in each cell of a grid of so many voxels, on the land of `terrain`; instead of count.
+    /// Edge of the cells of a grid, in voxels. Each cell has at most one model, on the land of `terrain`. Instead of `count`.
     #[keys(range = 1..=1 << 20, excludes("count", "density", why = "a grid has as many as its cells allow"))]
     cell: Option<i64>,
-    /// How likely a cell is to have one, from 0 to 1.
+    /// Probability that a cell has a model, from 0 to 1.
     #[keys(range = 0.0..=1.0, default = 1.0)]
     chance: f64,
-    /// Materials that it stands on; any when left out.
+    /// Materials that a model may stand on. All when left out.
     #[keys(absent = Materials::default())]
     on: Materials,
-    /// Least distance between two, in voxels.
+    /// Least distance between two models, in voxels.
     #[keys(range = 0..=1 << 20, default = 0)]
     min_spacing: i64,
-    /// Voxels that it is sunk into the ground.
+    /// Depth of a model in the ground, in voxels.
     #[keys(range = -(1 << 16)..=1 << 16, default = 0)]
     sink: i64,
-    /// Whether each gets a random quarter turn.
+    /// Whether each model gets a random quarter turn.
     #[keys(default = true)]
     rotate: bool,
-    /// The middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
-    /// Any number: another one, other places. Its place in the file when left out.
+    /// Any number: another one makes other places. The place of the operation in the file when left out.
     seed: Option<i64>,
 }
 

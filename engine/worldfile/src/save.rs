@@ -4,16 +4,16 @@ use raxel_diagnostics::table::Node;
 use raxel_diagnostics::{Spanned, codes, files};
 use raxel_language::Keys;
 
-/// Where edits of the world are kept.
+/// Where edits of the world are saved.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub struct SaveSettings {
-    /// The folder that edits are saved in, relative to the project.
+    /// The folder of the save, relative to the project.
     #[keys(read = folder)]
     pub path: Spanned<String>,
-    /// Seconds that a power cut may cost.
+    /// Seconds of edits that a power cut may lose.
     #[keys(range = 0.001..=3600.0, default = 1.0)]
     pub sync: f64,
-    /// When the world is built otherwise than when the save was made: leave the save alone, or keep its chunks.
+    /// What to do if the world file builds other voxels than when the save was made: `refuse` the save, or `keep` its chunks.
     #[keys(default = OnGeneratorChange::Refuse)]
     pub on_generator_change: OnGeneratorChange,
 }

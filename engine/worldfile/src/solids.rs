@@ -23,10 +23,10 @@ const RADII: std::ops::RangeInclusive<f64> = 0.5..=LENGTH as f64;
 pub(super) struct BoxKeys {
     #[keys(flatten)]
     extent: Extent<3>,
-    /// Voxels of its walls when it is hollow; solid when left out.
+    /// Thickness of the walls of a hollow box, in voxels. Solid when left out.
     #[keys(range = 1..=LENGTH)]
     shell: Option<i64>,
-    /// What it is made of; left out only when subtracting.
+    /// Material. May be left out only with `subtract`.
     #[keys(absent = Materials::default())]
     material: Materials,
 }
@@ -45,13 +45,13 @@ pub(super) struct SphereKeys {
     /// In voxels.
     #[keys(range = POSITIONS)]
     center: [f64; 3],
-    /// In voxels: a number, or one for each axis.
+    /// Radius in voxels: one number, or one for each axis.
     #[keys(read = radius, shape = Shape::Either(vec![f64::shape(&RADII.into()), <[f64; 3]>::shape(&RADII.into())]))]
     radius: [f64; 3],
-    /// Voxels of its wall when it is hollow; solid when left out.
+    /// Thickness of the wall of a hollow sphere, in voxels. Solid when left out.
     #[keys(range = 1.0..=LENGTH as f64)]
     shell: Option<f64>,
-    /// What it is made of; left out only when subtracting.
+    /// Material. May be left out only with `subtract`.
     #[keys(absent = Materials::default())]
     material: Materials,
 }
@@ -77,16 +77,16 @@ pub(super) struct CylinderKeys {
     /// In voxels.
     #[keys(range = 0.0..=LENGTH as f64)]
     radius: f64,
-    /// In voxels; that of the base when left out.
+    /// Radius at the top, in voxels. That of the base when left out.
     #[keys(range = 0.0..=LENGTH as f64)]
     top_radius: Option<f64>,
     /// In voxels.
     #[keys(range = 1..=LENGTH)]
     height: i64,
-    /// Along which it stands.
+    /// Axis of the cylinder.
     #[keys(default = Axis::Y)]
     axis: Axis,
-    /// What it is made of; left out only when subtracting.
+    /// Material. May be left out only with `subtract`.
     #[keys(absent = Materials::default())]
     material: Materials,
 }
@@ -103,13 +103,13 @@ impl CylinderKeys {
 #[derive(Keys)]
 #[keys(context = Reading<'_>, check = painted())]
 pub(super) struct MengerKeys {
-    /// Its smallest corner, in voxels.
+    /// Smallest corner, in voxels.
     #[keys(range = CELLS, default = [0; 3])]
     origin: [i64; 3],
-    /// How often it is divided.
+    /// How often the cube is divided: 3^level voxels a side.
     #[keys(range = 0..=Menger::MAX_LEVEL)]
     level: u32,
-    /// What it is made of; several go by scale, the coarsest first. Left out only when subtracting.
+    /// Material, or materials by scale, the coarsest first. May be left out only with `subtract`.
     #[keys(absent = Materials::default())]
     material: Materials,
 }
@@ -124,24 +124,24 @@ impl MengerKeys {
 #[derive(Keys)]
 #[keys(context = Reading<'_>, check = few(cells), check = thin(cell, wall), check = painted())]
 pub(super) struct MazeKeys {
-    /// Its smallest corner, in voxels.
+    /// Smallest corner, in voxels.
     #[keys(range = CELLS, default = [0; 3])]
     origin: [i64; 3],
-    /// How many along x and z.
+    /// How many cells along x and z.
     #[keys(range = 1..=1 << 16)]
     cells: [u32; 2],
-    /// Voxels along a cell.
+    /// Edge of a cell, in voxels.
     #[keys(range = 1..=1 << 12, default = 4)]
     cell: u32,
-    /// Voxels across a wall.
+    /// Thickness of a wall, in voxels.
     #[keys(range = 1..=1 << 12, default = 1)]
     wall: u32,
-    /// Voxels that the walls are high.
+    /// Height of the walls, in voxels.
     #[keys(range = 1..=LENGTH, default = 8)]
     height: i64,
-    /// Any number: another one, another maze. Its place in the file when left out.
+    /// Any number: another one makes another maze. The place of the operation in the file when left out.
     seed: Option<i64>,
-    /// What its walls are made of; left out only when subtracting.
+    /// Material of the walls. May be left out only with `subtract`.
     #[keys(absent = Materials::default())]
     material: Materials,
 }

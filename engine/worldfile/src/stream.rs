@@ -13,14 +13,14 @@ use super::extent::CELLS;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 #[keys(check = farther(near, far), check = filled(height), check = fits(gpu_memory, upload))]
 pub struct StreamSettings {
-    /// Voxels around the camera that are there one by one.
+    /// Distance from the camera to which single voxels are loaded, in voxels.
     #[keys(range = 64..=Self::MOST_NEAR, default = Self::NEAR)]
     pub near: u32,
-    /// Voxels around the camera that are there at all, beyond `near` in cells of 4, 16 and 64; `near` when left out, and at most 64 times
-    /// as much.
+    /// Distance from the camera to which anything is loaded, in voxels: beyond `near` in cells of 4, 16 and 64. `near` when left out, and
+    /// at most 64 times `near`.
     #[keys(range = 64..=Self::MOST_FAR, absent = 0)]
     pub far: u32,
-    /// The lowest height that is loaded, in voxels, and one past the highest; all that is built when left out.
+    /// Lowest height that is loaded, and one past the highest, in voxels. Every height when left out.
     #[keys(range = CELLS)]
     pub height: Option<[i64; 2]>,
     /// Bytes of the buffer on the device.
@@ -31,7 +31,7 @@ pub struct StreamSettings {
         told = amount(Self::GPU_MEMORY)
     )]
     pub gpu_memory: u64,
-    /// Bytes of packed chunks that are kept on the host, so that going back makes nothing again; 0 keeps none.
+    /// Bytes of packed chunks that stay on the host, so that going back builds nothing again. 0 keeps none.
     #[keys(
         read = bytes(0..=Self::MOST_CPU_MEMORY),
         shape = memory(0..=Self::MOST_CPU_MEMORY),
@@ -39,7 +39,7 @@ pub struct StreamSettings {
         told = amount(Self::CPU_MEMORY)
     )]
     pub cpu_memory: u64,
-    /// Bytes of the list of lamps (`world.lights`) on the device, in a world where a material gives off light.
+    /// Bytes of the list of lamps (`world.lights`) on the device, if a material gives off light.
     #[keys(
         read = bytes(Self::LAMPS),
         shape = memory(Self::LAMPS),
@@ -47,10 +47,10 @@ pub struct StreamSettings {
         told = amount(Self::LAMP_MEMORY)
     )]
     pub lamp_memory: u64,
-    /// Bytes that a frame of a window brings to the device, about; at most `gpu_memory`.
+    /// About how many bytes a frame of a window uploads; at most `gpu_memory`.
     #[keys(read = bytes(Self::UPLOADS), shape = memory(Self::UPLOADS), absent = Self::UPLOAD, told = amount(Self::UPLOAD))]
     pub upload: u64,
-    /// Threads that make chunks; 0 is one for each core but one.
+    /// Threads that build chunks. 0 is one for each core but one.
     #[keys(range = 0..=Self::MOST_THREADS, default = 0)]
     pub threads: u32,
 }
@@ -97,12 +97,12 @@ impl StreamSettings {
     const MOST_THREADS: u32 = 256;
 }
 
-/// The world is made around the camera while it moves, rather than all at once.
+/// Builds the world around the camera while it moves.
 #[derive(Keys)]
 pub(super) struct Stream {
     #[keys(flatten)]
     settings: StreamSettings,
-    /// A store that the world was baked to, in place of [[build]]: a folder of the project, or a URL. The world is built when left out.
+    /// Store of a baked world: a folder of the project, or a URL. Instead of [[build]]. The world is built when left out.
     ///
     /// Here without the `zarr:` before it.
     #[keys(read = source, shape = Shape::Schema(json!({ "type": "string", "pattern": "^zarr:." })))]

@@ -23,40 +23,40 @@ pub(super) struct TerrainKeys {
     /// Height of the lowest land, in voxels.
     #[keys(range = POSITIONS, default = 0.0)]
     base: f64,
-    /// From the lowest land to the highest, in voxels.
+    /// Height from the lowest land to the highest, in voxels.
     #[keys(range = 0.0..=*POSITIONS.end())]
     amplitude: f64,
-    /// A power of the heights from 0 to 1: above 1, low land becomes wider and high land steeper.
+    /// Power of the heights, which are from 0 to 1. Above 1, low land becomes wider, and high land steeper.
     #[keys(range = 1..=8, default = 1)]
     exponent: u32,
-    /// Hills for each voxel of the way.
+    /// Hills for each voxel of distance.
     #[keys(range = 1e-9..=1.0, default = 1.0 / 128.0)]
     frequency: f64,
-    /// How often finer detail is added.
+    /// Number of octaves: how often finer detail is added.
     #[keys(range = 1..=16, default = 5)]
     octaves: u32,
-    /// How many times finer each time.
+    /// How many times finer each octave is.
     #[keys(range = 1.0..=8.0, default = 2.0)]
     lacunarity: f64,
-    /// Strength of each time, as a multiple of that of the time before.
+    /// Strength of each octave, as a multiple of the octave before.
     #[keys(range = 0.0..=1.0, default = 0.5)]
     gain: f64,
     /// Sharp crests instead of round hills.
     #[keys(default = false)]
     ridges: bool,
-    /// Any number: another one, another land. Its place in the file when left out.
+    /// Any number: another one makes another land. The place of the operation in the file when left out.
     seed: Option<i64>,
     /// A valley that meanders through the land.
     river: Option<RiverKeys>,
     /// The lowest voxel; 16 below the lowest land when left out.
     #[keys(range = CELLS)]
     floor: Option<i64>,
-    /// Only so many voxels below the surface, and what lies bare; all of them when left out.
+    /// Builds only so many voxels below the surface, and what lies bare. All when left out.
     #[keys(range = 1..=DEPTH)]
     shell: Option<i64>,
-    /// From the surface down.
+    /// Layers from the surface down.
     layers: Layers,
-    /// Another uppermost layer by height and slope; the first that fits.
+    /// Other uppermost layers by height and slope. The first that fits wins.
     bands: Vec<BandKeys>,
     /// Lakes.
     water: Option<WaterKeys>,
@@ -67,22 +67,22 @@ pub(super) struct TerrainKeys {
 /// `river`.
 #[derive(Keys)]
 struct RiverKeys {
-    /// Height of its bed, in voxels.
+    /// Height of the river bed, in voxels.
     #[keys(range = POSITIONS)]
     bed: f64,
-    /// Half the width of its bed, about, in voxels.
+    /// About half the width of the river bed, in voxels.
     #[keys(range = 0.0..=1e6)]
     width: f64,
-    /// Voxels over which the land rises to its own height.
+    /// Distance over which the land rises from the bed to its own height, in voxels.
     #[keys(range = 1.0..=1e6)]
     banks: f64,
-    /// Bends for each voxel of the way.
+    /// Bends for each voxel of distance.
     #[keys(range = 1e-9..=1.0, default = 1.0 / 512.0)]
     frequency: f64,
-    /// How often finer bends are added.
+    /// Number of octaves: how often finer bends are added.
     #[keys(range = 1..=16, default = 2)]
     octaves: u32,
-    /// Any number: another one, another course.
+    /// Any number: another one makes another course.
     #[keys(default = 0)]
     seed: i64,
 }
@@ -94,9 +94,9 @@ struct Layers(Vec<Layer>);
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct LayerKeys {
-    /// What it is made of.
+    /// Material of the layer.
     material: Named,
-    /// Voxels; the last layer goes down to the floor when left out.
+    /// Depth of the layer, in voxels. The last layer goes down to the floor when left out.
     #[keys(range = 1..=DEPTH)]
     depth: Option<i64>,
 }
@@ -105,18 +105,18 @@ struct LayerKeys {
 #[derive(Keys)]
 #[keys(context = Reading<'_>, check = somewhere(above, below, slope))]
 struct BandKeys {
-    /// What the uppermost layer is made of here.
+    /// Material of the uppermost layer here.
     material: Named,
-    /// Only where the surface is at this height or higher, in voxels; at any when left out.
+    /// Only where the surface is at this height or higher, in voxels. At any height when left out.
     #[keys(range = CELLS)]
     above: Option<i64>,
-    /// Only where the surface is lower than this height, in voxels; at any when left out.
+    /// Only where the surface is lower than this height, in voxels. At any height when left out.
     #[keys(range = CELLS)]
     below: Option<i64>,
-    /// Only where a neighbouring column is at least so many voxels higher or lower; anywhere when left out.
+    /// Only where a neighbouring column is at least so many voxels higher or lower. Anywhere when left out.
     #[keys(range = 1..=DEPTH)]
     slope: Option<i64>,
-    /// Voxels; as deep as the first layer when left out.
+    /// Depth of the layer, in voxels. That of the first layer when left out.
     #[keys(range = 1..=DEPTH)]
     depth: Option<i64>,
 }
@@ -125,7 +125,7 @@ struct BandKeys {
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct WaterKeys {
-    /// What fills everything below the level that is not land.
+    /// Material that fills everything below the level that is not land.
     material: Named,
     /// The first height without water, in voxels.
     #[keys(range = CELLS)]
@@ -135,25 +135,25 @@ struct WaterKeys {
 /// `caves`.
 #[derive(Keys)]
 struct CaveKeys {
-    /// How far two noises in space may be from 0: wider tunnels.
+    /// How far both noises may be from 0. A larger number makes wider tunnels.
     #[keys(range = 0.0..=1.0)]
     width: f64,
-    /// Bends for each voxel of the way.
+    /// Bends for each voxel of distance.
     #[keys(range = 1e-9..=0.25, default = 1.0 / 64.0)]
     frequency: f64,
-    /// How often finer bends are added.
+    /// Number of octaves: how often finer bends are added.
     #[keys(range = 1..=8, default = 1)]
     octaves: u32,
-    /// Voxels of land that stay above them; under water always at least 4.
+    /// Voxels of land that stay above caves; under water always at least 4.
     #[keys(range = 0..=DEPTH, default = 0)]
     cover: i64,
-    /// Only at this height or higher, in voxels; at any when left out.
+    /// Only at this height or higher, in voxels. At any height when left out.
     #[keys(range = CELLS)]
     above: Option<i64>,
-    /// Only lower than this height, in voxels; at any when left out.
+    /// Only lower than this height, in voxels. At any height when left out.
     #[keys(range = CELLS)]
     below: Option<i64>,
-    /// Any number: another one, other caves.
+    /// Any number: another one makes other caves.
     #[keys(default = 0)]
     seed: i64,
 }

@@ -13,23 +13,21 @@ use crate::schema::{conditions, constants, definitions, reference, subgroup_size
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("pass", unknown = codes::graph::UNKNOWN_PASS), added = reject_removals)]
 pub struct Pass {
-    /// Its name.
+    /// Name of the pass.
     #[keys(name)]
     pub name: Spanned<String>,
-    /// Takes it out of the graph that `extends` names.
+    /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
     /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// Over a graph that `extends` names: puts the pass before this one. A new pass goes to the end when left out, one of that graph
-    /// stays.
+    /// Places the pass before this pass of the extended graph. When left out, a new pass goes to the end, and an old one stays.
     #[keys(excludes("after", why = "a pass has one place"))]
     pub before: Option<Spanned<String>>,
-    /// Over a graph that `extends` names: puts the pass after this one. A new pass goes to the end when left out, one of that graph
-    /// stays.
+    /// Places the pass after this pass of the extended graph. When left out, a new pass goes to the end, and an old one stays.
     pub after: Option<Spanned<String>>,
-    /// The shader, relative to shaders/: needed.
+    /// The shader, relative to shaders/. Needed.
     pub shader: Option<Spanned<String>>,
     /// The entry point.
     #[keys(told = "main".to_owned())]
@@ -37,35 +35,34 @@ pub struct Pass {
     /// Preprocessor definitions.
     #[keys(read = defines, shape = definitions())]
     pub defines: Vec<(Spanned<String>, String)>,
-    /// Specialization constants by name: written values, or what is fixed while a plan runs, such as `buffer.NAME.count`.
+    /// Specialization constants by name: numbers, or values that are fixed while a plan runs, such as `buffer.NAME.count`.
     #[keys(read = specialization, shape = constants())]
     pub specialization: Vec<(Spanned<String>, Constant)>,
-    /// Invocations in a subgroup that the device is asked for, if it has subgroups of that size. Those that it makes by itself when left
-    /// out.
+    /// Number of invocations in a subgroup, if the device has subgroups of this size. The device's own size when left out.
     #[keys(rename = "subgroup", read = subgroup_size, shape = subgroup_sizes())]
     pub subgroup_size: Option<Spanned<u32>>,
-    /// How many workgroups: `[x, y, z]`, or as many as cover some threads. Needed.
-    #[keys(about = "How many workgroups: [x, y, z], or as many as cover some threads. Needed.")]
+    /// How many workgroups: `[x, y, z]`, or enough for some threads. Needed.
+    #[keys(about = "How many workgroups: [x, y, z], or enough for some threads. Needed.")]
     pub dispatch: Option<Spanned<Dispatch>>,
-    /// GLSL name = resource. `NAME@1` is the last frame of NAME.
+    /// Resources by GLSL name. `NAME@1` is the last frame of NAME.
     #[keys(read = binds, shape = Shape::by_name(reference("bind")))]
     pub bind: Vec<Bind>,
-    /// The push constants: every member of the shader's block.
+    /// Values for every member of the push-constant block.
     #[keys(cover, read = push, shape = Shape::by_name(reference("member")))]
     pub push: Option<Fills<Member>>,
-    /// Uniform blocks that raxel fills, by GLSL name.
+    /// Values for uniform blocks, by GLSL name.
     #[keys(read = uniforms, shape = Shape::by_name(reference("fills")))]
     pub uniforms: Vec<Fills<Member>>,
-    /// The loop that repeats it; it runs once when left out.
+    /// The loop that repeats the pass. It runs once when left out.
     #[keys(rename = "loop")]
     pub in_loop: Option<Spanned<String>>,
-    /// Runs only while this holds; `!` negates. Always when left out.
+    /// The pass runs only while this holds; `!` negates. Always when left out.
     #[keys(shape = conditions())]
     pub when: Option<Spanned<String>>,
     /// Conditions of buffers that it binds, or leaves out where they do not hold.
     #[keys(skip)]
     pub also_when: Vec<Condition>,
-    /// Runs at a rhythm of its own; in every frame when left out.
+    /// How often the pass runs. In every frame when left out.
     pub every: Option<Spanned<Every>>,
 }
 
@@ -137,16 +134,16 @@ pub struct Bind {
     /// The key: the GLSL name.
     #[keys(entry)]
     pub name: Spanned<String>,
-    /// Takes it out of the pass of the graph that `extends` names.
+    /// Removes it from the pass of the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// The resource: needed.
+    /// The resource, e.g. `color` or `color@1`. Needed.
     ///
     /// With its age, e.g. `color@1`. `None` with `remove`.
     pub target: Option<Spanned<String>>,
-    /// The mip, from 0. A storage image is one (0 when left out), a sampled image all of them.
+    /// The mip, from 0. When left out, a storage image is mip 0, and a sampled image has all mips.
     pub mip: Option<Spanned<Mip>>,
-    /// One layer of many, from 0, as a plain 2-D image; all of them when left out.
+    /// One layer, from 0, as a 2-D image. All layers when left out.
     #[keys(range = 0..=65_535)]
     pub layer: Option<Spanned<u32>>,
     /// Filter of a sampled image.
@@ -155,8 +152,8 @@ pub struct Bind {
     /// What lies beyond the edge of a sampled image.
     #[keys(told = Wrap::Clamp)]
     pub wrap: Option<Spanned<Wrap>>,
-    /// The shader stores only some of the texels (or bytes) that are read later: what was there before shows through. Without it, a
-    /// `writeonly` binding is taken to store all of them.
+    /// The shader stores only some of the texels (or bytes) that are read later, and leaves the others. Without it, a `writeonly` binding
+    /// stores all of them.
     #[keys(told = false)]
     pub partial: Option<Spanned<bool>>,
 }
@@ -191,13 +188,13 @@ pub enum Wrap {
 /// `every` as a table, which has one of these keys.
 #[derive(Keys)]
 pub struct Rhythm {
-    /// Times a second: needed in this form.
+    /// Times a second, at most once a frame. Needed in this form.
     #[keys(read = rate, range = RATES, excludes("frames", "still", why = "a pass has one rhythm"))]
     pub hz: Option<f64>,
-    /// Runs in frames whose index this divides: needed in this form.
+    /// The pass runs in frames whose index is a multiple of this. Needed in this form.
     #[keys(range = 1..=u32::MAX, excludes("still", why = "a pass has one rhythm"))]
     pub frames: Option<u32>,
-    /// Runs while `frame.still`, a number of frames, is less than this: needed in this form.
+    /// The pass runs while `frame.still`, a number of frames, is less than this. Needed in this form.
     #[keys(range = 1..=MOST_STILL)]
     pub still: Option<u32>,
 }

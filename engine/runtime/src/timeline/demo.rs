@@ -21,10 +21,10 @@ pub struct Demo {
     /// Project path of the file.
     #[keys(skip)]
     pub file: String,
-    /// Its name; the file's when left out.
+    /// Name of the demo. The name of the file when left out.
     #[keys(absent = String::new())]
     pub name: String,
-    /// One line about it; may be left out.
+    /// One line about the demo; may be left out.
     #[keys(absent = String::new())]
     pub about: String,
     /// The world, relative to worlds/.
@@ -37,13 +37,13 @@ pub struct Demo {
     /// The one that it begins with.
     #[keys(read = project_path("graphs"))]
     pub graph: Spanned<String>,
-    /// Seconds that it lasts.
+    /// Length in seconds.
     #[keys(range = Clock::DURATIONS, unit = "seconds")]
     pub duration: f64,
-    /// Frames a second of a headless run.
+    /// Frames a second without a window.
     #[keys(range = Clock::RATES, default = 30.0, unit = "Hz")]
     pub fps: f64,
-    /// Starts over at its end.
+    /// The demo starts over at its end.
     ///
     /// Else its last picture stays.
     #[keys(rename = "loop", default = false)]
@@ -53,23 +53,22 @@ pub struct Demo {
     /// Empty: the camera is not the demo's.
     #[keys(read = in_order)]
     pub camera: Vec<CameraKey>,
-    /// Pixels of a headless run, width and height.
+    /// Width and height without a window, in pixels.
     #[keys(range = 1..=16384, default = [1280, 720])]
     pub size: [u32; 2],
-    /// Lines of text over the picture, in order of time.
+    /// Captions over the picture, in order of time.
     #[keys(rename = "caption", read = in_order)]
     pub captions: Vec<Caption>,
-    /// What must hold when `raxel test` runs the demo: about a picture, or about a pass.
+    /// Checks that `raxel test` makes: of a picture, or of the time of a pass.
     #[keys(rename = "check")]
     pub checks: Vec<Check>,
-    /// Changes of the graph in order of time. What passes keep from frame to frame starts over, and the new graph's own picture is
-    /// shown.
+    /// Changes of the graph in order of time. Histories and kept contents start over, and the new graph shows its own picture.
     #[keys(read = in_order)]
     pub graphs: Vec<GraphKey>,
     /// Changes of the debug target in order of time.
     #[keys(rename = "show", read = in_order)]
     pub shows: Vec<DebugTargetKey>,
-    /// Edits of the world in order of time; those of one time are made in the order of the file. None when left out.
+    /// Edits of the world in order of time. Edits of one time follow the order of the file. None when left out.
     #[keys(read = edits::in_order)]
     pub edits: Vec<EditKey>,
     /// Params over time, by name.
@@ -83,31 +82,31 @@ pub struct CameraKey {
     /// Seconds from the start.
     #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
     pub time: Spanned<f64>,
-    /// Where it is, in voxels.
+    /// Position of the camera, in voxels.
     #[keys(range = CAMERA_COORDINATES, unit = "voxels")]
     pub position: [f64; 3],
-    /// The point it looks at, in voxels; instead of yaw and pitch.
+    /// The point that the camera looks at, in voxels. Instead of `yaw` and `pitch`.
     #[keys(
         range = CAMERA_COORDINATES,
         unit = "voxels",
         excludes("yaw", "pitch", why = "a camera looks at a point, or along angles")
     )]
     pub look_at: Option<[f64; 3]>,
-    /// Degrees to the left of -Z; with pitch, instead of `look_at`.
+    /// Degrees to the left of −Z, with `pitch`. Instead of `look_at`.
     ///
     /// Here in radians, like all angles.
     #[keys(range = -3600.0..=3600.0, absent = 0.0, map = f64::to_radians, unit = "degrees")]
     pub yaw: f64,
-    /// Degrees upwards; with yaw, instead of `look_at`.
+    /// Degrees upwards, with `yaw`. Instead of `look_at`.
     #[keys(range = -90.0..=90.0, absent = 0.0, map = f64::to_radians, unit = "degrees")]
     pub pitch: f64,
     /// Vertical field of view in degrees, 1 to 179.
     #[keys(range = CAMERA_FOV, default = 60.0, map = f64::to_radians, unit = "degrees")]
     pub fov: f64,
-    /// How it gets from one key to the next.
+    /// How the value gets from one key to the next.
     #[keys(default = Interpolation::Smooth)]
     pub interpolation: Interpolation,
-    /// The camera jumps here: curves end, and what passes keep from frame to frame starts over.
+    /// The camera jumps here: curves end, and histories and kept contents start over.
     ///
     /// Until then it stays as the key before leaves it.
     #[keys(default = false)]
@@ -123,7 +122,7 @@ pub struct Track {
     pub param: Spanned<String>,
     /// [seconds, value] in order of time.
     pub keys: TrackKeys,
-    /// How it gets from one key to the next.
+    /// How the value gets from one key to the next.
     #[keys(told = Interpolation::Linear)]
     pub interpolation: Option<Interpolation>,
 }
@@ -156,7 +155,8 @@ pub struct DebugTargetKey {
     /// Seconds from the start.
     #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
     pub time: Spanned<f64>,
-    /// NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS (of a loop the last round; PASS\[2\] is that of index 2).
+    /// NAME or NAME@AGE, followed by any of ,mip=N ,layer=N ,after=PASS. For a loop, PASS is the last round, and PASS\[2\] the round of
+    /// index 2.
     #[keys(
         about = "NAME, NAME@AGE, and after it any of ,mip=N ,layer=N ,after=PASS (of a loop the last round; PASS[2] is that of index 2)."
     )]
@@ -169,7 +169,7 @@ pub struct CaptionText {
     /// One line.
     #[keys(read = line)]
     pub text: String,
-    /// Where in the picture.
+    /// Place in the picture.
     #[keys(default = Place::Bottom)]
     pub place: Place,
 }
@@ -190,7 +190,7 @@ pub struct Caption {
     /// Seconds from the start.
     #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
     pub time: Spanned<f64>,
-    /// Seconds from the start at which it is gone.
+    /// Seconds from the start at which the caption ends.
     #[keys(read = time, range = 0.0..=f64::MAX, unit = "seconds")]
     pub until: Spanned<f64>,
     /// The line.
@@ -217,23 +217,23 @@ pub enum Claim {
     /// A pass is fast.
     #[keys(key = "pass", excludes = "a check is about a pass or about a picture")]
     Pass {
-        /// The pass that must be fast, instead of a picture.
+        /// The pass whose time is checked. Instead of `reference`.
         pass: Spanned<String>,
-        /// Most milliseconds of GPU time, median of all frames: needed for a pass.
+        /// Largest GPU time in milliseconds, the median of all frames. Needed for a pass.
         #[keys(range = 1e-6..=1e6, unit = "milliseconds")]
         below_ms: f64,
     },
     /// A target at a frame is as a reference.
     Picture {
-        /// The picture it must be like: a PNG relative to worlds/. `raxel test --write` writes it. Needed for a picture.
+        /// The reference picture: a PNG relative to worlds/. `raxel test --write` writes it. Needed for a picture.
         ///
         /// Here as a project path.
         #[keys(read = project_path("worlds"))]
         reference: Spanned<String>,
-        /// Largest mean FLIP error, 0 to 1: needed for a picture.
+        /// Largest mean FLIP error, 0 to 1. Needed for a picture.
         #[keys(range = 0.0..=1.0)]
         flip: f64,
-        /// What is looked at, as in `show`; what the demo shows when left out.
+        /// The target that is checked, as in `show`. What the demo shows when left out.
         target: Option<Spanned<DebugTarget>>,
         /// When it is looked at.
         #[keys(flatten)]
@@ -245,10 +245,10 @@ pub enum Claim {
 #[derive(Clone, Debug, PartialEq, Eq, Keys)]
 #[keys(context = Clock, check = once(frame, time))]
 pub struct Looked {
-    /// The frame that is looked at, from 0: needed for a picture, or `time`.
+    /// The frame that is checked, from 0. Needed for a picture, unless there is `time`.
     #[keys(read = frame, range = 0..=u64::MAX, excludes("time", why = "both say when"))]
     frame: Option<u64>,
-    /// The same in seconds, instead of `frame`.
+    /// The time of this frame in seconds. Instead of `frame`.
     ///
     /// Here as the nearest frame.
     #[keys(read = nearest_frame, shape = Shape::Number { least: Some(0.0), most: None }, unit = "seconds")]

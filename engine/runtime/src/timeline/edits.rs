@@ -76,7 +76,7 @@ enum What {
         /// In voxels.
         #[keys(range = POSITIONS, unit = "voxels")]
         center: [f64; 3],
-        /// In voxels, at most 4096.
+        /// Radius in voxels, at most 4096.
         #[keys(range = RADII, unit = "voxels")]
         radius: f64,
         #[keys(flatten)]
@@ -87,13 +87,13 @@ enum What {
         /// Centre of its base, in voxels.
         #[keys(range = POSITIONS, unit = "voxels")]
         base: [f64; 3],
-        /// In voxels, at most 4096.
+        /// Radius in voxels, at most 4096.
         #[keys(range = RADII, unit = "voxels")]
         radius: f64,
         /// In voxels.
         #[keys(range = 1..=1 << 16, unit = "voxels")]
         height: u32,
-        /// Along which it stands.
+        /// Axis of the cylinder.
         #[keys(default = Axis::Y)]
         axis: Axis,
         #[keys(flatten)]
@@ -101,19 +101,19 @@ enum What {
     },
     /// A model of the world's file.
     Model {
-        /// Its name.
+        /// Name of the model.
         model: Spanned<String>,
-        /// Where its origin goes, in voxels.
+        /// Place of the origin of its file, in voxels.
         #[keys(unit = "voxels")]
         origin: [i32; 3],
         /// Degrees to the left, seen from above.
         #[keys(default = QuarterTurns(0), unit = "degrees")]
         rotation: QuarterTurns,
-        /// Sets voxels, empties them, or recolours the solid ones.
+        /// `add` makes voxels solid, `subtract` makes them air, `paint` gives solid ones the material.
         #[keys(default = Mode::Add)]
         mode: Mode,
     },
-    /// Back to what the world's file builds there.
+    /// Restores what the world file builds there.
     Restore {
         #[keys(flatten)]
         corners: Corners,
@@ -124,10 +124,10 @@ enum What {
 #[derive(Keys)]
 #[keys(check = painted(mode, material))]
 struct Paint {
-    /// Sets voxels, empties them, or recolours the solid ones.
+    /// `add` makes voxels solid, `subtract` makes them air, `paint` gives solid ones the material.
     #[keys(default = Mode::Add)]
     mode: Mode,
-    /// A material of the world; left out only when subtracting.
+    /// Name of a material of the world. May be left out only with `subtract`.
     material: Option<Spanned<String>>,
 }
 

@@ -114,16 +114,16 @@ builtins! {
     FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
     FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
     FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
-    FrameStill = "frame.still", U32, (1, 1), "Frames since anything but the time changed: camera, params, graph, world, size, cursor. 0 in the frame of a change; counts up to 65,535 and stays there.";
-    HistoryValid = "history.valid", U32, (1, 1), "1 when all that has a history holds what the frames before this one left there; 0 in the first frame, and after a reset, a cut, or another size or an edit that cleared one, until as many frames have run as it goes back.";
+    FrameStill = "frame.still", U32, (1, 1), "Frames since something other than time changed: camera, params, graph, world, size or cursor. 0 in the frame of a change, 65,535 at most.";
+    HistoryValid = "history.valid", U32, (1, 1), "1 when every history holds what earlier frames wrote. 0 in the first frame, and after a reset, a cut, or a size or an edit that cleared a history.";
     OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
     OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
     CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";
     WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
     WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
-    WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, saturated.";
-    WorldSerial = "world.serial", U32, (1, 1), "How often the world has changed since the start.";
-    WorldEdited = "world.edited", U32, (1, 1), "The same without what is loaded and dropped around the camera of a streamed world: how often what is shown was edited or is another file.";
-    WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that have changed since the last frame; a box without a voxel when none has, all that there can be when that cannot be told.";
-    WorldChangedMax = "world.changed_max", I32, (3, 1), "Largest coordinate of that box, plus one.";
+    WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, at most the largest `u32`.";
+    WorldSerial = "world.serial", U32, (1, 1), "Number of changes of the world since the start.";
+    WorldEdited = "world.edited", U32, (1, 1), "Number of edits and of changes of the world file since the start; chunks that a streamed world loads and drops do not count.";
+    WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that changed since the last frame. The box is empty if none changed, and everything if raxel cannot tell.";
+    WorldChangedMax = "world.changed_max", I32, (3, 1), "Largest coordinate of this box, plus one.";
 }

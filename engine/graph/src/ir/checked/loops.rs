@@ -71,7 +71,7 @@ impl RoundIndex {
     /// What it is, in one sentence.
     pub const fn about(self) -> &'static str {
         match self {
-            RoundIndex::Index => "Round of the pass's loop: from 0 up, or down to 0.",
+            RoundIndex::Index => "Round of the loop that the pass is in: from 0 up, or down to 0.",
             RoundIndex::Next => "`loop.index` + 1.",
         }
     }
