@@ -4,10 +4,8 @@ use std::collections::VecDeque;
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::{Assertion, PassPrints};
-use raxel_graph::checked::{Graph, PassId};
 use raxel_shader::prints::Call;
 
-use super::Session;
 use super::counter_warnings::GONE;
 
 /// Lines that at most wait to be taken. A program that never asks loses the older ones.
@@ -64,7 +62,7 @@ impl Prints {
     }
 
     /// Takes what a pass has printed in a frame.
-    fn note(&mut self, mut prints: PassPrints) {
+    pub(super) fn note(&mut self, mut prints: PassPrints) {
         let executed = prints.frame;
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);
         prints.frame = known.map_or(executed, |(_, frame)| *frame);
@@ -117,12 +115,28 @@ impl Prints {
     }
 
     /// The assertions that were not said yet.
-    fn take_failed(&mut self) -> Vec<Diagnostic> {
+    pub(super) fn take_failed(&mut self) -> Vec<Diagnostic> {
         let say = |failing: &mut Failing| {
             let said = std::mem::replace(&mut failing.said, true);
             (!said).then(|| failing.diagnostic(failing.reported.0))
         };
         self.failing.iter_mut().filter_map(say).collect()
+    }
+
+    /// What waits to be taken.
+    pub(super) fn take(&mut self) -> Vec<PassPrints> {
+        self.waiting_lines = 0;
+        std::mem::take(&mut self.waiting).into()
+    }
+
+    /// What each pass has printed when it ran last.
+    pub(super) fn latest(&self) -> &[PassPrints] {
+        &self.latest
+    }
+
+    /// Assertions that fail at the moment: each until it has held for [`GONE`] frames.
+    pub(super) fn failing(&self) -> impl Iterator<Item = Diagnostic> {
+        self.failing.iter().map(|failing| failing.diagnostic(failing.last))
     }
 
     /// Another graph, or another beginning: what fails then is said anew.
@@ -145,47 +159,5 @@ impl Failing {
             None => diagnostic.note(format!("{first}frame {frame}")),
         };
         diagnostic.note(format!("this is said once, until it has held for {GONE} frames"))
-    }
-}
-
-impl Session {
-    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. 65,536 lines wait for
-    /// this call; older ones are lost. Assertions that fail come with [`Session::take_messages`].
-    pub fn take_prints(&mut self) -> Vec<PassPrints> {
-        self.note_prints();
-        self.prints.waiting_lines = 0;
-        std::mem::take(&mut self.prints.waiting).into()
-    }
-
-    /// What each pass of the running graph has printed when it ran last, if it printed something then.
-    pub fn printed(&self) -> &[PassPrints] {
-        &self.prints.latest
-    }
-
-    /// Whether a pass of the running plan prints, or asserts something.
-    pub fn has_prints(&self) -> bool {
-        let plan = self.executor.plan();
-        let prints = |graph: &Graph, pass: PassId| graph.pass(pass).shader.interface.prints.is_some();
-        plan.is_some_and(|plan| plan.passes.iter().any(|pass| prints(&plan.graph, pass.pass)))
-    }
-
-    /// Assertions that fail at the moment: each until it has held for 60 frames.
-    pub(super) fn failing(&self) -> impl Iterator<Item = Diagnostic> {
-        self.prints.failing.iter().map(|failing| failing.diagnostic(failing.last))
-    }
-
-    /// Notes what finished frames have printed. Waits for none.
-    pub(super) fn note_prints(&mut self) {
-        for prints in self.executor.take_prints() {
-            self.prints.note(prints);
-        }
-    }
-
-    /// Has said which assertions have failed, if it was not said yet.
-    pub(super) fn say_failed(&mut self) {
-        self.note_prints();
-        for message in self.prints.take_failed() {
-            self.editing.say(message);
-        }
     }
 }
