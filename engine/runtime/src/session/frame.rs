@@ -16,6 +16,7 @@ use super::{FrameError, Session};
 use crate::build::Selection;
 use crate::build_error::BuildError;
 use crate::clock::FrameTime;
+use crate::world::saturated;
 
 impl Session {
     /// Runs the next frame, up to its picture. A device that was lost is opened anew first.
@@ -203,14 +204,14 @@ impl Session {
     }
 
     fn builtins(&self, time: &FrameTime, changes: Changes) -> Builtins {
-        let [world_changed_min, world_changed_max] = self.world.changed.bounds();
+        let changed = self.world.changed.bounds();
         Builtins {
             frame_still: changes.still,
             history_valid: u32::from(self.renderer.history.is_valid()),
             world_serial: changes.serial,
             world_edited: changes.edited,
-            world_changed_min,
-            world_changed_max,
+            world_changed_min: changed.min.map(saturated),
+            world_changed_max: changed.max.map(saturated),
             ..self.playback.view.builtins(time, self.renderer.plans.running.output, &self.world.shown)
         }
     }

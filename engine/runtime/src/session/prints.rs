@@ -31,12 +31,22 @@ pub(super) struct Prints {
 struct Failing {
     pass: String,
     call: Call,
-    /// How often in the last frame in which it failed, and where and when it failed first in the frame that is reported.
+    /// How often in the last frame in which it failed.
     last: u32,
-    reported: (u32, Option<[u32; 3]>, u64),
+    /// The worst frame.
+    worst: Failure,
     /// Frames since then in which it held.
     held: u32,
     said: bool,
+}
+
+/// An assertion in one frame.
+struct Failure {
+    /// How often it failed.
+    count: u32,
+    /// The invocation in which it failed first.
+    first: Option<[u32; 3]>,
+    frame: u64,
 }
 
 impl Default for Prints {
@@ -96,20 +106,13 @@ impl Prints {
             (Some(failing), 0) => failing.held += 1,
             (Some(failing), _) => {
                 (failing.last, failing.held) = (failed, 0);
-                if failed > failing.reported.0 {
-                    failing.reported = (failed, first, of.frame);
+                if failed > failing.worst.count {
+                    failing.worst = Failure { count: failed, first, frame: of.frame };
                 }
             }
             (None, _) => {
-                let reported = (failed, first, of.frame);
-                self.failing.push(Failing {
-                    pass: of.pass.clone(),
-                    call,
-                    last: failed,
-                    reported,
-                    held: 0,
-                    said: false,
-                });
+                let worst = Failure { count: failed, first, frame: of.frame };
+                self.failing.push(Failing { pass: of.pass.clone(), call, last: failed, worst, held: 0, said: false });
             }
         }
     }
@@ -118,7 +121,7 @@ impl Prints {
     pub(super) fn take_failed(&mut self) -> Vec<Diagnostic> {
         let say = |failing: &mut Failing| {
             let said = std::mem::replace(&mut failing.said, true);
-            (!said).then(|| failing.diagnostic(failing.reported.0))
+            (!said).then(|| failing.diagnostic(failing.worst.count))
         };
         self.failing.iter_mut().filter_map(say).collect()
     }
@@ -149,7 +152,7 @@ impl Prints {
 
 impl Failing {
     fn diagnostic(&self, count: u32) -> Diagnostic {
-        let (_, first, frame) = self.reported;
+        let Failure { first, frame, .. } = self.worst;
         let invocations = if count == 1 { "invocation" } else { "invocations" };
         let message = format!("`{}` failed in pass `{}`: {count} {invocations}", self.call.text, self.pass);
         let diagnostic = Diagnostic::error(codes::session::ASSERTION_FAILED, message);
