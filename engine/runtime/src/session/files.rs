@@ -14,7 +14,7 @@ use crate::reload::project_state::{BuildSettings, ProjectState};
 /// A project with what is loaded of it.
 pub(super) struct ProjectFiles {
     pub project: Project,
-    loader: Arc<Loader>,
+    pub loader: Arc<Loader>,
     pub state: ProjectState,
     /// Warnings of what runs.
     pub warnings: Vec<Diagnostic>,

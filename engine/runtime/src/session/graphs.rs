@@ -31,10 +31,8 @@ impl Session {
         let graph = self.files.state.graph_at(path).and_then(|part| part.result.as_ref().ok()).cloned();
         let Some(graph) = graph else { return Ok(false) };
         // It begins with its own picture.
-        let debug_target = match self.playback.demo.target_held {
-            true => self.debug_target().clone(),
-            false => DebugTarget::default(),
-        };
+        let held = self.playback.demo.target_held;
+        let debug_target = if held { self.debug_target().clone() } else { DebugTarget::default() };
         let settings = BuildSettings { debug_target: debug_target.clone(), ..self.build_settings() };
         let selection = settings.selection(path, &graph, &self.world.shown);
         match self.plan_for(&graph, &selection) {

@@ -25,6 +25,7 @@ mod reports;
 mod retry;
 mod shader_output;
 mod switched_off;
+mod waiting;
 mod world;
 
 use std::sync::Arc;
@@ -32,7 +33,7 @@ use std::sync::Arc;
 pub use capture::CaptureError;
 pub use edit::EditFailure;
 pub use error::{FrameError, OpenError, ReadError};
-pub use options::Options;
+pub use options::{ManifestDefaults, Options};
 pub use raxel_gpu::Validation;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
@@ -43,6 +44,7 @@ use raxel_graph::plan::Plan;
 use self::files::ProjectFiles;
 use self::playback::Playback;
 use self::renderer::Renderer;
+use self::waiting::Waiting;
 use self::world::WorldState;
 use crate::project::Project;
 use crate::reload::ReloadEvent;
@@ -56,6 +58,8 @@ pub struct Session {
     playback: Playback,
     world: WorldState,
     renderer: Renderer,
+    /// Nothing runs until mistakes are mended.
+    waiting: Option<Waiting>,
     /// What has happened since [`Session::poll_reload`].
     events: Vec<ReloadEvent>,
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::Region;
+use raxel_gpu::Device;
 
 use super::files::ProjectFiles;
 use super::playback::Playback;
@@ -27,15 +28,41 @@ use crate::world::SessionWorld;
 
 impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
+    ///
+    /// # Errors
+    /// When the project's files have mistakes, unless [`Options::wait`] waits for their mend; when the device refuses.
     pub fn open(options: Options) -> Result<Self, OpenError> {
+        let waits = options.wait.then(|| options.clone());
+        match (Self::open_on(options, None), waits) {
+            (Err(OpenError::Project { diagnostics, texts }), Some(options)) => {
+                Self::wait_for_mend(options, diagnostics, texts)
+            }
+            (opened, _) => opened,
+        }
+    }
+
+    /// Opens a project on a device that is open already, or on a new one.
+    pub(super) fn open_on(mut options: Options, device: Option<Arc<Device>>) -> Result<Self, OpenError> {
         let _span = tracing::debug_span!("open session").entered();
         let project = find_project(&options)?;
+        if let Some(defaults) = options.manifest {
+            let manifest = project.manifest().map_err(OpenError::of_files)?;
+            options.fill_in(defaults, &manifest, &project);
+        }
         let loader = Loader::new(&project).map_err(|error| {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
         })?;
         let loader = Arc::new(loader.with_layout(options.layout).with_unused(options.unused));
-        let (state, device) = load(&project, &options, &loader)?;
-        let mut files = ProjectFiles::new(project, loader.clone(), state);
+        let (state, device) = load(&project, &options, &loader, device)?;
+        Self::start(options, ProjectFiles::new(project, loader, state), device)
+    }
+
+    /// Runs what was loaded.
+    pub(super) fn start(
+        options: Options,
+        mut files: ProjectFiles,
+        device: Result<Arc<Device>, raxel_gpu::Error>,
+    ) -> Result<Self, OpenError> {
         let (graph, world) = match (&files.state.graph.result, &files.state.world.result) {
             (Ok(graph), Ok(world)) if !files.warnings.iter().any(Diagnostic::is_error) => {
                 (graph.clone(), world.clone())
@@ -53,7 +80,9 @@ impl Session {
         match &demo {
             // A demo shows the same everywhere, and so it begins with what the world's file builds.
             Some(demo) => editing.set_script(demo.script(editing.scene())),
-            None => files.warnings.extend(editing.open_save(files.project.root(), &**loader.files(), options.saves)),
+            None => {
+                files.warnings.extend(editing.open_save(files.project.root(), &**files.loader.files(), options.saves));
+            }
         }
         if files.warnings.iter().any(Diagnostic::is_error) {
             return Err(files.open_error(files.warnings.clone()));
@@ -88,7 +117,7 @@ impl Session {
             })?;
         let playback = Playback::new(options.step, world.first_camera(), params, demo);
         let world = WorldState::new(world, editing);
-        let mut session = Self { options, files, playback, world, renderer, events: Vec::new() };
+        let mut session = Self { options, files, playback, world, renderer, waiting: None, events: Vec::new() };
         session.note_conditions();
         if session.options.watch {
             session.files.watch(settings, &session.options)?;
@@ -97,7 +126,7 @@ impl Session {
     }
 }
 
-fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
+pub(super) fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
     if let Some(folder) = &options.project {
         return Project::around(folder).or_else(|_| Project::at(folder));
     }
@@ -111,17 +140,17 @@ fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
     }
 }
 
-/// Loads graph, world and demo; the device is opened meanwhile.
+/// Loads graph, world and demo; the device is opened meanwhile, if it is not yet.
 #[allow(clippy::type_complexity, reason = "two results, each for its own error")]
 fn load(
     project: &Project,
     options: &Options,
     loader: &Loader,
-) -> Result<(ProjectState, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
+    device: Option<Arc<Device>>,
+) -> Result<(ProjectState, Result<Arc<Device>, raxel_gpu::Error>), OpenError> {
     if options.demo.is_none() && (options.graph.is_none() || options.world.is_none()) {
         // It says which they are.
-        let wrong = |(diagnostics, texts)| OpenError::Project { diagnostics, texts: Box::new(texts) };
-        project.manifest().map_err(wrong)?;
+        project.manifest().map_err(OpenError::of_files)?;
     }
     let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
     let demo_path = named(&options.demo)?;
@@ -153,7 +182,7 @@ fn load(
     // Threads of their own: graph and device wait for other processes and for the driver, and rayon's threads are the world's.
     let (mut graph, world, device) = std::thread::scope(|scope| {
         let graph = scope.spawn(|| loader.graph(&graph_path));
-        let device = scope.spawn(|| open_device(options).map_err(OpenError::from));
+        let device = scope.spawn(|| device.map_or_else(|| open_device(options), Ok));
         let world =
             world_path.as_ref().map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path));
         let graph = graph.join().unwrap_or_else(|panic| resume_unwind(panic));

@@ -9,8 +9,12 @@ use raxel_gpu::Validation;
 use raxel_graph::plan::Observe;
 use raxel_layouts::Layout;
 
+#[cfg(doc)]
+use super::Session;
 use crate::debug_target::DebugTarget;
 use crate::editing::Saves;
+use crate::manifest::Manifest;
+use crate::project::Project;
 use crate::reload::Waker;
 
 /// What is opened, and how. Start from [`Options::default`] and change what matters.
@@ -54,6 +58,12 @@ pub struct Options {
     pub watchdog: Duration,
     /// What is done with the save of a world that has one.
     pub saves: Saves,
+    /// What the project's manifest says in place of these options, so that its mistakes count; `None`: only which graph and which world run
+    /// where none is named.
+    pub manifest: Option<ManifestDefaults>,
+    /// Files with mistakes are waited for: the session opens and runs nothing ([`Session::is_waiting`]) until they are mended, and opens them
+    /// then ([`Session::poll_reload`]). Else opening them is an error.
+    pub wait: bool,
     /// Files are watched, and edits swapped in by [`Session::poll_reload`].
     pub watch: bool,
     /// Files are looked at now and then, even where the system can tell of changes (network folders).
@@ -84,9 +94,37 @@ impl Default for Options {
             alias: true,
             watchdog: ExecutorOptions::default().watchdog,
             saves: Saves::default(),
+            manifest: None,
+            wait: false,
             watch: false,
             poll: false,
             waker: None,
         }
     }
+}
+
+impl Options {
+    /// Puts what a manifest says in place of what was not chosen.
+    pub(super) fn fill_in(&mut self, defaults: ManifestDefaults, manifest: &Manifest, project: &Project) {
+        if defaults.demo && self.graph.is_none() && self.world.is_none() && self.demo.is_none() {
+            self.demo = manifest.demo.as_ref().map(|demo| project.on_disk(demo));
+        }
+        if defaults.size {
+            self.size = manifest.size.unwrap_or(self.size);
+        }
+        if defaults.scale {
+            self.scale = manifest.scale.unwrap_or(self.scale);
+        }
+    }
+}
+
+/// Which options a project's manifest decides, where it says something of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ManifestDefaults {
+    /// The demo, where no graph, no world and no demo is named.
+    pub demo: bool,
+    /// The extent of the window.
+    pub size: bool,
+    /// Pixels of the output for each pixel of the window.
+    pub scale: bool,
 }

@@ -79,8 +79,8 @@ impl ShaderOutput {
 
     /// The next copy that is to be taken before the frame that begins.
     fn due(&mut self) -> Option<Ticket> {
-        let frames = self.frames;
-        self.tickets.pop_front_if(|ticket| ticket.frame + FRAMES <= frames)
+        let is_due = self.tickets.front().is_some_and(|ticket| ticket.frame + FRAMES <= self.frames);
+        if is_due { self.tickets.pop_front() } else { None }
     }
 
     /// The poses that passes have written.
