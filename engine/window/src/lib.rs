@@ -470,7 +470,7 @@ impl<'a> Viewer<'a> {
 
     /// Shows the session in a window from here on.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        let window = new_window(event_loop, self.session.viewport().window(), self.title().text())?;
+        let window = new_window(event_loop, self.session.viewport().window(), self.title_text())?;
         let size = window.inner_size();
         self.session.resize(size.width, size.height);
         self.window = Some(self.opened(&window)?);
@@ -525,6 +525,10 @@ impl<'a> Viewer<'a> {
         event_loop.exit();
     }
 
+    fn title_text(&self) -> String {
+        if self.session.is_waiting() { "mistakes — raxel".to_owned() } else { self.title().text() }
+    }
+
     fn title(&self) -> Title {
         Title {
             graph: self.session.graph().name.clone(),
@@ -541,7 +545,6 @@ impl<'a> Viewer<'a> {
             busy: self.busy.clone(),
             off: self.data.off(&self.session),
             caption: self.caption(),
-            waiting: self.session.is_waiting(),
         }
     }
 
@@ -559,7 +562,7 @@ impl<'a> Viewer<'a> {
         // Now and not only at the end: a window may be killed.
         self.keep_layout(LayoutFile::look);
         if let Some(open) = &self.window {
-            open.window.set_title(&self.title().text());
+            open.window.set_title(&self.title_text());
         }
     }
 }

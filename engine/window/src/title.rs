@@ -23,8 +23,6 @@ pub struct Title {
     pub busy: Option<(Option<String>, u64)>,
     /// A pass that is switched off, since the device was lost while it ran.
     pub off: Option<String>,
-    /// Nothing runs, as the files have mistakes.
-    pub waiting: bool,
     /// A demo's line of text.
     pub caption: Option<String>,
 }
@@ -32,9 +30,6 @@ pub struct Title {
 impl Title {
     /// The text.
     pub fn text(&self) -> String {
-        if self.waiting {
-            return "mistakes — raxel".to_owned();
-        }
         let mut parts = vec![self.graph.clone(), self.target.clone()];
         parts.extend(self.milliseconds.map(|ms| format!("{ms:.1} ms")));
         if self.paused {
@@ -83,7 +78,6 @@ mod tests {
         assert_eq!(off.text(), "primary · depth · 4.3 ms · `spin` is off — raxel");
         let said = Title { caption: Some("a flight".into()), ..title.clone() };
         assert_eq!(said.text(), "primary · depth · 4.3 ms · “a flight” — raxel");
-        assert_eq!(Title { waiting: true, ..title.clone() }.text(), "mistakes — raxel");
         let title = Title { paused: true, failed: Some(17), ..title };
         assert_eq!(title.text(), "primary · depth · 4.3 ms · paused · gen 17 failed: showing gen 16 — raxel");
     }
