@@ -404,6 +404,12 @@ fn a_graph_and_a_world_are_listed_by_name() {
     assert_eq!(json["present"], "color");
     assert_eq!(json["params"][0]["name"], "exposure");
     assert!(json["passes"].as_array().unwrap().iter().any(|pass| pass == "trace"), "{json}");
+    assert_eq!(json["world"], "worlds/valley.toml");
+    // A graph alone has no world to name.
+    let alone = Project::empty();
+    alone.write("graphs/a.toml", "name = \"a\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\ninit = 0.0\n");
+    let json = alone.raxel(&["list", "--format", "json"]).exits(0).json();
+    assert_eq!((&json[0]["name"], json[0].get("world")), (&"a".into(), None), "{json:?}");
     project.raxel(&["list", "graphs/none.toml"]).exits(3);
     // Choices stand for their numbers, units with what has them.
     let text = project.raxel(&["list", "graphs/examples/params.toml"]).exits(0).stdout;

@@ -13,6 +13,7 @@ use raxel_execute::FrameReport;
 use raxel_layouts::Layout;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{EditFailure, OpenError, Options, Saves, Session};
+use raxel_world::Bounds;
 
 const SIZE: [u32; 2] = [96, 54];
 
@@ -280,7 +281,7 @@ fn edits_are_saved_and_come_back() {
     frame(&mut session);
     assert_exact(&mut session);
     let picture = session.read_presented().unwrap();
-    assert_eq!(session.world().bounds(), [[-32, -8, -32], [32, 14, 32]]);
+    assert_eq!(session.world().bounds(), Bounds { min: [-32, -8, -32], max: [32, 14, 32] });
 
     // Another window has it open: it shows the same, and says that it saves nothing.
     let mut second = open(field(folder.path(), Saves::Write));

@@ -155,7 +155,10 @@ fn edited(session: &mut Session, refused: &mut Vec<String>, path: &Path, text: &
                         refused.push(format!("edit: {:?}", failed.diagnostics));
                         break 'wait;
                     }
-                    ReloadEvent::HistoryCleared { .. } | ReloadEvent::DeviceRebuilt { .. } => {}
+                    ReloadEvent::HistoryCleared { .. }
+                    | ReloadEvent::DeviceRebuilt { .. }
+                    | ReloadEvent::NotOpened(_)
+                    | ReloadEvent::Opened => {}
                 }
             }
         }

@@ -25,7 +25,7 @@ pub use directory::Directory;
 #[cfg(feature = "cloud")]
 pub use object::{ObjectStore, Patience};
 pub use part::Part;
-pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, Region, ShardKey};
+pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, ShardKey};
 pub use shard::Damage;
 pub use source::{SourceError, ZarrSource};
 pub use store::{OpenError, Store, StoreError, Wanted, open};

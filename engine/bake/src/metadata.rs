@@ -347,12 +347,13 @@ fn array(plan: &Plan, level: &BakedLevel) -> Array {
 mod tests {
     use std::ops::Not as _;
 
+    use raxel_world::Bounds;
+
     use super::*;
-    use crate::plan::Region;
 
     fn plan() -> Plan {
         let materials = vec![Material::air(), Material::matt("stone", [0.1, 0.25, 0.7])];
-        let region = Region { min: [-70, 0, 0], max: [70, 64, 10] };
+        let region = Bounds { min: [-70, 0, 0], max: [70, 64, 10] };
         Plan::new("hill", "abc", materials, region, 64, 2).unwrap()
     }
 

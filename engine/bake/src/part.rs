@@ -84,14 +84,13 @@ fn share(count: u64, index: u64, of: u64) -> std::ops::Range<u64> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use raxel_world::Material;
+    use raxel_world::{Bounds, Material};
 
     use super::*;
-    use crate::plan::Region;
 
     #[test]
     fn parts_are_every_shard_once() {
-        let region = Region { min: [-700, -10, 5], max: [1300, 500, 700] };
+        let region = Bounds { min: [-700, -10, 5], max: [1300, 500, 700] };
         let plan = Plan::new("test", "0", vec![Material::air()], region, 256, 3).unwrap();
         let all: Vec<ShardKey> = Part::Whole.shards(&plan).collect();
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());

@@ -1,6 +1,6 @@
 //! What is baked: which tiles, in which arrays, cut into which shards.
 
-use raxel_world::{MAX_LEVEL, Material, cell_edge};
+use raxel_world::{Bounds, MAX_LEVEL, Material, cell_edge};
 
 /// Cells along an edge of a shard, if nobody says otherwise.
 pub const DEFAULT_EDGE: u32 = 512;
@@ -12,15 +12,6 @@ pub(crate) const CHUNK: u32 = 64;
 const RANGE: i64 = 1 << 31;
 /// Most shards of a level: a task looks at the numbers of all of them.
 const MOST_SHARDS: u64 = 1 << 32;
-
-/// A box of voxels, `min` inside and `max` not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    /// Its smallest voxel.
-    pub min: [i64; 3],
-    /// One past its largest.
-    pub max: [i64; 3],
-}
 
 /// Arrays of one world: one a level of detail. Every shard lies where multiples of its size are, seen from the origin of the world, so
 /// that what is in it does not depend on the region.
@@ -99,11 +90,11 @@ impl Plan {
         name: &str,
         fingerprint: &str,
         materials: Vec<Material>,
-        region: Region,
+        region: Bounds,
         edge: u32,
         levels: u32,
     ) -> Result<Self, PlanError> {
-        let Region { min, max } = region;
+        let Bounds { min, max } = region;
         if (0..3).any(|axis| min[axis] >= max[axis]) {
             return Err(PlanError::Empty { min, max });
         }
@@ -135,11 +126,11 @@ impl Plan {
     }
 
     /// The box of voxels that the shards of level 0 fill.
-    pub fn region(&self) -> Region {
+    pub fn region(&self) -> Bounds {
         let level = &self.levels[0];
         let edge = i64::from(self.edge);
         let min = level.first.map(|c| i64::from(c) * edge);
-        Region { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
+        Bounds { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
     }
 }
 
@@ -149,7 +140,7 @@ impl BakedLevel {
         clippy::cast_sign_loss,
         reason = "a plan's region is within ±2³¹ voxels, and a shard has at least 64 along an edge"
     )]
-    fn around(level: u32, region: &Region, edge: u32) -> Self {
+    fn around(level: u32, region: &Bounds, edge: u32) -> Self {
         let size = i64::from(edge) * cell_edge(level);
         let first = region.min.map(|c| c.div_euclid(size));
         let end = region.max.map(|c| -(-c).div_euclid(size));
@@ -185,9 +176,9 @@ mod tests {
 
     #[test]
     fn regions_grow_to_whole_shards() {
-        let region = Region { min: [-1, 0, 600], max: [1, 64, 700] };
+        let region = Bounds { min: [-1, 0, 600], max: [1, 64, 700] };
         let plan = Plan::new("test", "0", Vec::new(), region, 128, 2).unwrap();
-        assert_eq!(plan.region(), Region { min: [-128, 0, 512], max: [128, 128, 768] });
+        assert_eq!(plan.region(), Bounds { min: [-128, 0, 512], max: [128, 128, 768] });
         assert_eq!(plan.levels()[1], BakedLevel { level: 1, first: [-1, 0, 1], shards: [2, 1, 1] });
         assert_eq!(plan.levels()[1].origin(128), [-128, 0, 128]);
         assert_eq!(ShardKey { level: 1, at: [3, 2, 1] }.object(), "1/c/1/2/3");
@@ -195,16 +186,16 @@ mod tests {
 
     #[test]
     fn plans_that_cannot_be_are_refused() {
-        let whole = Region { min: [0; 3], max: [64; 3] };
+        let whole = Bounds { min: [0; 3], max: [64; 3] };
         let plan = |region, edge, levels| Plan::new("test", "0", Vec::new(), region, edge, levels);
-        assert!(matches!(plan(Region { min: [0; 3], max: [1, 1, 0] }, 64, 1), Err(PlanError::Empty { .. })));
-        assert!(matches!(plan(Region { min: [0; 3], max: [i64::MAX; 3] }, 64, 1), Err(PlanError::Range { .. })));
+        assert!(matches!(plan(Bounds { min: [0; 3], max: [1, 1, 0] }, 64, 1), Err(PlanError::Empty { .. })));
+        assert!(matches!(plan(Bounds { min: [0; 3], max: [i64::MAX; 3] }, 64, 1), Err(PlanError::Range { .. })));
         for edge in [0, 1, 100, 8192] {
             assert!(matches!(plan(whole, edge, 1), Err(PlanError::Edge { .. })), "{edge}");
         }
         assert!(matches!(plan(whole, 64, 0), Err(PlanError::Levels { .. })));
         assert!(matches!(plan(whole, 64, 5), Err(PlanError::Levels { .. })));
-        let all = Region { min: [-RANGE; 3], max: [RANGE; 3] };
+        let all = Bounds { min: [-RANGE; 3], max: [RANGE; 3] };
         assert!(matches!(plan(all, 512, 1), Err(PlanError::TooLarge { .. })));
     }
 }

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lru::LruCache;
-use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable};
+use raxel_world::{Bounds, Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable};
 
 use crate::metadata::{self, Baked, Unreadable};
-use crate::plan::{BakedLevel, CHUNK, Region, ShardKey};
+use crate::plan::{BakedLevel, CHUNK, ShardKey};
 use crate::retry::retried;
 use crate::seal::Seals;
 use crate::shard::{self, Damage, Index};
@@ -96,10 +96,10 @@ impl ZarrSource {
     }
 
     /// The box of voxels that was baked.
-    pub fn region(&self) -> Region {
+    pub fn region(&self) -> Bounds {
         let (level, edge) = (&self.levels[0], i64::from(self.baked.edge));
         let min = level.origin(self.baked.edge);
-        Region { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
+        Bounds { min, max: std::array::from_fn(|axis| min[axis] + i64::from(level.shards[axis]) * edge) }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "a place has at most `most_bytes`")]
@@ -193,7 +193,7 @@ impl ChunkProvider for ZarrSource {
     }
 
     fn height_range(&self) -> Option<[i64; 2]> {
-        let Region { min, max } = self.region();
+        let Bounds { min, max } = self.region();
         Some([min[1], max[1]])
     }
 

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use common::{expected, files, land, plan, solid_tile};
-use raxel_bake::{BakeError, Directory, Part, Plan, Region, Store, StoreError, Wanted, ZarrSource, bake};
-use raxel_world::{ChunkPos, ChunkProvider, Content};
+use raxel_bake::{BakeError, Directory, Part, Plan, Store, StoreError, Wanted, ZarrSource, bake};
+use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 fn bake_to(folder: &Path, land: &dyn ChunkProvider, plan: &Plan, part: &str) -> raxel_bake::Report {
     let part = if part.is_empty() { Part::Whole } else { part.parse().unwrap() };
@@ -91,7 +91,7 @@ fn another_world_is_not_mixed_in() {
     for word in ["land", "0123", "hill", "4567"] {
         assert!(error.to_string().contains(word), "{error}");
     }
-    let region = Region { max: [500; 3], ..first.region() };
+    let region = Bounds { max: [500; 3], ..first.region() };
     let larger = Plan::new("land", "0123", materials, region, common::EDGE, common::LEVELS).unwrap();
     assert!(matches!(baked(&larger), Err(BakeError::OtherPlan { .. })));
     assert!(files(folder.path()) == before);

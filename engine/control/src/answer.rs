@@ -33,7 +33,7 @@ impl Refusal {
         Self { error: error.into(), help: Vec::new() }
     }
 
-    /// There is no session to ask.
+    /// The session waits for the mend of its files.
     pub fn nothing_runs() -> Self {
         let help = "`diagnostics` lists them, and `wait_reload` waits until they are mended".to_owned();
         Self { error: "nothing runs, as the files have mistakes".to_owned(), help: vec![help] }

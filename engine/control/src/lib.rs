@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use raxel_execute::PassPrints;
-use raxel_runtime::Session;
 use raxel_runtime::reload::ReloadEvent;
+use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
 use self::answer::{Middle, Refusal};
@@ -78,8 +78,8 @@ impl Control {
         Self { lines, drive, waiting: None, middle: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
     }
 
-    /// Answers what has come, without waiting: for a window. There is no session while its files have mistakes.
-    pub fn poll(&mut self, mut session: Option<&mut Session>) -> Next {
+    /// Answers what has come, without waiting: for a window.
+    pub fn poll(&mut self, session: &mut Session) -> Next {
         self.tire();
         loop {
             // Requests are answered in their order.
@@ -88,7 +88,7 @@ impl Control {
             }
             match self.lines.try_recv() {
                 Ok(line) => {
-                    if self.line(&line, session.as_deref_mut()) == Next::Quit {
+                    if self.line(&line, session) == Next::Quit {
                         return Next::Quit;
                     }
                 }
@@ -111,7 +111,7 @@ impl Control {
             };
             let events = session.poll_reload();
             events.iter().for_each(|event| self.note(event));
-            let next = line.as_ref().map(|line| self.line(line, Some(session)));
+            let next = line.as_ref().map(|line| self.line(line, session));
             let said = session.take_messages();
             Self::say(&said, session.texts());
             if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
@@ -145,6 +145,16 @@ impl Control {
                     "changed": failed.changed,
                 })
             }
+            ReloadEvent::NotOpened(error) => {
+                if let OpenError::Project { diagnostics, texts } = error {
+                    self.diagnostics = parsed(&render::json(diagnostics, texts));
+                }
+                return self.tell(false);
+            }
+            ReloadEvent::Opened => {
+                self.diagnostics.clear();
+                return self.tell(true);
+            }
             ReloadEvent::HistoryCleared { size, resources } => {
                 json!({ "event": "history-cleared", "size": size, "resources": resources })
             }
@@ -157,18 +167,6 @@ impl Control {
         if of_an_edit {
             self.tell(matches!(event, ReloadEvent::Reloaded(_)));
         }
-    }
-
-    /// There is no session, for these mistakes.
-    pub fn broken(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) {
-        self.diagnostics = parsed(&render::json(diagnostics, texts));
-        self.tell(false);
-    }
-
-    /// The mistakes are mended, and there is a session.
-    pub fn opened(&mut self) {
-        self.diagnostics.clear();
-        self.tell(true);
     }
 
     /// Answers who waits for an edit.
@@ -207,7 +205,7 @@ impl Control {
         }
     }
 
-    fn line(&mut self, line: &str, session: Option<&mut Session>) -> Next {
+    fn line(&mut self, line: &str, session: &mut Session) -> Next {
         if line.trim().is_empty() {
             return Next::More;
         }
@@ -223,22 +221,17 @@ impl Control {
                 self.waiting = Some(Waiting { id, until });
             }
             Ok(Request::Diagnostics {}) => {
-                let (generation, shown) = (self.generation, session.is_some().then_some(self.shown));
+                let (generation, shown) = (self.generation, (!session.is_waiting()).then_some(self.shown));
                 // With what passes count at the moment.
-                let counted = session.map(|session| parsed(&render::json(&session.counted(), session.texts())));
-                let all: Vec<&Value> = self.diagnostics.iter().chain(counted.iter().flatten()).collect();
+                let counted = parsed(&render::json(&session.counted(), session.texts()));
+                let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
                 answer::give(&id, Ok(found));
             }
+            Ok(_) if session.is_waiting() => answer::give(&id, Err(Refusal::nothing_runs())),
             Ok(request) => {
-                let answer = match session {
-                    Some(session) => {
-                        let answer = answer::answer(request, session, self.drive, &mut self.middle);
-                        self.say_prints(session);
-                        answer
-                    }
-                    None => Err(Refusal::nothing_runs()),
-                };
+                let answer = answer::answer(request, session, self.drive, &mut self.middle);
+                self.say_prints(session);
                 answer::give(&id, answer);
             }
         }

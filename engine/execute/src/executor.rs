@@ -5,19 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use raxel_gpu::{Barrier, Descriptors, Device, Image, ReadbackRing, TimelineValue};
-use raxel_graph::checked::{Display, PassId};
+use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
+use raxel_graph::checked::PassId;
 use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
 use super::capture::{Capture, Captured};
-use super::counters::CounterReading;
 use super::error::{ExecuteError, Suspect};
 use super::inputs::FrameInputs;
-use super::lens::{Comparison, Mismatch, Reference, Region};
+use super::lens::Lens;
 use super::physical::Filling;
 use super::prepare::{Builder, Prepared, display_key};
-use super::prints::PassPrints;
 use super::readback::ReadTicket;
 use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::Counts;
@@ -25,6 +23,7 @@ use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
 use super::shared::{Running, Shared, lock};
 use super::slot::FrameSlot;
 use super::times::Times;
+use super::told::Told;
 use super::upload::Uploads;
 
 /// What an executor does besides running passes.
@@ -52,7 +51,7 @@ pub struct Executor {
     pub(super) running: Option<Prepared>,
     /// The plan of the last frame: what can be read is what it left.
     pub(super) ran: Option<Arc<Plan>>,
-    slots: [FrameSlot; FRAMES],
+    pub(super) slots: [FrameSlot; FRAMES],
     /// Frames begun; rotates histories.
     pub(super) frame: u64,
     /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
@@ -66,28 +65,14 @@ pub struct Executor {
     memo: bool,
     times: Times,
     pub(super) readbacks: ReadbackRing,
-    /// The debug target is shown in this way instead of the graph's.
-    display: Option<Display>,
-    /// The part of the debug target that is shown.
-    region: Region,
-    compared: Option<Compared>,
+    /// How the debug target is shown.
+    pub(super) lens: Lens,
     /// The next frame copies what it shows; of a buffer, these bytes.
     capture: Option<Range<u64>>,
-    captures: u64,
     captured: Option<ReadTicket<Captured>>,
-    /// What frames of the running plan have counted in words that are warned of, in their order.
-    counted: Vec<CounterReading>,
-    /// What passes have printed in finished frames, in their order.
-    printed: Vec<PassPrints>,
+    /// What passes have told in finished frames.
+    pub(super) told: Told,
     progress: Observed,
-}
-
-/// What the debug target is compared with.
-struct Compared {
-    reference: Arc<Reference>,
-    comparison: Comparison,
-    /// Of the running plan, once a frame needs them.
-    sets: Option<Vec<Descriptors>>,
 }
 
 /// The picture that the last frame ended at: RGBA with 8 bits a channel, sRGB-encoded, in `GENERAL`. The next frame writes it again, behind
@@ -98,6 +83,15 @@ pub struct FramePicture {
     pub image: Arc<Image>,
     /// Reached when the picture is whole.
     pub finished: TimelineValue,
+}
+
+/// The histories of what runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Histories {
+    /// How many frames back the longest goes.
+    pub depth: u32,
+    /// One of them is to be filled with its `init` before the next frame.
+    pub cleared: bool,
 }
 
 /// How far the device has come with what was waited for.
@@ -131,14 +125,10 @@ impl Executor {
             versions: Vec::new(),
             copies: Vec::new(),
             readbacks: ReadbackRing::new(&shared.device),
-            display: None,
-            region: Region::WHOLE,
-            compared: None,
+            lens: Lens::default(),
             capture: None,
-            captures: 0,
             captured: None,
-            counted: Vec::new(),
-            printed: Vec::new(),
+            told: Told::default(),
             progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
             shared,
             running: None,
@@ -203,7 +193,7 @@ impl Executor {
         next.replay.set_memo(self.memo);
         let plan = next.plan();
         self.times = Times::of_plan(plan);
-        self.counted.clear();
+        self.told.counted.clear();
         for slot in &mut self.slots {
             slot.ran.reserve(plan.passes.len());
         }
@@ -212,9 +202,7 @@ impl Executor {
         *running = Running { serial: running.serial + 1, resources, picture };
         drop(running);
         self.running = Some(next);
-        if let Some(compared) = &mut self.compared {
-            compared.sets = None;
-        }
+        self.lens.swapped();
         self.shared.pipelines.swapped();
         self.needs_full_barrier = true;
         self.supply_sources();
@@ -244,13 +232,14 @@ impl Executor {
         }
     }
 
-    /// How many frames back the histories go that passes write, and whether one of them is to be filled with its `init` first.
-    pub fn histories(&self) -> (u32, bool) {
+    /// What is known of the histories that passes write.
+    pub fn histories(&self) -> Histories {
         let resources = self.running.iter().flat_map(|running| &running.resources);
         let with_history =
             resources.filter(|physical| physical.source().is_none() && physical.count() > 1 && physical.is_written());
-        with_history.fold((0, false), |(depth, cleared), physical| {
-            (depth.max(physical.count() - 1), cleared || physical.needs_init())
+        with_history.fold(Histories::default(), |known, physical| Histories {
+            depth: known.depth.max(physical.count() - 1),
+            cleared: known.cleared || physical.needs_init(),
         })
     }
 
@@ -285,7 +274,7 @@ impl Executor {
         device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
         device.collect();
         self.read_times(slot_index)?;
-        self.read_said(slot_index);
+        self.read_told(slot_index);
         // The frame that used this slot's staging buffer last has finished.
         let uploads = self.uploads.stage(&device, slot_index)?;
 
@@ -307,21 +296,9 @@ impl Executor {
             }
             _ => None,
         };
-        self.captures += u64::from(capture.is_some());
-        let mut push = self.display.map_or(running.display.push, |display| running.display.push.with_display(&display));
-        push = push.with_region(&self.region);
-        let mut display_sets = &running.display.sets;
-        if let Some(compared) = &mut self.compared
-            && push.mismatch(running.display.variant, &compared.reference).is_none()
-        {
-            push = push.with_reference(&compared.reference, compared.comparison);
-            display_sets = match &mut compared.sets {
-                Some(sets) => sets,
-                none => none.insert(running.display.sets_with(&device, &compared.reference.buffer)?),
-            };
-        }
-        if self.display.is_some() || self.captures > 0 {
-            let key = display_key(running.plan(), &push, self.captures);
+        let look = self.lens.look(&device, &running.display, capture.is_some())?;
+        if let Some(changes) = look.changes {
+            let key = display_key(running.plan(), &look.push, changes);
             running.replay.set_display(key);
         }
         let number = self.frame;
@@ -358,8 +335,8 @@ impl Executor {
             frame: number,
             slot: slot_index,
             ran: &mut slot.ran,
-            display: push,
-            display_sets,
+            display: look.push,
+            display_sets: look.sets,
             capture: capture.as_ref(),
             failed: None,
         };
@@ -468,70 +445,9 @@ impl Executor {
         self.times.get()
     }
 
-    /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
-    pub fn take_counted(&mut self) -> Vec<CounterReading> {
-        self.read_finished();
-        std::mem::take(&mut self.counted)
-    }
-
-    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. Also what a plan has printed
-    /// that runs no more.
-    pub fn take_prints(&mut self) -> Vec<PassPrints> {
-        self.read_finished();
-        std::mem::take(&mut self.printed)
-    }
-
-    /// Reads what finished frames have counted and printed.
-    fn read_finished(&mut self) {
-        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
-        for slot in order {
-            let submitted = self.slots[slot].commands.submitted();
-            if !self.shared.device.has_reached(submitted).unwrap_or(false) {
-                break;
-            }
-            self.read_said(slot);
-        }
-    }
-
     /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
-    }
-
-    /// Shows the debug target in another way than the graph says, from the next frame on.
-    pub fn set_display(&mut self, display: Option<Display>) {
-        // A plan that was prepared for the graph's own way has the key of that one.
-        self.captures += u64::from(self.display != display);
-        self.display = display;
-    }
-
-    /// Shows a part of the debug target, from the next frame on.
-    pub fn set_region(&mut self, region: Region) {
-        self.captures += u64::from(self.region != region);
-        self.region = region;
-    }
-
-    /// Shows the debug target together with a reference, from the next frame on, as long as the two can be compared ([`Self::mismatch`]).
-    pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
-        match (&mut self.compared, compared) {
-            (None, None) => return,
-            (Some(known), Some((reference, comparison))) if Arc::ptr_eq(&known.reference, &reference) => {
-                if known.comparison == comparison {
-                    return;
-                }
-                known.comparison = comparison;
-            }
-            (known, compared) => {
-                *known = compared.map(|(reference, comparison)| Compared { reference, comparison, sets: None });
-            }
-        }
-        self.captures += 1;
-    }
-
-    /// Why what is shown cannot be compared with the reference that was given; `None` where it can, or nothing runs.
-    pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
-        let display = &self.running.as_ref()?.display;
-        display.push.mismatch(display.variant, reference)
     }
 
     /// The next frame takes a copy of what it shows; of a buffer, these bytes of it.
@@ -560,21 +476,6 @@ impl Executor {
             return Ok(());
         }
         self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
-    }
-
-    /// Reads what a finished frame has counted, if it is of the plan that runs now, and what it has printed; once.
-    fn read_said(&mut self, slot: usize) {
-        let slot = &mut self.slots[slot];
-        if let (Some(counted), Some(running)) = (&slot.counted, &self.running)
-            && Arc::ptr_eq(counted, &running.counted)
-        {
-            self.counted.extend(counted.read(slot.index, &slot.copied));
-        }
-        slot.copied.clear();
-        if let Some(printed) = slot.printed.take() {
-            self.printed.extend(printed.read(slot.index, slot.frame, &slot.printing));
-        }
-        slot.printing.clear();
     }
 
     /// Tells the memo what the running plan's sources hold.

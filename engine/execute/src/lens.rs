@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
-use raxel_gpu::Buffer;
+use raxel_gpu::{Buffer, Descriptors, Device};
+use raxel_graph::checked::Display;
 use raxel_shader::interface::ScalarKind;
 
+use super::display::Push;
 use super::error::ExecuteError;
-use super::prepare::Builder;
+use super::executor::Executor;
+use super::prepare::{Builder, PreparedDisplay};
 use super::report::Texels;
 
 /// A part of the debug target that fills the picture, as shares of its extent along each axis.
@@ -72,6 +75,109 @@ pub enum Mismatch {
     /// A buffer is shown.
     #[error("a buffer cannot be compared with a picture")]
     Buffer,
+}
+
+/// How the debug target is shown, instead of as the graph says.
+pub(super) struct Lens {
+    display: Option<Display>,
+    region: Region,
+    compared: Option<Compared>,
+    /// How often something else was to be shown, or a copy of it to be taken: what the memo knows of the picture no longer holds.
+    changes: u64,
+}
+
+/// What the debug target is compared with.
+struct Compared {
+    reference: Arc<Reference>,
+    comparison: Comparison,
+    /// Of the running plan, once a frame needs them.
+    sets: Option<Vec<Descriptors>>,
+}
+
+/// What the shader that shows the debug target is told.
+pub(super) struct Look<'a> {
+    pub(super) push: Push,
+    /// For each copy of the debug target.
+    pub(super) sets: &'a [Descriptors],
+    /// How often that has changed, where it is not, or was not always, what the plan was prepared for.
+    pub(super) changes: Option<u64>,
+}
+
+impl Default for Lens {
+    fn default() -> Self {
+        Self { display: None, region: Region::WHOLE, compared: None, changes: 0 }
+    }
+}
+
+impl Lens {
+    /// Another plan runs.
+    pub(super) fn swapped(&mut self) {
+        if let Some(compared) = &mut self.compared {
+            compared.sets = None;
+        }
+    }
+
+    /// What the next frame shows, and whether a copy of it is taken.
+    pub(super) fn look<'a>(
+        &'a mut self,
+        device: &Arc<Device>,
+        display: &'a PreparedDisplay,
+        captured: bool,
+    ) -> Result<Look<'a>, ExecuteError> {
+        self.changes += u64::from(captured);
+        let mut push = self.display.map_or(display.push, |shown| display.push.with_display(&shown));
+        push = push.with_region(&self.region);
+        let mut sets = &display.sets;
+        if let Some(compared) = &mut self.compared
+            && push.mismatch(display.variant, &compared.reference).is_none()
+        {
+            push = push.with_reference(&compared.reference, compared.comparison);
+            sets = match &mut compared.sets {
+                Some(sets) => sets,
+                none => none.insert(display.sets_with(device, &compared.reference.buffer)?),
+            };
+        }
+        let changed = self.display.is_some() || self.changes > 0;
+        Ok(Look { push, sets, changes: changed.then_some(self.changes) })
+    }
+}
+
+impl Executor {
+    /// Shows the debug target in another way than the graph says, from the next frame on.
+    pub fn set_display(&mut self, display: Option<Display>) {
+        // A plan that was prepared for the graph's own way has the key of that one.
+        self.lens.changes += u64::from(self.lens.display != display);
+        self.lens.display = display;
+    }
+
+    /// Shows a part of the debug target, from the next frame on.
+    pub fn set_region(&mut self, region: Region) {
+        self.lens.changes += u64::from(self.lens.region != region);
+        self.lens.region = region;
+    }
+
+    /// Shows the debug target together with a reference, from the next frame on, as long as the two can be compared ([`Self::mismatch`]).
+    pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
+        match (&mut self.lens.compared, compared) {
+            (None, None) => return,
+            (Some(known), Some((reference, comparison))) if Arc::ptr_eq(&known.reference, &reference) => {
+                if known.comparison == comparison {
+                    return;
+                }
+                known.comparison = comparison;
+            }
+            (known, compared) => {
+                *known = compared.map(|(reference, comparison)| Compared { reference, comparison, sets: None });
+            }
+        }
+        self.lens.changes += 1;
+    }
+
+    /// Why what is shown cannot be compared with the reference that was given; `None` where it can, or nothing runs.
+    pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
+        let display = &self.running.as_ref()?.display;
+        display.push.mismatch(display.variant, reference)
+    }
 }
 
 impl Builder {

@@ -32,6 +32,7 @@ mod source;
 mod texel;
 mod ticks;
 mod times;
+mod told;
 mod upload;
 mod values;
 
@@ -40,7 +41,7 @@ pub use counters::CounterReading;
 pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
 pub use display::display_of;
 pub use error::{ExecuteError, Suspect};
-pub use executor::{Executor, ExecutorOptions, FramePicture, Progress};
+pub use executor::{Executor, ExecutorOptions, FramePicture, Histories, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 pub use prepare::{Builder, Pipelined, Prepared};

@@ -7,6 +7,7 @@ mod hand;
 use std::fmt::Write as _;
 
 use hand::{Hand, showcase};
+use raxel_graph::checked::{Condition, Fact};
 use raxel_graph::{Phase, print};
 use raxel_shader::format::Format;
 
@@ -42,6 +43,20 @@ fn a_pass_of_a_clock_counts_once_however_often_it_is_planned() {
     hand.pass("shade", &["r state", "w color"]);
     let text = print::text(&hand.plan("color").unwrap());
     assert!(text.lines().nth(1).is_some_and(|line| line.starts_with("2 of 2 passes, ")), "{text}");
+}
+
+#[test]
+fn a_pass_counts_once_however_many_cases_it_has() {
+    let mut hand = Hand::new("cases");
+    hand.target("color", Format::Rgba16f, |_, _| {});
+    for negated in [false, true] {
+        let fact = Fact::WorldHasInstances;
+        hand.pass("trace", &["w color"]).when.push(Condition { fact, negated });
+    }
+    hand.target("unseen", Format::Rgba16f, |_, _| {});
+    hand.pass("idle", &["w unseen"]);
+    let text = print::text(&hand.plan("color").unwrap());
+    assert!(text.lines().nth(1).is_some_and(|line| line.starts_with("1 of 2 passes, ")), "{text}");
 }
 
 #[test]

@@ -209,7 +209,10 @@ fn save_and_wait(session: &mut Session, copy: &Path, path: &str, text: &str) -> 
                     return Ok(Edited { whole, reload: milliseconds, stages, frame });
                 }
                 ReloadEvent::Failed(failed) => return Err(LatencyError::Edit(Box::new(failed))),
-                ReloadEvent::HistoryCleared { .. } | ReloadEvent::DeviceRebuilt { .. } => {}
+                ReloadEvent::HistoryCleared { .. }
+                | ReloadEvent::DeviceRebuilt { .. }
+                | ReloadEvent::NotOpened(_)
+                | ReloadEvent::Opened => {}
             }
         }
     }

@@ -373,8 +373,8 @@ pub struct Problem {
 pub struct World<'a> {
     /// Project path of the world's file.
     pub path: Option<String>,
-    /// How many voxels are solid, and where: the smallest corner, and one past the largest. `None` of land that is made around the camera.
-    pub solid: Option<(u64, [[i32; 3]; 2])>,
+    /// The solid voxels; `None` of land that is made around the camera.
+    pub solid: Option<Solids>,
     /// Position of the camera in voxels.
     pub position: [f64; 3],
     /// Yaw, pitch and vertical field of view in degrees.
@@ -385,6 +385,17 @@ pub struct World<'a> {
     pub cameras: Vec<String>,
     /// How it can be edited.
     pub editing: Editing<'a>,
+}
+
+/// The solid voxels of a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Solids {
+    /// How many there are.
+    pub count: u64,
+    /// The smallest coordinates among them.
+    pub min: [i64; 3],
+    /// One past the largest.
+    pub max: [i64; 3],
 }
 
 /// How texels become colours.

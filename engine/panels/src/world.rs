@@ -5,7 +5,7 @@ use egui::{DragValue, Grid, Ui};
 use crate::action::Action;
 use crate::brush;
 use crate::frame::grouped;
-use crate::view::World;
+use crate::view::{Solids, World};
 
 /// The name of a camera where none is typed.
 const UNNAMED: &str = "camera";
@@ -25,12 +25,12 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         ui.weak("world");
         ui.label(world.path.as_deref().unwrap_or("none"));
         ui.end_row();
-        if let Some((voxels, [low, high])) = world.solid {
+        if let Some(Solids { count, min, max }) = world.solid {
             ui.weak("voxels");
-            ui.label(grouped(voxels));
+            ui.label(grouped(count));
             ui.end_row();
             ui.weak("bounds");
-            ui.label(format!("{low:?} to {high:?}"));
+            ui.label(format!("{min:?} to {max:?}"));
         } else {
             ui.weak("bounds");
             ui.label("none: made around the camera");

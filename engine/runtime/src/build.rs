@@ -8,6 +8,7 @@ use raxel_execute::{self as execute, ExecuteError, Executor};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize};
 use raxel_layouts::Layout;
+use raxel_world::Bounds;
 
 use crate::build_error::BuildError;
 use crate::params::Params;
@@ -57,8 +58,8 @@ const LARGEST_FOR_PACKETS: i64 = 1 << 12;
 
 /// Whether packets can trace the world of a graph.
 fn suits_packets(graph: &Graph, world: &SessionWorld) -> bool {
-    let [least, end] = world.bounds();
-    let fits = |axis: usize| i64::from(end[axis]) - i64::from(least[axis] & !63) <= LARGEST_FOR_PACKETS;
+    let Bounds { min, max } = world.bounds();
+    let fits = |axis: usize| max[axis] - (min[axis] & !63) <= LARGEST_FOR_PACKETS;
     let mut layouts = graph.source_names().into_iter().filter_map(SourceName::world_layout);
     world.tiles().is_none() && (0..3).all(fits) && layouts.all(|layout| layout == Layout::TREE64)
 }

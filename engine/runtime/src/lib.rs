@@ -42,4 +42,4 @@ pub mod world;
 pub use build_error::BuildError;
 pub use editing::{SavedWorld, Saves};
 pub use raxel_graph::plan::Observe;
-pub use session::{EditFailure, FrameError, OpenError, Options, ReadError, Session};
+pub use session::{EditFailure, FrameError, ManifestDefaults, OpenError, Options, ReadError, Session};

@@ -13,7 +13,7 @@ use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_layouts::instances::Instances;
 use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits};
-use raxel_world::{Chunk, ChunkPos, ChunkProvider as _, Material};
+use raxel_world::{Bounds, Chunk, ChunkPos, ChunkProvider as _, Material};
 use raxel_worldfile::Streamed;
 use raxel_worldfile::{Aim, CameraHint, Effort, Loaded};
 
@@ -208,27 +208,27 @@ impl SessionWorld {
 
     /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world. Of a world that was not built, the box
     /// that its operations reach over.
-    pub fn bounds(&self) -> [[i32; 3]; 2] {
+    pub fn bounds(&self) -> Bounds {
         let bounds = match self.loaded.unbuilt {
             Some(reach) => reach.bounds,
             None => self.loaded.world.bounds(),
         };
-        bounds.map_or([[0; 3]; 2], |bounds| [bounds.min, bounds.max].map(|corner| corner.map(saturated)))
+        bounds.map_or(NOWHERE, clamped)
     }
 
     /// As [`Self::bounds`]; of a streamed world, the box around a voxel that has what is `near`, to whole chunks.
-    pub fn bounds_around(&self, cell: glam::IVec3) -> [[i32; 3]; 2] {
+    pub fn bounds_around(&self, cell: glam::IVec3) -> Bounds {
         let Some(streamed) = self.streamed() else { return self.bounds() };
         let near = i64::from(streamed.settings.near);
         let chunk = cell.to_array().map(|c| i64::from(c & !63));
-        [chunk.map(|c| saturated(c - near)), chunk.map(|c| saturated(c + 64 + near))]
+        clamped(Bounds { min: chunk.map(|c| c - near), max: chunk.map(|c| c + 64 + near) })
     }
 
     /// What plans follow of it.
     pub fn input(&self) -> WorldInput<'_> {
-        let [min, max] = self.bounds_around(glam::IVec3::ZERO);
+        let size = self.bounds_around(glam::IVec3::ZERO).size();
         WorldInput {
-            extent: std::array::from_fn(|axis| max[axis].abs_diff(min[axis])),
+            extent: size.map(|voxels| u32::try_from(voxels).expect("both corners are in 32 bits")),
             materials: Some(&self.materials),
         }
     }
@@ -352,8 +352,18 @@ fn camera_of(hint: &CameraHint) -> Camera {
     camera
 }
 
+/// The box of an empty world.
+pub(crate) const NOWHERE: Bounds = Bounds { min: [0; 3], max: [0; 3] };
+
+/// What 32 bits can hold of a box.
+fn clamped(bounds: Bounds) -> Bounds {
+    let clamp = |corner: [i64; 3]| corner.map(|cell| i64::from(saturated(cell)));
+    Bounds { min: clamp(bounds.min), max: clamp(bounds.max) }
+}
+
+/// The coordinate nearest to a cell that 32 bits can hold.
 #[expect(clippy::cast_possible_truncation, reason = "the coordinate is clamped to 32 bits")]
-fn saturated(cell: i64) -> i32 {
+pub(crate) fn saturated(cell: i64) -> i32 {
     cell.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }
 
@@ -371,7 +381,7 @@ mod tests {
         let to_centre = glam::DVec3::new(40.5, 20.5, 33.0) - camera.position();
         assert!((camera.rotation() * glam::DVec3::NEG_Z).abs_diff_eq(to_centre.normalize(), 1e-6));
         assert!(to_centre.length() > 60.0);
-        assert_eq!(world.bounds(), [[-10, 0, 5], [91, 41, 61]]);
+        assert_eq!(world.bounds(), Bounds { min: [-10, 0, 5], max: [91, 41, 61] });
         assert!(world.holds(&Fact::WorldHasVoxels) && !world.holds(&Fact::WorldHasEmission));
     }
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use project::TestProject;
-use raxel_bake::{Directory, Part, Plan, Region, bake};
+use raxel_bake::{Directory, Part, Plan, bake};
 use raxel_diagnostics::{DiskFiles, MemoryFiles, SourceMap};
 use raxel_edit::EditError;
 use raxel_edit::query::{cast, collide, histogram, overlaps};
@@ -62,7 +62,7 @@ impl Baked {
         let files = MemoryFiles::new([("land.toml", LAND.replace("SEED", &seed.to_string()))]);
         let land = raxel_worldfile::load("land.toml", &files, &mut SourceMap::default()).expect("it is right").0;
         let land = land.stream.expect("it is streamed").generator;
-        let region = Region { min: [-64; 3], max: [64; 3] };
+        let region = Bounds { min: [-64; 3], max: [64; 3] };
         let fingerprint = format!("{seed:08x}");
         let plan = Plan::new("land", &fingerprint, land.materials().to_vec(), region, edge, LEVELS).unwrap();
         let folder = tempfile::tempdir().unwrap();

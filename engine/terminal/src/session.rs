@@ -113,17 +113,11 @@ pub fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
 impl What {
     /// The same with the demo of the project's manifest where no file and no world is named, and what else the manifest says.
     pub fn in_project(&self, console: &Console) -> Result<(Self, Manifest)> {
-        self.as_the_manifest_says().map_err(|error| open_failure(error, console))
-    }
-
-    /// As [`Self::in_project`], without a word about mistakes in the manifest.
-    pub fn as_the_manifest_says(&self) -> std::result::Result<(Self, Manifest), OpenError> {
         let named = self.file.as_deref().or(self.world.as_deref());
         let project = named.map_or_else(|| Project::around(Path::new(".")), Project::around_file);
         // Opening says what is wrong with it.
         let Ok(project) = project else { return Ok((self.clone(), Manifest::default())) };
-        let wrong = |(diagnostics, texts)| OpenError::Project { diagnostics, texts: Box::new(texts) };
-        let manifest = project.manifest().map_err(wrong)?;
+        let manifest = project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))?;
         let demo = manifest.demo.as_ref().filter(|_| named.is_none()).map(|demo| project.on_disk(demo));
         Ok((Self { file: demo.or_else(|| self.file.clone()), ..self.clone() }, manifest))
     }

@@ -40,14 +40,15 @@ impl Viewer<'_> {
     /// One frame. Never waits for the device for longer than a [`SLICE`]: events are looked at in between, so that the window can be left
     /// and an edit taken in whatever the device does.
     pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        for event in self.session.poll_reload() {
-            self.note(&event);
-        }
+        self.take_events()?;
         if let Some(control) = &mut self.control
-            && control.poll(Some(&mut self.session)) == Next::Quit
+            && control.poll(&mut self.session) == Next::Quit
         {
             event_loop.exit();
             return Ok(());
+        }
+        if self.session.is_waiting() {
+            return self.draw_mistakes(event_loop);
         }
         event_loop.set_control_flow(ControlFlow::Poll);
         if self.window.is_none() {
@@ -182,11 +183,16 @@ impl Viewer<'_> {
         Some(self.last + Duration::from_secs(1) / cap.max(1))
     }
 
+    /// Does what is to be done since files have changed.
+    pub(super) fn take_events(&mut self) -> Result {
+        self.session.poll_reload().into_iter().try_for_each(|event| self.note(event))
+    }
+
     /// Notes what happened to the files.
-    fn note(&mut self, event: &ReloadEvent) {
-        self.reloads.tell(event);
+    fn note(&mut self, event: ReloadEvent) -> Result {
+        self.reloads.tell(&event);
         if let Some(control) = &mut self.control {
-            control.note(event);
+            control.note(&event);
         }
         (self.titled, self.touched) = (None, true);
         match event {
@@ -199,10 +205,13 @@ impl Viewer<'_> {
                 }
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
-            ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(*size, resources)),
+            ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(size, &resources)),
             // Which pass is off is said beside it, for as long as it is.
             ReloadEvent::DeviceRebuilt { .. } => self.notice(format!("the device was opened anew; {STARTED_OVER}")),
+            ReloadEvent::NotOpened(error) => return self.note_mistakes(error),
+            ReloadEvent::Opened => return self.begin(),
         }
+        Ok(())
     }
 
     /// Draws the panels over the next picture and does what the user asks for in them.

@@ -2,7 +2,6 @@
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
-mod app;
 mod args;
 mod brush;
 mod commands;
@@ -12,7 +11,6 @@ mod demo_keys;
 mod described;
 mod editor;
 mod elements;
-mod error_window;
 mod frame;
 mod inspector;
 mod layout_file;
@@ -28,18 +26,21 @@ mod presets;
 mod problem_log;
 mod reload_log;
 mod title;
+mod waiting;
 mod write_back;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
 use raxel_panels::view::{Brush, Problem};
 use raxel_panels::{Layout, Panels};
-use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::reload::Waker;
+use raxel_runtime::{ManifestDefaults, Observe, Options, Saves, Session};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
@@ -48,7 +49,6 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::ModifiersState;
 use winit::window::{Window, WindowId};
 
-use self::app::App;
 pub use self::args::Args;
 use self::comparing::Comparing;
 use self::controls::Controls;
@@ -63,11 +63,11 @@ use self::presets::Presets;
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use self::write_back::Written;
-use raxel_control::Control;
+use raxel_control::{Control, Drive};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::prints::PrintLog;
-use raxel_terminal::session::{print_log, print_validation, validated};
+use raxel_terminal::session::{open_failure, print_log, print_validation, validated};
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
@@ -110,9 +110,29 @@ pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
         let _ = proxy.send_event(Wake);
     });
     lost_display::watch(console);
-    let mut app = App::open(args, console, device, waker)?;
-    event_loop.run_app(&mut app).map_err(|error| lost_display::failure(&error.to_string()))?;
-    app.finish()
+    let mut viewer = Viewer::open(args, console, device, waker)?;
+    event_loop.run_app(&mut viewer).map_err(|error| lost_display::failure(&error.to_string()))?;
+    viewer.finish()
+}
+
+/// The options of a window's session. Where its files have mistakes it waits for their mend, unless frames are counted.
+fn options(args: &Args, device: &DeviceOptions, waker: Waker) -> Result<Options> {
+    let options = args.what.options(device)?;
+    Ok(Options {
+        size: args.first_size(),
+        scale: args.scale.unwrap_or(options.scale),
+        manifest: Some(ManifestDefaults { demo: true, size: args.size.is_none(), scale: args.scale.is_none() }),
+        step: None,
+        // A program may read anything.
+        observe: if args.control { Observe::Everything } else { options.observe },
+        wait: args.frames.is_none(),
+        watch: true,
+        unused: Severity::Warning,
+        saves: Saves::Write,
+        poll: args.poll,
+        waker: Some(waker),
+        ..options
+    })
 }
 
 fn device_name(session: &Session) -> String {
@@ -129,8 +149,7 @@ fn no_window(error: &EventLoopError) -> Failure {
         .help("`raxel render -o p.png` needs no window")
 }
 
-fn new_window(event_loop: &ActiveEventLoop, args: &Args, title: String) -> Result<Arc<Window>> {
-    let [width, height] = args.first_size();
+fn new_window(event_loop: &ActiveEventLoop, [width, height]: [u32; 2], title: String) -> Result<Arc<Window>> {
     let attributes = Window::default_attributes()
         .with_title(title)
         .with_inner_size(PhysicalSize::new(width, height))
@@ -163,7 +182,7 @@ enum Ground {
 }
 
 struct Viewer<'a> {
-    args: Args,
+    args: &'a Args,
     /// A program that drives the session too.
     control: Option<Control>,
     console: &'a Console,
@@ -230,7 +249,7 @@ struct Viewer<'a> {
 impl ApplicationHandler<Wake> for Viewer<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.window.is_none()
-            && let Err(failure) = self.open(event_loop)
+            && let Err(failure) = self.open_window(event_loop)
         {
             self.stop(event_loop, failure);
         }
@@ -245,6 +264,9 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if self.session.is_waiting() {
+            return self.waiting_event(event_loop, &event);
+        }
         self.touched |= !matches!(event, WindowEvent::RedrawRequested);
         let visible = self.panels.layout.visible;
         let taken = match &mut self.window {
@@ -336,36 +358,25 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
 }
 
 impl<'a> Viewer<'a> {
-    /// A session that is not shown yet.
-    fn new(args: Args, console: &'a Console, mut session: Session, control: Option<Control>) -> Result<Self> {
-        args.what.set_up(&mut session, console)?;
-        console.message(&format!(
-            "{} on {}; Escape quits, `raxel run --help` lists the keys",
-            session.graph_path(),
-            device_name(&session)
-        ));
-        let mut layout_file = LayoutFile::of(session.project().root());
-        let (mut layout, said) = layout_file.read();
-        if let Some(said) = said {
-            console.message(&format!("warning: {said}"));
-        }
-        layout.visible &= !args.no_panels;
-        let mut presets = Presets::of(session.project().root());
-        if let Err(error) = presets.read() {
-            console.message(&format!("warning: {error}"));
-        }
-        Ok(Viewer {
+    /// Opens a session that is not shown yet.
+    fn open(args: &'a Args, console: &'a Console, device: &DeviceOptions, waker: Waker) -> Result<Self> {
+        let control = args.control.then(|| {
+            let waker = waker.clone();
+            Control::listen(Drive::Window, move || waker())
+        });
+        let session = Session::open(options(args, device, waker)?).map_err(|error| open_failure(error, console))?;
+        let mut viewer = Viewer {
             args,
             control,
             console,
             reloads: ReloadLog::new(console),
             home: *session.camera(),
-            problems: problem_log::problems(session.warnings(), session.texts()),
+            problems: Vec::new(),
             printed: PrintLog::default(),
+            layout_file: LayoutFile::of(session.project().root()),
+            presets: Presets::of(session.project().root()),
             session,
-            panels: Panels::new(layout),
-            layout_file,
-            presets,
+            panels: Panels::default(),
             data: PanelData::default(),
             inspector: Inspector::default(),
             magnifier: Magnifier::default(),
@@ -396,19 +407,53 @@ impl<'a> Viewer<'a> {
             ground: Ground::default(),
             complained: false,
             failure: None,
-        })
+        };
+        if viewer.session.is_waiting() {
+            viewer.take_events()?;
+            console.message("the window waits for the files to be mended");
+        } else {
+            viewer.begin()?;
+        }
+        Ok(viewer)
+    }
+
+    /// The session runs from here on: it is set up as the command line says, and what was kept for its project is read.
+    fn begin(&mut self) -> Result {
+        self.args.what.set_up(&mut self.session, self.console)?;
+        self.console.message(&format!(
+            "{} on {}; Escape quits, `raxel run --help` lists the keys",
+            self.session.graph_path(),
+            device_name(&self.session)
+        ));
+        let (mut layout, said) = self.layout_file.read();
+        if let Some(said) = said {
+            self.console.message(&format!("warning: {said}"));
+        }
+        layout.visible &= !self.args.no_panels;
+        self.panels = Panels::new(layout);
+        if let Err(error) = self.presets.read() {
+            self.console.message(&format!("warning: {error}"));
+        }
+        self.home = *self.session.camera();
+        self.problems = problem_log::problems(self.session.warnings(), self.session.texts());
+        self.last = Instant::now();
+        Ok(())
     }
 
     /// Says how it went.
     fn finish(mut self) -> Result {
         self.look_at_log();
-        self.keep_layout(LayoutFile::write);
+        let unmended = self.session.is_waiting();
+        if !unmended {
+            self.keep_layout(LayoutFile::write);
+        }
         // A dispatch that does not end must not keep the program.
         if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
             self.session.abandon_device();
         }
         match self.failure.take() {
             Some(failure) => Err(failure),
+            None if unmended => Err(Failure::printed(Exit::Project)),
             None => validated(self.complained),
         }
     }
@@ -423,16 +468,12 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result {
-        let window = new_window(event_loop, &self.args, self.title().text())?;
-        self.show_in(&window)
-    }
-
     /// Shows the session in a window from here on.
-    fn show_in(&mut self, window: &Arc<Window>) -> Result {
+    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result {
+        let window = new_window(event_loop, self.session.viewport().window(), self.title_text())?;
         let size = window.inner_size();
         self.session.resize(size.width, size.height);
-        self.window = Some(self.opened(window)?);
+        self.window = Some(self.opened(&window)?);
         self.last = Instant::now();
         self.redraw();
         Ok(())
@@ -440,7 +481,7 @@ impl<'a> Viewer<'a> {
 
     /// What a window needs to show pictures of the session's device.
     fn opened(&self, window: &Arc<Window>) -> Result<Open> {
-        let Args { present_with, no_vsync, .. } = &self.args;
+        let Args { present_with, no_vsync, .. } = self.args;
         Open::on(self.session.device(), present_with.as_ref(), window, !no_vsync, self.console)
     }
 
@@ -484,6 +525,10 @@ impl<'a> Viewer<'a> {
         event_loop.exit();
     }
 
+    fn title_text(&self) -> String {
+        if self.session.is_waiting() { "mistakes — raxel".to_owned() } else { self.title().text() }
+    }
+
     fn title(&self) -> Title {
         Title {
             graph: self.session.graph().name.clone(),
@@ -517,7 +562,7 @@ impl<'a> Viewer<'a> {
         // Now and not only at the end: a window may be killed.
         self.keep_layout(LayoutFile::look);
         if let Some(open) = &self.window {
-            open.window.set_title(&self.title().text());
+            open.window.set_title(&self.title_text());
         }
     }
 }

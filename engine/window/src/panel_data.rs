@@ -10,15 +10,15 @@ use raxel_execute::moment::Moment;
 use raxel_graph::checked::{Graph, Value};
 use raxel_graph::plan::Plan;
 use raxel_panels::view::{
-    Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Swatch, Timeline, Track, World, WorldExtent,
-    WorldStatistics,
+    Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Solids, Swatch, Timeline, Track, World,
+    WorldExtent, WorldStatistics,
 };
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
-use raxel_world::{Material, srgb_from_linear};
+use raxel_world::{Bounds, Material, srgb_from_linear};
 
 use super::described::{Described, Row, place, state};
 
@@ -259,7 +259,10 @@ pub fn world(session: &Session, speed: f64) -> World<'static> {
     let (world, camera) = (session.world(), session.camera());
     World {
         path: world.path.clone(),
-        solid: world.streamed().is_none().then(|| (world.voxels().solids(), world.bounds())),
+        solid: world.streamed().is_none().then(|| {
+            let Bounds { min, max } = world.bounds();
+            Solids { count: world.voxels().solids(), min, max }
+        }),
         position: camera.position().to_array(),
         angles: [camera.yaw, camera.pitch, camera.fov].map(f64::to_degrees),
         speed,

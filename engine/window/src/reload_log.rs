@@ -78,6 +78,8 @@ impl<'a> ReloadLog<'a> {
                 }
                 self.console.message(&format!("note: {}", history_cleared(*size, resources)));
             }
+            // What is wrong is shown in the window, too, and what runs then is said with its device.
+            ReloadEvent::NotOpened(_) | ReloadEvent::Opened => {}
             ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
                 let fate = fate(suspect.as_deref(), *off);
                 self.console.message(&format!(

@@ -131,14 +131,18 @@ fn machine(path: &str, graph: &Graph, world: Option<&SessionWorld>) -> serde_jso
         })
     });
     let resources = resources(graph).map(|(name, kind, about)| json!({ "name": name, "kind": kind, "about": about }));
-    json!({
+    let mut listed = json!({
         "graph": path,
         "name": graph.name,
         "present": graph.resource(graph.present).name,
         "params": params.collect::<Vec<_>>(),
         "resources": resources.collect::<Vec<_>>(),
         "passes": graph.pass_names().collect::<Vec<_>>(),
-        "world": world.and_then(|world| world.path.clone()),
         "cameras": world.map(|world| world.camera_names().collect::<Vec<_>>()).unwrap_or_default(),
-    })
+    });
+    // Without a world there is nothing that could be named.
+    if let Some(world) = world.and_then(|world| world.path.as_ref()) {
+        listed["world"] = world.as_str().into();
+    }
+    listed
 }

@@ -10,9 +10,9 @@ pub mod web;
 use std::sync::Arc;
 
 pub use files::files;
-use raxel_bake::{Plan, Region};
+use raxel_bake::Plan;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
-use raxel_world::{ChunkPos, ChunkProvider, Content};
+use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 /// Cells along an edge of a shard: two chunks.
 pub const EDGE: u32 = 128;
@@ -49,7 +49,7 @@ pub fn land() -> Arc<dyn ChunkProvider> {
 
 /// 8 shards of single voxels and 8 of coarse cells, around the origin.
 pub fn plan(land: &dyn ChunkProvider) -> Plan {
-    let region = Region { min: [-100, -100, -100], max: [100, 80, 100] };
+    let region = Bounds { min: [-100, -100, -100], max: [100, 80, 100] };
     Plan::new("land", "0123", land.materials().to_vec(), region, EDGE, LEVELS).expect("it can be baked")
 }
 

@@ -2,6 +2,7 @@
 
 pub mod checked;
 pub(crate) mod index;
+mod input;
 pub mod plan;
 pub mod size;
 pub(crate) mod subresources;

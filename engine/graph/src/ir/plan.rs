@@ -8,7 +8,6 @@
 //! hazards of a frame with the frames before it, so that frames follow each other with no barrier of their own in between. A pass
 //! that does not run in a frame (`every`, or its result is still valid) leaves its barriers in place, which keeps all others covered.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -16,190 +15,13 @@ use bitflags::bitflags;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::ir::checked::{BoundAccess, Clear, ClockId, Fact, Graph, ParamId, PassId, ResourceId, Source, Value};
+use crate::ir::checked::{BoundAccess, Clear, ClockId, Graph, PassId, ResourceId, Source, Value};
 use crate::ir::index::index32;
+pub use crate::ir::input::{
+    BindingLimits, Limits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput, copy_name,
+};
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;
-
-/// What a plan is made for, besides the graph.
-#[derive(Clone)]
-pub struct PlanInput<'a> {
-    /// Extent of the output in pixels, both at least 1.
-    pub output: [u32; 2],
-    /// What is shown, and when it is taken.
-    pub present: Present,
-    /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
-    pub pinned: &'a [ResourceId],
-    /// What else can be read at the end of a frame.
-    pub observe: Observe,
-    /// Whether a fact holds.
-    pub facts: &'a dyn Fn(&Fact) -> bool,
-    /// Rounds of the loops that follow a param; a param that is not here has its default.
-    pub counts: &'a [(ParamId, u32)],
-    /// Sizes of each source, e.g. `world.tree64`, and of what copies of a source need, under [`copy_name`].
-    pub sources: &'a BTreeMap<String, SourceSize>,
-    /// The world that sizes follow.
-    pub world: WorldInput<'a>,
-    /// Memory requirements of images and buffers on the device.
-    pub memory: &'a dyn MemoryModel,
-    /// Whether transient resources may share memory.
-    pub alias: bool,
-    /// Whether transient memory is filled with a value that is plainly wrong before its first use in a frame: NaN, magenta or
-    /// 0xDEADBEEF.
-    pub poison: bool,
-    /// Limits of the device.
-    pub limits: Limits,
-}
-
-/// Which resources can be read at the end of a frame, besides those that are pinned. It never changes what later frames compute: passes that
-/// leave something for later frames run in either case.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Observe {
-    /// What is shown. Passes that nothing shown depends on are culled, and transient resources may share memory.
-    Shown,
-    /// Every target and buffer. Only passes whose `when` does not hold are culled, and nothing shares memory.
-    #[default]
-    Everything,
-}
-
-/// The properties of the world that sizes and values of a plan depend on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WorldInput<'a> {
-    /// Voxels along each axis of its bounds; zero for an empty world.
-    pub extent: [u32; 3],
-    /// Names of its materials by index. `None` without a world: any name is accepted.
-    pub materials: Option<&'a [String]>,
-}
-
-impl WorldInput<'_> {
-    /// The stand-in for plans that are made without a world (`check`, `graph`).
-    pub const ON_PAPER: WorldInput<'static> = WorldInput { extent: [256; 3], materials: None };
-}
-
-/// The name under which [`PlanInput::sources`] has the size of a copy of a source: a layout that shaders write may need more room.
-pub fn copy_name(source: &str) -> String {
-    format!("copy of {source}")
-}
-
-/// Sizes of what is supplied from outside under one name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct SourceSize {
-    /// Bytes of its buffer.
-    pub bytes: u64,
-    /// Texels of mip 0 of its 3-D image; `None` when it has none, or is not made yet.
-    pub image: Option<[u32; 3]>,
-}
-
-impl From<u64> for SourceSize {
-    fn from(bytes: u64) -> Self {
-        Self { bytes, image: None }
-    }
-}
-
-/// Device limits that a plan is checked against.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Limits {
-    /// `maxImageDimension2D`.
-    pub image_2d: u32,
-    /// `maxImageDimension3D`.
-    pub image_3d: u32,
-    /// `maxImageArrayLayers`.
-    pub image_layers: u32,
-    /// `maxStorageBufferRange`, bytes.
-    pub storage_buffer: u64,
-    /// `maxUniformBufferRange`, bytes.
-    pub uniform_buffer: u64,
-    /// `maxPushConstantsSize`, bytes.
-    pub push_constants: u32,
-    /// `maxComputeWorkGroupCount`.
-    pub workgroup_count: [u32; 3],
-    /// `maxComputeWorkGroupSize`.
-    pub workgroup_size: [u32; 3],
-    /// `maxComputeWorkGroupInvocations`.
-    pub workgroup_invocations: u32,
-    /// `maxComputeSharedMemorySize`, bytes.
-    pub shared_memory: u32,
-    /// What one pass may bind.
-    pub bindings: BindingLimits,
-}
-
-/// How many resources of each kind one pass may bind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct BindingLimits {
-    /// `maxPerStageDescriptorStorageBuffers`.
-    pub storage_buffers: u32,
-    /// `maxPerStageDescriptorStorageImages`.
-    pub storage_images: u32,
-    /// The lesser of `maxPerStageDescriptorSampledImages` and `maxPerStageDescriptorSamplers`.
-    pub sampled_images: u32,
-    /// `maxPerStageDescriptorUniformBuffers`.
-    pub uniform_buffers: u32,
-    /// `maxPerStageResources`: all of them together.
-    pub resources: u32,
-}
-
-impl Limits {
-    /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
-    pub const PORTABLE: Limits = Limits {
-        image_2d: 4096,
-        image_3d: 256,
-        image_layers: 256,
-        storage_buffer: 1 << 27,
-        uniform_buffer: 16384,
-        push_constants: 128,
-        workgroup_count: [65535; 3],
-        workgroup_size: [128, 128, 64],
-        workgroup_invocations: 128,
-        shared_memory: 16384,
-        bindings: BindingLimits {
-            storage_buffers: 4,
-            storage_images: 4,
-            sampled_images: 16,
-            uniform_buffers: 12,
-            resources: 128,
-        },
-    };
-}
-
-/// The debug target: what is shown, from which point of the frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub struct Present {
-    /// The resource.
-    pub resource: ResourceId,
-    /// 0 is this frame's content, n is `name@n`.
-    pub age: u32,
-    /// Mip shown.
-    pub mip: u32,
-    /// Layer, or slice of a 3-D target.
-    pub layer: u32,
-    /// Taken right after this pass; at the end of the frame when `None`.
-    pub after: Option<PassId>,
-    /// Where that pass is in a loop, the round after which it is taken, by its `loop.index`. After the last round when `None`, or when there is
-    /// no such round.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub round: Option<u32>,
-}
-
-/// `VkMemoryRequirements`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Requirements {
-    /// Bytes.
-    pub size: u64,
-    /// Power of two, bytes.
-    pub alignment: u64,
-    /// Bit i is set when memory type i will do.
-    pub type_bits: u32,
-}
-
-/// Answers what an image or buffer needs: the device in a session, an estimate in `raxel graph`.
-pub trait MemoryModel {
-    /// Requirements of one copy of an image.
-    fn image(&self, image: &ImageDesc) -> Requirements;
-    /// Requirements of one copy of a buffer.
-    fn buffer(&self, buffer: &BufferDesc) -> Requirements;
-    /// `bufferImageGranularity`: a buffer and an image in one block must not share a page of this size.
-    fn granularity(&self) -> u64;
-}
 
 /// What is created for a target, once per copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::words;
-use crate::ir::checked::{PassId, ResourceId};
+use crate::ir::checked::ResourceId;
 use crate::ir::plan::{Barrier, Lifetime, PassPlan, Plan, ResourceDesc, ResourcePlan, Step};
 
 /// The plan for people.
@@ -48,11 +48,11 @@ fn clocks(plan: &Plan, out: &mut String) {
 fn head(plan: &Plan, out: &mut String) {
     let graph = &plan.graph;
     let [w, h] = plan.output;
-    // What raxel adds is no pass that the author could count.
-    let all = graph.passes.iter().filter(|pass| !pass.made).count();
-    // A pass of a clock is planned once for each tick that a frame may catch up.
-    let live: BTreeSet<PassId> = plan.passes.iter().map(|planned| planned.pass).collect();
-    let live = live.into_iter().filter(|id| !graph.pass(*id).made).count();
+    // The passes that the author could count: not what raxel adds, and a pass once, however many cases it has, or ticks that a frame may
+    // catch up.
+    let all = graph.pass_names().count();
+    let live = plan.passes.iter().map(|planned| graph.pass(planned.pass)).filter(|pass| !pass.made);
+    let live = live.map(|pass| pass.name.as_str()).collect::<BTreeSet<_>>().len();
     let _ = writeln!(out, "{} at {w}×{h}, shows {}", graph.name, words::present(graph, plan.present));
     if !graph.about.is_empty() {
         let _ = writeln!(out, "{}", graph.about);

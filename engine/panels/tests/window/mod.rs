@@ -4,7 +4,7 @@
 
 use raxel_panels::view::{
     Brush, Compare, Editing, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem, Resource,
-    Shown, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
+    Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
 
@@ -121,8 +121,11 @@ impl Window {
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
-                solid: matches!(self.world.extent, WorldExtent::Whole { .. })
-                    .then_some((2 << 20, [[-64, 0, -64], [64, 128, 64]])),
+                solid: matches!(self.world.extent, WorldExtent::Whole { .. }).then_some(Solids {
+                    count: 2 << 20,
+                    min: [-64, 0, -64],
+                    max: [64, 128, 64],
+                }),
                 cameras: vec!["roof".to_owned()],
                 editing: Editing {
                     brush: self.brush,

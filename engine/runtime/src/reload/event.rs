@@ -3,6 +3,8 @@
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_execute::SwapReport;
 
+use crate::session::OpenError;
+
 /// Something that happened apart from frames.
 #[derive(Debug)]
 pub enum ReloadEvent {
@@ -17,6 +19,10 @@ pub enum ReloadEvent {
         /// Their names.
         resources: Vec<String>,
     },
+    /// What a session waits for ([`crate::Options::wait`]) has mistakes, at first and then whenever they are others.
+    NotOpened(OpenError),
+    /// The mistakes that it waited for are mended, and it runs, as if it had been opened just now: only the window's extent is as it was.
+    Opened,
     /// The device was lost and opened anew.
     DeviceRebuilt {
         /// The pass that the device worked on, if it is known.

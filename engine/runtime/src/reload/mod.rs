@@ -3,6 +3,7 @@
 pub(crate) mod builder;
 mod debounce;
 mod event;
+pub(crate) mod mend;
 pub(crate) mod project_state;
 mod watch;
 

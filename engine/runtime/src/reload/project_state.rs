@@ -46,6 +46,20 @@ pub struct Named {
 }
 
 impl ProjectState {
+    /// A graph alone, over the empty world.
+    pub fn of_graph(path: &str, loader: &Loader) -> Self {
+        Self {
+            graph_path: path.to_owned(),
+            world_path: None,
+            demo_path: None,
+            graph: loader.graph(path),
+            other_graphs: BTreeMap::new(),
+            world: Part::without_file(SessionWorld::empty()),
+            demo: None,
+            named: Named::default(),
+        }
+    }
+
     /// The graph at a project path, if it is one of those that run here.
     pub fn graph_at(&self, path: &str) -> Option<&Part<Graph>> {
         if path == self.graph_path { Some(&self.graph) } else { self.other_graphs.get(path) }

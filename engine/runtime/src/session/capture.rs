@@ -28,9 +28,9 @@ impl Session {
     /// RenderDoc that this process runs under. Gives the file of the capture.
     pub fn capture_frame(&mut self) -> Result<(FrameReport, PathBuf), CaptureError> {
         let renderdoc = RenderDoc::find().ok_or(CaptureError::NotUnderRenderDoc)?;
-        self.executor.set_memo(false);
+        self.renderer.executor.set_memo(false);
         let (report, file) = renderdoc.capture(|| self.frame());
-        self.executor.set_memo(self.options.memo);
+        self.renderer.executor.set_memo(self.options.memo);
         Ok((report?, file.ok_or(CaptureError::NotMade)?))
     }
 }

@@ -27,10 +27,22 @@ pub(super) struct Changes {
     pub(super) edited: u32,
 }
 
-/// What a picture depends on besides the time, as the last frame had it.
+/// What a picture depends on besides the time.
+pub(super) struct Inputs<'a> {
+    pub(super) world: &'a Arc<SessionWorld>,
+    /// The publication of a streamed world, the last edit in it, and how often passes have moved instances.
+    pub(super) versions: [u64; 3],
+    pub(super) graph: &'a Arc<Graph>,
+    /// Those of the frame but for what the tracker tells it.
+    pub(super) builtins: &'a Builtins,
+    pub(super) values: &'a [Value],
+    pub(super) overrides: &'a [Override],
+    pub(super) disabled: &'a [PassId],
+}
+
+/// The same, as the last frame had it.
 struct Last {
     world: Arc<SessionWorld>,
-    /// The publication of a streamed world, the last edit in it, and how often passes have moved instances.
     versions: [u64; 3],
     graph: Arc<Graph>,
     builtins: Builtins,
@@ -40,14 +52,9 @@ struct Last {
 }
 
 impl ChangeTracker {
-    /// Notes a frame, and gives what it is told. `builtins` are those of the frame but for that.
-    pub(super) fn note(
-        &mut self,
-        (world, versions): (&Arc<SessionWorld>, [u64; 3]),
-        graph: &Arc<Graph>,
-        builtins: &Builtins,
-        (values, overrides, disabled): (&[Value], &[Override], &[PassId]),
-    ) -> Changes {
+    /// Notes a frame, and gives what it is told.
+    pub(super) fn note(&mut self, inputs: &Inputs<'_>) -> Changes {
+        let Inputs { world, versions, graph, builtins, values, overrides, disabled } = *inputs;
         // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
         let timeless = Builtins {
             camera_previous_cell: builtins.camera_cell,

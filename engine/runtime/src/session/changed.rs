@@ -2,16 +2,18 @@
 
 use std::sync::Arc;
 
-use raxel_world::{Chunk, ChunkPos, World};
+use raxel_world::{Bounds, Chunk, ChunkPos, World};
+
+use crate::world::NOWHERE;
 
 /// No voxel is larger; a box that ends here ends nowhere.
-const EVERYWHERE: [[i32; 3]; 2] = [[i32::MIN; 3], [i32::MAX; 3]];
+const EVERYWHERE: Bounds = Bounds { min: [-(1 << 31); 3], max: [(1 << 31) - 1; 3] };
 
 /// What has changed since the last frame ran.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Changed {
-    /// Smallest coordinates, and largest ones plus one; `None`: nothing.
-    bounds: Option<[[i64; 3]; 2]>,
+    /// The box around all changes; `None`: nothing.
+    bounds: Option<Bounds>,
     /// More than can be told.
     everywhere: bool,
     /// The publication of a streamed world that the last frame showed.
@@ -38,27 +40,14 @@ impl Changed {
     /// Chunks that are to become others, and the world in which they are not yet.
     pub(super) fn note(&mut self, before: &World, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) {
         for (pos, after) in changes {
-            let Some([low, end]) = difference(before.chunk(*pos).map(|chunk| &**chunk), after.as_deref()) else {
-                continue;
-            };
-            let corner = pos.origin().to_array().map(i64::from);
-            let here: [[i64; 3]; 2] = [low, end].map(|at| std::array::from_fn(|i| corner[i] + i64::from(at[i])));
-            let known = self.bounds.unwrap_or(here);
-            self.bounds = Some([
-                std::array::from_fn(|i| known[0][i].min(here[0][i])),
-                std::array::from_fn(|i| known[1][i].max(here[1][i])),
-            ]);
+            let here = difference(*pos, before.chunk(*pos).map(|chunk| &**chunk), after.as_deref());
+            self.bounds = self.bounds.into_iter().chain(here).reduce(Bounds::union);
         }
     }
 
-    /// The box: smallest coordinates, and largest ones plus one; empty at the origin when nothing has changed.
-    #[expect(clippy::cast_possible_truncation, reason = "the coordinate is clamped to 32 bits")]
-    pub(super) fn bounds(&self) -> [[i32; 3]; 2] {
-        if self.everywhere {
-            return EVERYWHERE;
-        }
-        let clamped = |at: i64| at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
-        self.bounds.map_or([[0; 3]; 2], |bounds| bounds.map(|corner| corner.map(clamped)))
+    /// The box; empty at the origin when nothing has changed.
+    pub(super) fn bounds(&self) -> Bounds {
+        if self.everywhere { EVERYWHERE } else { self.bounds.unwrap_or(NOWHERE) }
     }
 
     /// A frame has run.
@@ -67,13 +56,14 @@ impl Changed {
     }
 }
 
-/// A box around the blocks of 4³ voxels in which two chunks differ, in voxels from their corner.
-fn difference(before: Option<&Chunk>, after: Option<&Chunk>) -> Option<[[u32; 3]; 2]> {
+/// A box around the blocks of 4³ voxels in which two chunks at a position differ.
+fn difference(pos: ChunkPos, before: Option<&Chunk>, after: Option<&Chunk>) -> Option<Bounds> {
+    let corner = pos.origin().to_array().map(i64::from);
     let mask = |chunk: Option<&Chunk>, block: usize| chunk.map_or(0, |chunk| chunk.mask(block));
     let materials = |chunk: Option<&Chunk>, block: usize| {
         chunk.into_iter().flat_map(move |chunk| chunk.block_materials(block)).collect::<Vec<_>>()
     };
-    let mut found: Option<[[u32; 3]; 2]> = None;
+    let mut found: Option<Bounds> = None;
     for z in 0..16 {
         for y in 0..16 {
             for x in 0..16 {
@@ -81,12 +71,10 @@ fn difference(before: Option<&Chunk>, after: Option<&Chunk>) -> Option<[[u32; 3]
                 let same = mask(before, block) == mask(after, block)
                     && (mask(before, block) == 0 || materials(before, block) == materials(after, block));
                 if !same {
-                    let at = [4 * x, 4 * y, 4 * z];
-                    let [low, end] = found.unwrap_or([at, at]);
-                    found = Some([
-                        std::array::from_fn(|i| low[i].min(at[i])),
-                        std::array::from_fn(|i| end[i].max(at[i] + 4)),
-                    ]);
+                    let at = [x, y, z].map(|at| 4 * i64::from(at));
+                    let min = std::array::from_fn(|i| corner[i] + at[i]);
+                    let here = Bounds { min, max: min.map(|cell| cell + 4) };
+                    found = found.into_iter().chain([here]).reduce(Bounds::union);
                 }
             }
         }
@@ -117,24 +105,24 @@ mod tests {
         let mut changed = Changed::new();
         assert_eq!(changed.bounds(), EVERYWHERE, "nothing was shown yet");
         changed.shown();
-        assert_eq!(changed.bounds(), [[0; 3]; 2]);
+        assert_eq!(changed.bounds(), NOWHERE);
         changed.note(&before, &changes(&before, &before));
-        assert_eq!(changed.bounds(), [[0; 3]; 2], "the same chunks");
+        assert_eq!(changed.bounds(), NOWHERE, "the same chunks");
         // Another material, a voxel less, a chunk less.
         let painted = of(&[([0, 0, 0], 1), ([10, 20, 30], 2), ([-1, 5, 5], 2), ([70, 0, 0], 3)]);
         changed.note(&before, &changes(&before, &painted));
-        assert_eq!(changed.bounds(), [[8, 20, 28], [12, 24, 32]]);
+        assert_eq!(changed.bounds(), Bounds { min: [8, 20, 28], max: [12, 24, 32] });
         let dug = of(&[([10, 20, 30], 2), ([-1, 5, 5], 2), ([70, 0, 0], 3)]);
         changed.note(&painted, &changes(&painted, &dug));
-        assert_eq!(changed.bounds(), [[0, 0, 0], [12, 24, 32]], "both edits of a frame");
+        assert_eq!(changed.bounds(), Bounds { min: [0, 0, 0], max: [12, 24, 32] }, "both edits of a frame");
         changed.shown();
         let less = of(&[([10, 20, 30], 2), ([70, 0, 0], 3)]);
         changed.note(&dug, &changes(&dug, &less));
-        assert_eq!(changed.bounds(), [[-4, 4, 4], [0, 8, 8]]);
+        assert_eq!(changed.bounds(), Bounds { min: [-4, 4, 4], max: [0, 8, 8] });
         changed.publication(7);
         assert_eq!(changed.bounds(), EVERYWHERE);
         changed.shown();
         changed.publication(7);
-        assert_eq!(changed.bounds(), [[0; 3]; 2]);
+        assert_eq!(changed.bounds(), NOWHERE);
     }
 }

@@ -4,8 +4,6 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::CounterReading;
 use raxel_graph::checked::{Graph, ResourceId, Warning};
 
-use super::Session;
-
 /// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
 pub(super) const GONE: u32 = 60;
 
@@ -27,7 +25,7 @@ struct Word {
 
 impl CounterWarnings {
     /// Takes what a frame has counted.
-    fn note(&mut self, counted: CounterReading) {
+    pub(super) fn note(&mut self, counted: CounterReading) {
         let CounterReading { resource, warning, count } = counted;
         let known = |word: &Word| (word.resource, word.warning) == (resource, warning);
         match (self.0.iter_mut().find(|word| known(word)), count) {
@@ -42,12 +40,17 @@ impl CounterWarnings {
     }
 
     /// What was not said yet.
-    fn take(&mut self, graph: &Graph) -> Vec<Diagnostic> {
+    pub(super) fn take(&mut self, graph: &Graph) -> Vec<Diagnostic> {
         let say = |word: &mut Word| {
             let said = std::mem::replace(&mut word.said, true);
             word.diagnostic(graph, word.most).filter(|_| !said)
         };
         self.0.iter_mut().filter_map(say).collect()
+    }
+
+    /// What is counted at the moment, with the count of the last frame that had any.
+    pub(super) fn current(&self, graph: &Graph) -> impl Iterator<Item = Diagnostic> {
+        self.0.iter().filter_map(|word| word.diagnostic(graph, word.last))
     }
 
     /// Another graph, or another beginning: what is still counted then is said anew.
@@ -67,29 +70,5 @@ impl Word {
             Some(help) => diagnostic.help(help.clone()),
             None => diagnostic,
         })
-    }
-}
-
-impl Session {
-    /// What passes count at the moment that should be 0, with the count of the last frame that had any: each for as long as it has not been
-    /// 0 for 60 frames. Then the assertions of shaders that fail, for as long as they have not held for 60 frames.
-    pub fn counted(&self) -> Vec<Diagnostic> {
-        let warned = self.warned.0.iter().filter_map(|word| word.diagnostic(&self.graph, word.last));
-        warned.chain(self.failing()).collect()
-    }
-
-    /// Notes what finished frames have counted. Waits for none.
-    pub(super) fn note_counted(&mut self) {
-        for counted in self.executor.take_counted() {
-            self.warned.note(counted);
-        }
-    }
-
-    /// Has said what was counted and not said yet.
-    pub(super) fn say_counted(&mut self) {
-        self.note_counted();
-        for message in self.warned.take(&self.graph) {
-            self.editing.say(message);
-        }
     }
 }

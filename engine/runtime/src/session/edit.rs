@@ -7,8 +7,9 @@ use raxel_edit::query::{CastHit, cast};
 use raxel_edit::{Change, EditError, Operation, Scene};
 use raxel_ray::Ray;
 use raxel_ray::camera::Pinhole;
-use raxel_world::{ChunkPos, Unavailable};
+use raxel_world::Unavailable;
 
+use super::world::Edited;
 use super::{FrameError, Session};
 use crate::build_error::BuildError;
 use crate::builtins;
@@ -46,30 +47,30 @@ impl Session {
     /// Edits the world, before the next frame: the operations in order, as one step to be undone. They are saved if the world has a save
     /// and [`super::Options::saves`] says so. Gives the number of chunks that changed.
     pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
-        let change = self.editing.apply(operations)?;
+        let change = self.world.editing.apply(operations)?;
         self.show_edit(operations, &change, Editing::take_back)
     }
 
     /// Takes the newest step back. False when there is none.
     pub fn undo(&mut self) -> Result<bool, EditFailure> {
-        let Some(change) = self.editing.undo().map_err(EditError::from)? else { return Ok(false) };
+        let Some(change) = self.world.editing.undo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::redo).map(|_| true)
     }
 
     /// Makes the step again that was undone last. False when there is none, or an edit came in between.
     pub fn redo(&mut self) -> Result<bool, EditFailure> {
-        let Some(change) = self.editing.redo().map_err(EditError::from)? else { return Ok(false) };
+        let Some(change) = self.world.editing.redo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
     }
 
     /// Steps that can be undone, and redone.
     pub fn edit_steps(&self) -> [usize; 2] {
-        self.editing.steps()
+        self.world.editing.steps()
     }
 
     /// The materials and models that edits can use.
     pub fn scene(&self) -> &Scene {
-        self.editing.scene()
+        self.world.editing.scene()
     }
 
     /// The first solid voxel along a ray, exactly, in the newest voxels; not farther than `reach` voxels.
@@ -77,7 +78,7 @@ impl Session {
     /// # Errors
     /// When the ray comes to a chunk that is unavailable before it meets anything.
     pub fn cast(&self, ray: &Ray, reach: f64) -> Result<Option<CastHit>, Unavailable> {
-        cast(self.world.newest(), ray, reach)
+        cast(self.world.shown.newest(), ray, reach)
     }
 
     /// The same along the ray of a pixel of the window, from the top left, seen from the camera.
@@ -85,11 +86,12 @@ impl Session {
     /// # Errors
     /// As [`Session::cast`].
     pub fn pick(&self, pixel: [i32; 2], reach: f64) -> Result<Option<CastHit>, Unavailable> {
-        let output = self.viewport.output();
-        let pixel = self.viewport.to_output(pixel);
+        let output = self.viewport().output();
+        let pixel = self.viewport().to_output(pixel);
         let inside: [u32; 2] =
             std::array::from_fn(|i| u32::try_from(pixel[i]).unwrap_or(0).min(output[i].saturating_sub(1)));
-        let camera = builtins::of(&self.camera, &self.previous_camera, output, &self.world);
+        let view = &self.playback.view;
+        let camera = builtins::of(&view.camera, &view.previous, output, &self.world.shown);
         let pinhole = Pinhole {
             cell: camera.camera_cell.into(),
             frac: camera.camera_frac.into(),
@@ -104,21 +106,20 @@ impl Session {
     /// # Errors
     /// As [`raxel_edit::query::histogram`]: when a chunk of the box is unavailable, too.
     pub fn region(&self, bounds: &raxel_world::Bounds) -> Result<BTreeMap<u16, u64>, EditError> {
-        raxel_edit::query::histogram(self.world.newest(), bounds)
+        raxel_edit::query::histogram(self.world.shown.newest(), bounds)
     }
 
     /// What is to be said since the last call: that edits cannot be saved and are saved again, what is wrong with those that passes write,
     /// that a store does not have chunks of the world, and has them again, what finished frames have counted that the graph warns of,
     /// and which assertions of shaders have failed. It points into [`Session::texts`].
     pub fn take_messages(&mut self) -> Vec<Diagnostic> {
-        self.say_counted();
-        self.say_failed();
-        self.editing.take_messages()
+        self.say_reports();
+        self.world.editing.take_messages()
     }
 
     /// Writes all edits of the save into a checkpoint, and waits for it.
     pub fn checkpoint(&mut self) {
-        self.editing.checkpoint();
+        self.world.editing.checkpoint();
     }
 
     /// Shows and saves a change. Where there is no room for it, `reverse` takes it out of the edits again.
@@ -131,13 +132,13 @@ impl Session {
         match self.show(&change.after().collect()) {
             Ok(()) => {
                 if !change.chunks.is_empty() {
-                    self.editing.commit(operations, change);
+                    self.world.editing.commit(operations, change);
                 }
                 Ok(change.chunks.len())
             }
             Err(error) => {
                 // The chunks were there for the change; where they are not now, the step stays, and can be undone.
-                let _ = reverse(&mut self.editing);
+                let _ = reverse(&mut self.world.editing);
                 Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
             }
         }
@@ -146,7 +147,7 @@ impl Session {
     /// Brings the demo's edits to a time.
     pub(super) fn follow_edits(&mut self, time: f64) -> Result<(), FrameError> {
         let refused = |diagnostics| FrameError::Plan { diagnostics, texts: Box::new(SourceMap::default()) };
-        let followed = self.editing.follow_script(time);
+        let followed = self.world.editing.follow_script(time);
         for changes in followed.steps {
             self.show(&changes).map_err(|error| refused(error.into_diagnostics()))?;
         }
@@ -156,7 +157,7 @@ impl Session {
                 Err(refused(EditFailure::from(EditError::from(unavailable)).into_diagnostics()))
             }
             unavailable => {
-                self.editing.say_waiting(unavailable.as_ref());
+                self.world.editing.say_waiting(unavailable.as_ref());
                 Ok(())
             }
         }
@@ -164,36 +165,22 @@ impl Session {
 
     /// Makes the world after a change the one that is shown. With an error, the one before is shown on.
     fn show(&mut self, changes: &Changes) -> Result<(), BuildError> {
-        if changes.is_empty() {
-            return Ok(());
-        }
-        if self.world.streamed().is_some() {
-            // Its tiles have the edit already, and neither its size nor its materials change.
-            let chunks: Vec<ChunkPos> = changes.iter().map(|(pos, _)| *pos).collect();
-            self.context.sources.edit_streamed(&self.world, &chunks);
-            // Coarser tiles follow, and when, is not known here.
-            self.changed.everything();
-            return Ok(());
-        }
-        self.changed.note(self.world.voxels(), changes);
-        let next = self.editing.world_after(&self.world, changes);
-        let first = !std::sync::Arc::ptr_eq(self.world.identity(), next.identity());
-        let other_extent = self.world.input().extent != next.input().extent;
-        let before = std::mem::replace(&mut self.world, next);
-        let dropped = self.context.sources.edit(&self.world, changes);
-        self.needs_replan = true;
-        if !(first || other_extent || dropped) {
-            return Ok(());
-        }
-        self.plans.clear();
-        let selection = self.selection_now();
-        let made = self.plan_for(&self.graph.clone(), &selection);
+        let before = match self.world.change(changes, &self.renderer.context.sources) {
+            Edited::InPlace => return Ok(()),
+            Edited::Checked => {
+                self.renderer.plans.stale = true;
+                return Ok(());
+            }
+            Edited::Replaced { before } => before,
+        };
+        self.renderer.plans.stale = true;
+        self.renderer.plans.forget();
+        let made = self.plan_for(&self.renderer.graph.clone(), &self.selection_now());
         if made.is_err() {
             // What was written of it already is not of the world before.
-            self.context.sources.forget(&self.world);
-            self.world = before;
-            let selection = self.selection_now();
-            let _ = self.plan_for(&self.graph.clone(), &selection);
+            self.renderer.context.sources.forget(&self.world.shown);
+            self.world.shown = before;
+            let _ = self.plan_for(&self.renderer.graph.clone(), &self.selection_now());
         }
         made
     }

@@ -26,6 +26,13 @@ pub enum OpenError {
     Device(ExecuteError),
 }
 
+impl OpenError {
+    /// What is wrong with files, and the texts that this points into.
+    pub(super) fn of_files((diagnostics, texts): (Vec<Diagnostic>, SourceMap)) -> Self {
+        Self::Project { diagnostics, texts: Box::new(texts) }
+    }
+}
+
 impl From<BuildError> for OpenError {
     fn from(error: BuildError) -> Self {
         match error {

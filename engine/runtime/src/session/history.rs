@@ -1,5 +1,7 @@
 //! Whether what frames before left is there: `history.valid`.
 
+use raxel_execute::Histories;
+
 /// Counts the frames since a history was cleared.
 #[derive(Default)]
 pub(super) struct History {
@@ -13,9 +15,9 @@ pub(super) struct History {
 
 impl History {
     /// Another frame begins: how far back the histories of what runs go, and whether one of them is cleared first.
-    pub fn begin(&mut self, (depth, cleared): (u32, bool)) {
-        self.depth = depth;
-        if cleared {
+    pub fn begin(&mut self, known: Histories) {
+        self.depth = known.depth;
+        if known.cleared {
             self.frames = 0;
         }
     }
@@ -52,7 +54,7 @@ mod tests {
     fn a_history_is_valid_once_it_is_full() {
         let mut history = History::default();
         let mut frame = |depth, cleared| {
-            history.begin((depth, cleared));
+            history.begin(Histories { depth, cleared });
             let valid = history.is_valid();
             history.end();
             valid
@@ -62,7 +64,7 @@ mod tests {
         assert_eq!([frame(1, true), frame(1, false)], [false, true]);
         // Without any history only the first frame has none before it.
         let mut history = History::default();
-        history.begin((0, false));
+        history.begin(Histories::default());
         assert!(!history.is_valid());
         history.end();
         assert!(history.is_valid());

@@ -6,175 +6,127 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_execute::moment::Fraction;
-use raxel_execute::{self as execute, Executor, ExecutorOptions, Region};
+use raxel_execute::Region;
+use raxel_gpu::Device;
 
-use super::recover::Budget;
+use super::files::ProjectFiles;
+use super::playback::Playback;
+use super::renderer::{self, Renderer, Shown, open_device};
+use super::world::WorldState;
 use super::{OpenError, Options, Session};
-use crate::build::{self, DeviceContext};
+use crate::build;
 use crate::build_error::BuildError;
-use crate::clock::{Clock, Pace};
+use crate::debug_target::DebugTarget;
 use crate::editing::Editing;
 use crate::load::{Loader, Part};
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
-use crate::reload::builder::Reloader;
 use crate::reload::project_state::{BuildSettings, Named, ProjectState};
 use crate::sources::SourceName;
 use crate::world::SessionWorld;
 
 impl Session {
     /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
+    ///
+    /// # Errors
+    /// When the project's files have mistakes, unless [`Options::wait`] waits for their mend; when the device refuses.
     pub fn open(options: Options) -> Result<Self, OpenError> {
+        let waits = options.wait.then(|| options.clone());
+        match (Self::open_on(options, None), waits) {
+            (Err(OpenError::Project { diagnostics, texts }), Some(options)) => {
+                Self::wait_for_mend(options, diagnostics, texts)
+            }
+            (opened, _) => opened,
+        }
+    }
+
+    /// Opens a project on a device that is open already, or on a new one.
+    pub(super) fn open_on(mut options: Options, device: Option<Arc<Device>>) -> Result<Self, OpenError> {
         let _span = tracing::debug_span!("open session").entered();
         let project = find_project(&options)?;
+        if let Some(defaults) = options.manifest {
+            let manifest = project.manifest().map_err(OpenError::of_files)?;
+            options.fill_in(defaults, &manifest, &project);
+        }
         let loader = Loader::new(&project).map_err(|error| {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
         })?;
         let loader = Arc::new(loader.with_layout(options.layout).with_unused(options.unused));
-        let (state, device) = load(&project, &options, &loader)?;
-        let (mut warnings, texts) = state.diagnostics();
-        let project_error = |diagnostics| OpenError::Project { diagnostics, texts: Box::new(texts.clone()) };
-        let (graph, world) = match (&state.graph.result, &state.world.result) {
-            (Ok(graph), Ok(world)) if !warnings.iter().any(Diagnostic::is_error) => (graph.clone(), world.clone()),
-            _ => return Err(project_error(warnings)),
+        let (state, device) = load(&project, &options, &loader, device)?;
+        Self::start(options, ProjectFiles::new(project, loader, state), device)
+    }
+
+    /// Runs what was loaded.
+    pub(super) fn start(
+        options: Options,
+        mut files: ProjectFiles,
+        device: Result<Arc<Device>, raxel_gpu::Error>,
+    ) -> Result<Self, OpenError> {
+        let (graph, world) = match (&files.state.graph.result, &files.state.world.result) {
+            (Ok(graph), Ok(world)) if !files.warnings.iter().any(Diagnostic::is_error) => {
+                (graph.clone(), world.clone())
+            }
+            _ => return Err(files.open_error(files.warnings.clone())),
         };
-        let demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        let demo = files.state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
         // What was asked for by name must be there; later, after an edit, it may be missing.
         options.debug_target.resolve(&graph)?;
         for name in &options.pinned {
-            crate::debug_target::DebugTarget::resource(name).resolve(&graph)?;
+            DebugTarget::resource(name).resolve(&graph)?;
         }
 
         let mut editing = Editing::new(world.clone());
         match &demo {
             // A demo shows the same everywhere, and so it begins with what the world's file builds.
             Some(demo) => editing.set_script(demo.script(editing.scene())),
-            None => warnings.extend(editing.open_save(project.root(), &**loader.files(), options.saves)),
+            None => {
+                files.warnings.extend(editing.open_save(files.project.root(), &**files.loader.files(), options.saves));
+            }
         }
-        if warnings.iter().any(Diagnostic::is_error) {
-            return Err(project_error(warnings));
+        if files.warnings.iter().any(Diagnostic::is_error) {
+            return Err(files.open_error(files.warnings.clone()));
         }
         let world = editing.world().unwrap_or(world);
-        let device = device?;
-        let (executor, context) = start(&device, &options)?;
+        let (executor, context) = renderer::start(&device?, &options)?;
         let mut params = Params::default();
         params.adopt(&graph);
-        let viewport = Viewport::new(options.size, options.scale);
-        let settings = BuildSettings {
-            graph_path: state.graph_path.clone(),
-            output: viewport.output(),
+        let shown = Shown {
+            viewport: Viewport::new(options.size, options.scale),
             debug_target: options.debug_target.clone(),
+            display: None,
+            region: Region::WHOLE,
             pinned: options.pinned.clone(),
+        };
+        let settings = BuildSettings {
+            graph_path: files.state.graph_path.clone(),
+            output: shown.viewport.output(),
+            debug_target: shown.debug_target.clone(),
+            pinned: shown.pinned.clone(),
             observe: options.observe,
             params: params.clone(),
             alias: options.alias,
             context: context.clone(),
         };
-        let selection = settings.selection(&state.graph_path, &graph, &world);
-        let with_texts = |error| match error {
-            BuildError::Diagnosed(diagnostics) => project_error(diagnostics),
-            BuildError::Device(error) => OpenError::Device(error),
-        };
-        let assembly = build::assemble(&graph, &world, &selection, &context).map_err(with_texts)?;
-        let prepared = build::prepare(&assembly, &context).map_err(with_texts)?;
-        // Now and not only at the end: a window may be killed.
-        device.keep_pipelines();
-
-        let camera = world.first_camera();
-        let mut session = Self {
-            clock: Clock::new(options.step.map_or(Pace::Live, |step| Pace::Fixed(Fraction::of(step)))),
-            camera,
-            previous_camera: camera,
-            still: super::change_tracker::ChangeTracker::default(),
-            history: super::history::History::default(),
-            cursor: None,
-            subpixel: [0.0; 2],
-            values: params.values().to_vec(),
-            params,
-            pushes: BTreeMap::new(),
-            overrides: Vec::new(),
-            switched_off: Vec::new(),
-            disabled: Vec::new(),
-            demo_target: None,
-            target_held: false,
-            taken_over: false,
-            events: Vec::new(),
-            viewport,
-            debug_target: options.debug_target.clone(),
-            display: None,
-            region: Region::WHOLE,
-            pinned: options.pinned.clone(),
-            plans: vec![(selection.clone(), assembly.plan.clone())],
-            selection,
-            refused: None,
-            retry: super::retry::Retry::default(),
-            refused_graph: None,
-            needs_replan: false,
-            condition_params: Vec::new(),
-            recovery: Budget::default(),
-            executor,
-            context,
-            device,
-            reloader: None,
-            graph,
-            world,
-            editing,
-            collected: super::shader_output::ShaderOutput::default(),
-            changed: super::changed::Changed::new(),
-            warned: super::counter_warnings::CounterWarnings::default(),
-            prints: super::prints::Prints::default(),
-            demo,
-            texts,
-            warnings,
-            state,
-            project,
-            loader,
-            options,
-        };
-        session.executor.swap(prepared);
+        let selection = settings.selection(&files.state.graph_path, &graph, &world);
+        let renderer = build::assemble(&graph, &world, &selection, &context)
+            .and_then(|assembly| Renderer::new(executor, context, graph, &assembly, selection, shown))
+            .map_err(|error| match error {
+                BuildError::Diagnosed(diagnostics) => files.open_error(diagnostics),
+                BuildError::Device(error) => OpenError::Device(error),
+            })?;
+        let playback = Playback::new(options.step, world.first_camera(), params, demo);
+        let world = WorldState::new(world, editing);
+        let mut session = Self { options, files, playback, world, renderer, waiting: None, events: Vec::new() };
         session.note_conditions();
         if session.options.watch {
-            session.reloader = Some(session.start_reloader(settings)?);
+            session.files.watch(settings, &session.options)?;
         }
         Ok(session)
     }
-
-    fn start_reloader(&self, settings: BuildSettings) -> Result<Reloader, OpenError> {
-        let (root, options) = (self.project.root(), &self.options);
-        Reloader::start(root, self.loader.clone(), self.state.clone(), settings, options.poll, options.waker.clone())
-            .map_err(|error| {
-                let message = format!("files cannot be watched: {error}");
-                Box::new(Diagnostic::error(codes::session::NO_PROJECT, message)).into()
-            })
-    }
 }
 
-/// How many times the watchdog's limit a device is given. A software device honestly takes as long for what would be a hang of a GPU.
-pub(super) fn patience(device: &raxel_gpu::Device) -> u32 {
-    if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 }
-}
-
-/// Opens an executor on a device.
-pub(super) fn start(
-    device: &Arc<raxel_gpu::Device>,
-    options: &Options,
-) -> Result<(Executor, DeviceContext), execute::ExecuteError> {
-    let watchdog = options.watchdog * patience(device);
-    let executor_options = ExecutorOptions { memo: options.memo, watchdog, ..ExecutorOptions::default() };
-    let executor = Executor::new(device.clone(), executor_options)?;
-    // A session that follows the wall clock never waits for its world.
-    let context = DeviceContext::with_worlds(&executor, options.step.is_none());
-    Ok((executor, context))
-}
-
-/// Opens a device as the options say.
-pub(super) fn open_device(options: &Options) -> Result<Arc<raxel_gpu::Device>, raxel_gpu::Error> {
-    raxel_gpu::Device::new(&raxel_gpu::DeviceOptions { device: options.device.clone(), validation: options.validation })
-}
-
-fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
+pub(super) fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
     if let Some(folder) = &options.project {
         return Project::around(folder).or_else(|_| Project::at(folder));
     }
@@ -188,17 +140,17 @@ fn find_project(options: &Options) -> Result<Project, Box<Diagnostic>> {
     }
 }
 
-/// Loads graph, world and demo; the device is opened meanwhile.
+/// Loads graph, world and demo; the device is opened meanwhile, if it is not yet.
 #[allow(clippy::type_complexity, reason = "two results, each for its own error")]
 fn load(
     project: &Project,
     options: &Options,
     loader: &Loader,
-) -> Result<(ProjectState, Result<Arc<raxel_gpu::Device>, OpenError>), OpenError> {
+    device: Option<Arc<Device>>,
+) -> Result<(ProjectState, Result<Arc<Device>, raxel_gpu::Error>), OpenError> {
     if options.demo.is_none() && (options.graph.is_none() || options.world.is_none()) {
         // It says which they are.
-        let wrong = |(diagnostics, texts)| OpenError::Project { diagnostics, texts: Box::new(texts) };
-        project.manifest().map_err(wrong)?;
+        project.manifest().map_err(OpenError::of_files)?;
     }
     let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
     let demo_path = named(&options.demo)?;
@@ -230,7 +182,7 @@ fn load(
     // Threads of their own: graph and device wait for other processes and for the driver, and rayon's threads are the world's.
     let (mut graph, world, device) = std::thread::scope(|scope| {
         let graph = scope.spawn(|| loader.graph(&graph_path));
-        let device = scope.spawn(|| open_device(options).map_err(OpenError::from));
+        let device = scope.spawn(|| device.map_or_else(|| open_device(options), Ok));
         let world =
             world_path.as_ref().map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path));
         let graph = graph.join().unwrap_or_else(|panic| resume_unwind(panic));

@@ -4,10 +4,8 @@ use std::collections::VecDeque;
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::{Assertion, PassPrints};
-use raxel_graph::checked::{Graph, PassId};
 use raxel_shader::prints::Call;
 
-use super::Session;
 use super::counter_warnings::GONE;
 
 /// Lines that at most wait to be taken. A program that never asks loses the older ones.
@@ -33,12 +31,22 @@ pub(super) struct Prints {
 struct Failing {
     pass: String,
     call: Call,
-    /// How often in the last frame in which it failed, and where and when it failed first in the frame that is reported.
+    /// How often in the last frame in which it failed.
     last: u32,
-    reported: (u32, Option<[u32; 3]>, u64),
+    /// The worst frame.
+    worst: Failure,
     /// Frames since then in which it held.
     held: u32,
     said: bool,
+}
+
+/// An assertion in one frame.
+struct Failure {
+    /// How often it failed.
+    count: u32,
+    /// The invocation in which it failed first.
+    first: Option<[u32; 3]>,
+    frame: u64,
 }
 
 impl Default for Prints {
@@ -64,7 +72,7 @@ impl Prints {
     }
 
     /// Takes what a pass has printed in a frame.
-    fn note(&mut self, mut prints: PassPrints) {
+    pub(super) fn note(&mut self, mut prints: PassPrints) {
         let executed = prints.frame;
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);
         prints.frame = known.map_or(executed, |(_, frame)| *frame);
@@ -98,31 +106,40 @@ impl Prints {
             (Some(failing), 0) => failing.held += 1,
             (Some(failing), _) => {
                 (failing.last, failing.held) = (failed, 0);
-                if failed > failing.reported.0 {
-                    failing.reported = (failed, first, of.frame);
+                if failed > failing.worst.count {
+                    failing.worst = Failure { count: failed, first, frame: of.frame };
                 }
             }
             (None, _) => {
-                let reported = (failed, first, of.frame);
-                self.failing.push(Failing {
-                    pass: of.pass.clone(),
-                    call,
-                    last: failed,
-                    reported,
-                    held: 0,
-                    said: false,
-                });
+                let worst = Failure { count: failed, first, frame: of.frame };
+                self.failing.push(Failing { pass: of.pass.clone(), call, last: failed, worst, held: 0, said: false });
             }
         }
     }
 
     /// The assertions that were not said yet.
-    fn take_failed(&mut self) -> Vec<Diagnostic> {
+    pub(super) fn take_failed(&mut self) -> Vec<Diagnostic> {
         let say = |failing: &mut Failing| {
             let said = std::mem::replace(&mut failing.said, true);
-            (!said).then(|| failing.diagnostic(failing.reported.0))
+            (!said).then(|| failing.diagnostic(failing.worst.count))
         };
         self.failing.iter_mut().filter_map(say).collect()
+    }
+
+    /// What waits to be taken.
+    pub(super) fn take(&mut self) -> Vec<PassPrints> {
+        self.waiting_lines = 0;
+        std::mem::take(&mut self.waiting).into()
+    }
+
+    /// What each pass has printed when it ran last.
+    pub(super) fn latest(&self) -> &[PassPrints] {
+        &self.latest
+    }
+
+    /// Assertions that fail at the moment: each until it has held for [`GONE`] frames.
+    pub(super) fn failing(&self) -> impl Iterator<Item = Diagnostic> {
+        self.failing.iter().map(|failing| failing.diagnostic(failing.last))
     }
 
     /// Another graph, or another beginning: what fails then is said anew.
@@ -135,7 +152,7 @@ impl Prints {
 
 impl Failing {
     fn diagnostic(&self, count: u32) -> Diagnostic {
-        let (_, first, frame) = self.reported;
+        let Failure { first, frame, .. } = self.worst;
         let invocations = if count == 1 { "invocation" } else { "invocations" };
         let message = format!("`{}` failed in pass `{}`: {count} {invocations}", self.call.text, self.pass);
         let diagnostic = Diagnostic::error(codes::session::ASSERTION_FAILED, message);
@@ -145,47 +162,5 @@ impl Failing {
             None => diagnostic.note(format!("{first}frame {frame}")),
         };
         diagnostic.note(format!("this is said once, until it has held for {GONE} frames"))
-    }
-}
-
-impl Session {
-    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. 65,536 lines wait for
-    /// this call; older ones are lost. Assertions that fail come with [`Session::take_messages`].
-    pub fn take_prints(&mut self) -> Vec<PassPrints> {
-        self.note_prints();
-        self.prints.waiting_lines = 0;
-        std::mem::take(&mut self.prints.waiting).into()
-    }
-
-    /// What each pass of the running graph has printed when it ran last, if it printed something then.
-    pub fn printed(&self) -> &[PassPrints] {
-        &self.prints.latest
-    }
-
-    /// Whether a pass of the running plan prints, or asserts something.
-    pub fn has_prints(&self) -> bool {
-        let plan = self.executor.plan();
-        let prints = |graph: &Graph, pass: PassId| graph.pass(pass).shader.interface.prints.is_some();
-        plan.is_some_and(|plan| plan.passes.iter().any(|pass| prints(&plan.graph, pass.pass)))
-    }
-
-    /// Assertions that fail at the moment: each until it has held for 60 frames.
-    pub(super) fn failing(&self) -> impl Iterator<Item = Diagnostic> {
-        self.prints.failing.iter().map(|failing| failing.diagnostic(failing.last))
-    }
-
-    /// Notes what finished frames have printed. Waits for none.
-    pub(super) fn note_prints(&mut self) {
-        for prints in self.executor.take_prints() {
-            self.prints.note(prints);
-        }
-    }
-
-    /// Has said which assertions have failed, if it was not said yet.
-    pub(super) fn say_failed(&mut self) {
-        self.note_prints();
-        for message in self.prints.take_failed() {
-            self.editing.say(message);
-        }
     }
 }

@@ -2,12 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_execute::{ExecuteError, Suspect};
+use raxel_execute::ExecuteError;
 
-use super::{FrameError, Session, open};
+use super::renderer::{self, Renderer, open_device};
+use super::switched_off::runs;
+use super::{FrameError, Options, Session};
 use crate::build;
 use crate::build_error::BuildError;
 use crate::reload::ReloadEvent;
+use crate::world::SessionWorld;
 
 /// A device that dies sooner after it was opened counts against the budget.
 const SHORT_LIFE: Duration = Duration::from_secs(10);
@@ -44,68 +47,63 @@ impl Session {
             ExecuteError::DeviceLost { suspect, .. } => suspect.clone(),
             _ => return Err(FrameError::Device(lost)),
         };
-        if !self.recovery.spend(began) {
+        if !self.renderer.recovery.spend(began) {
             return Err(FrameError::Device(lost));
         }
         // The frame may be older than the graph: a pass that was mended meanwhile is not the one that was suspected.
-        let off = suspect.as_ref().is_some_and(|suspect| self.runs(suspect));
-        self.switched_off.extend(suspect.clone().filter(|_| off));
-        self.find_disabled();
-        // Everything is made before anything is replaced: when a step fails, the session still knows that its device is lost, and the
-        // next frame tries again.
-        let device = open::open_device(&self.options).map_err(|error| FrameError::Device(error.into()))?;
-        let (mut executor, context) = open::start(&device, &self.options).map_err(FrameError::Device)?;
-        let assembly = build::assemble(&self.graph, &self.world, &self.selection, &context);
-        let made = assembly
-            .and_then(|assembly| build::prepare(&assembly, &context).map(|prepared| (assembly.plan.clone(), prepared)));
-        let (plan, prepared) = made.map_err(|error| match error {
+        let off = suspect.as_ref().is_some_and(|suspect| runs(&self.renderer.executor, suspect));
+        if let Some(suspect) = suspect.clone().filter(|_| off) {
+            self.renderer.off.add(suspect);
+        }
+        self.renderer.find_off();
+        self.renderer.rebuild(&self.world.shown, &self.options).map_err(|error| match error {
             BuildError::Device(error) => FrameError::Device(error),
-            BuildError::Diagnosed(diagnostics) => {
-                FrameError::Plan { diagnostics, texts: Box::new(self.state.diagnostics().1) }
-            }
+            BuildError::Diagnosed(diagnostics) => self.files.plan_error(diagnostics),
         })?;
-        executor.swap(prepared);
-        executor.set_display(self.display);
-        executor.set_region(self.region);
-        (self.executor, self.device, self.context) = (executor, device, context);
-        self.plans.clear();
-        self.history.reset();
-        self.still.reset();
-        self.collected.forget();
-        self.changed.everything();
-        self.refused = None;
-        self.remember(self.selection.clone(), plan);
+        self.world.output.forget();
+        self.world.changed.everything();
         self.settings_changed();
-        self.recovery.opened(Instant::now());
+        self.renderer.recovery.opened(Instant::now());
         let milliseconds = began.elapsed().as_secs_f64() * 1e3;
         let suspect = suspect.map(|suspect| suspect.pass);
         self.events.push(ReloadEvent::DeviceRebuilt { suspect, off, milliseconds });
         Ok(())
     }
 
-    /// Finds the passes that are switched off in the graph that runs: those that are still what they were when they were suspected.
-    pub(super) fn find_disabled(&mut self) {
-        let mut off = std::mem::take(&mut self.switched_off);
-        off.retain(|suspect| self.runs(suspect));
-        self.disabled = off.iter().flat_map(|suspect| self.graph.cases(&suspect.declared)).collect();
-        self.switched_off = off;
-    }
-
-    /// Whether a pass of the running plan is still what it was when it was suspected.
-    fn runs(&self, suspect: &Suspect) -> bool {
-        let planned = self.executor.plan().map(|plan| &plan.graph);
-        let pass = planned.and_then(|graph| Some((graph, graph.find_pass(&suspect.pass)?)));
-        pass.is_some_and(|(graph, id)| graph.declaration(id) == suspect.declaration)
-    }
-
     /// Whether the device works on a pass that has been edited since, or that is no longer in the graph.
     pub fn works_on_replaced(&self) -> bool {
-        self.executor.suspect().is_some_and(|suspect| !self.runs(&suspect))
+        let executor = &self.renderer.executor;
+        executor.suspect().is_some_and(|suspect| !runs(executor, &suspect))
     }
 
     /// Names of the passes that are switched off since the device was lost while they ran.
     pub fn switched_off(&self) -> impl Iterator<Item = &str> {
-        self.switched_off.iter().map(|suspect| suspect.declared.as_str())
+        self.renderer.off.names()
+    }
+}
+
+impl Renderer {
+    /// Finds the passes that are switched off in the graph that runs.
+    pub(super) fn find_off(&mut self) {
+        self.off.find(&self.graph, &self.executor);
+    }
+
+    /// Opens the device anew. Everything is made before anything is replaced: when a step fails, the session still knows that its device is
+    /// lost, and the next frame tries again.
+    fn rebuild(&mut self, world: &SessionWorld, options: &Options) -> Result<(), BuildError> {
+        let device = open_device(options).map_err(|error| BuildError::Device(error.into()))?;
+        let (mut executor, context) = renderer::start(&device, options).map_err(BuildError::Device)?;
+        let assembly = build::assemble(&self.graph, world, &self.plans.running, &context)?;
+        executor.swap(build::prepare(&assembly, &context)?);
+        executor.set_display(self.shown.display);
+        executor.set_region(self.shown.region);
+        (self.executor, self.context) = (executor, context);
+        self.history.reset();
+        self.still.reset();
+        self.plans.forget();
+        self.plans.allow();
+        self.plans.remember(self.plans.running.clone(), assembly.plan);
+        Ok(())
     }
 }
 
@@ -157,15 +155,15 @@ mod tests {
         session.frame().unwrap();
         // A pass that has finished is not suspected.
         session.wait().unwrap();
-        let (first, possible) = (session.device().id(), session.selection.clone());
+        let (first, possible) = (session.device().id(), session.renderer.plans.running.clone());
         // A pass that has not finished would be the suspect, and switched off.
         session.wait().unwrap();
         session.abandon_device();
         // A new device is opened, and then nothing can be planned for it.
-        session.selection.output = [1_000_000; 2];
+        session.renderer.plans.running.output = [1_000_000; 2];
         assert!(session.frame().is_err());
         assert_eq!(session.device().id(), first, "nothing was replaced");
-        session.selection = possible;
+        session.renderer.plans.running = possible;
         session.frame().expect("the next frame tries again");
         assert_ne!(session.device().id(), first);
         assert_eq!(session.read_target("color").unwrap().floats()[0][0].to_bits(), 0.5_f32.to_bits());

@@ -8,23 +8,22 @@ use raxel_diagnostics::{Diagnostic, codes};
 use super::Session;
 use crate::build;
 use crate::debug_target::DebugTarget;
-use crate::reload::builder::{Outcome, Ready, Reloader};
+use crate::reload::builder::{Outcome, Ready};
 use crate::reload::{Failed, ReloadEvent, Reloaded};
 
 impl Session {
-    /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames.
+    /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames. A session that
+    /// waits for the mend of its files opens them here.
     pub fn poll_reload(&mut self) -> Vec<ReloadEvent> {
-        let outcomes = self.reloader.as_ref().map(Reloader::poll).unwrap_or_default();
+        self.try_again(Duration::ZERO);
+        let outcomes = self.files.poll();
         self.take_outcomes(outcomes)
     }
 
     /// Waits until an edit is ready or wrong, or the time is up, and then does as [`Session::poll_reload`].
     pub fn wait_reload(&mut self, timeout: Duration) -> Vec<ReloadEvent> {
-        let outcomes = match &self.reloader {
-            Some(reloader) if self.events.is_empty() => reloader.wait(timeout),
-            Some(reloader) => reloader.poll(),
-            None => Vec::new(),
-        };
+        self.try_again(timeout);
+        let outcomes = if self.events.is_empty() { self.files.wait(timeout) } else { self.files.poll() };
         self.take_outcomes(outcomes)
     }
 
@@ -48,17 +47,17 @@ impl Session {
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
         let Ready { generation, changed, rebuilt, mut state, selection, context, prepared, since, stages } = ready;
         // The demo may have changed the graph since the build began.
-        state.change_graph(&self.state.graph_path);
+        state.change_graph(self.graph_path());
         let (mut diagnostics, texts) = state.diagnostics();
         let (Ok(graph), Ok(world)) = (&state.graph.result, &state.world.result) else {
             // The builder hands over projects without errors only.
             return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
         };
         let (graph, base) = (graph.clone(), world.clone());
-        let (edited, found) = self.editing.rebase(&base, &self.world);
+        let (edited, found) = self.world.editing.rebase(&base, &self.world.shown);
         diagnostics.extend(found);
         // A streamed world may have begun to load before it had the edits.
-        self.context.sources.edit_streamed(&base, &self.editing.positions());
+        self.renderer.context.sources.edit_streamed(&base, &self.world.editing.positions());
         let world = edited.unwrap_or_else(|| base.clone());
         let (warnings, all_texts) = (diagnostics.clone(), texts.clone());
         // Something may have been chosen since the build began.
@@ -66,11 +65,11 @@ impl Session {
         let wanted = settings.selection(&state.graph_path, &graph, &world);
         let stale = wanted != selection
             || !Arc::ptr_eq(&world, &base)
-            || !Arc::ptr_eq(&context.memory, &self.context.memory)
-            || !self.executor.is_current(&prepared);
+            || !Arc::ptr_eq(&context.memory, &self.renderer.context.memory)
+            || !self.renderer.executor.is_current(&prepared);
         let built = if stale {
-            build::assemble(&graph, &world, &wanted, &self.context)
-                .and_then(|assembly| build::prepare(&assembly, &self.context))
+            let context = &self.renderer.context;
+            build::assemble(&graph, &world, &wanted, context).and_then(|assembly| build::prepare(&assembly, context))
         } else {
             Ok(prepared)
         };
@@ -81,30 +80,24 @@ impl Session {
                 return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
             }
         };
-        let resources = self.executor.swap(prepared);
-        if let Some(plan) = self.executor.plan().cloned() {
-            self.plans.clear();
-            self.remember(wanted, plan);
+        let resources = self.renderer.executor.swap(prepared);
+        if let Some(plan) = self.renderer.executor.plan().cloned() {
+            self.renderer.plans.forget();
+            self.renderer.plans.remember(wanted, plan);
         }
-        if let Err(error) = self.debug_target.resolve(&graph) {
+        if let Err(error) = self.debug_target().resolve(&graph) {
             let gone = Diagnostic::warning(codes::session::UNKNOWN_TARGET, error.to_string());
             diagnostics.push(gone.note(format!("`{}` is shown instead", graph.resource(graph.present).name)));
-            self.debug_target = DebugTarget::default();
+            self.renderer.shown.debug_target = DebugTarget::default();
         }
-        self.demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
-        let script = self.demo.as_ref().map(|demo| demo.script(self.editing.scene())).unwrap_or_default();
-        self.editing.set_script(script);
-        let other_instances = world.instances().list.len() != self.world.instances().list.len();
-        self.graph = graph;
-        self.world = world;
-        self.changed.everything();
-        if other_instances {
-            self.collected.forget_poses();
-        }
-        self.state = state;
-        (self.warnings, self.texts) = (warnings, all_texts);
-        (self.refused, self.refused_graph) = (None, None);
-        self.adopt_graph();
+        let demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
+        let script = demo.as_ref().map(|demo| demo.script(self.scene())).unwrap_or_default();
+        self.playback.demo.demo = demo;
+        self.world.editing.set_script(script);
+        self.world.replace(world);
+        self.files.adopt(state, warnings, all_texts);
+        self.renderer.plans.forgive();
+        self.adopt_graph(graph);
         let milliseconds = since.elapsed().as_secs_f64() * 1e3;
         ReloadEvent::Reloaded(Reloaded {
             generation,

@@ -10,6 +10,8 @@ use raxel_graph::checked::ResourceId;
 use raxel_layouts::instances::records::{self as poses, PoseRecords};
 use raxel_layouts::instances::{Frame, Instances};
 
+use super::renderer::Renderer;
+use super::world::WorldState;
 use super::{FrameError, Session};
 use crate::sources::{EDITS, WrittenPoses, instance_frames};
 
@@ -58,6 +60,29 @@ impl ShaderOutput {
         self.poses.forget();
     }
 
+    /// After a frame: asks for what its passes have written.
+    pub(super) fn request(&mut self, renderer: &mut Renderer) -> Result<(), ExecuteError> {
+        let frame = self.frames;
+        self.frames += 1;
+        let graph = renderer.graph.clone();
+        let written: Vec<ResourceId> = graph.collected().filter(|id| has_written(renderer, *id)).collect();
+        for resource in written {
+            let (what, bytes) = match graph.resource(resource).collected_as() {
+                Some(EDITS) => (What::Edits, records::BYTES),
+                _ => (What::Poses, poses::BYTES),
+            };
+            let bytes = renderer.executor.request_buffer(resource, 0, 0..bytes)?;
+            self.tickets.push_back(Ticket { frame, what, bytes });
+        }
+        Ok(())
+    }
+
+    /// The next copy that is to be taken before the frame that begins.
+    fn due(&mut self) -> Option<Ticket> {
+        let is_due = self.tickets.front().is_some_and(|ticket| ticket.frame + FRAMES <= self.frames);
+        if is_due { self.tickets.pop_front() } else { None }
+    }
+
     /// The poses that passes have written.
     pub(super) fn poses(&self) -> &WrittenPoses {
         &self.poses
@@ -75,47 +100,19 @@ impl Said {
 impl Session {
     /// Where the instances of the world stand in the last frame: by the world's file, params, and what passes have written.
     pub fn instance_frames(&self) -> Vec<Frame> {
-        instance_frames(self.world.instances(), &self.graph, &self.values, &self.collected.poses)
-    }
-
-    /// After a frame: asks for what its passes have written.
-    pub(super) fn collect(&mut self) -> Result<(), ExecuteError> {
-        let frame = self.collected.frames;
-        self.collected.frames += 1;
-        let graph = self.graph.clone();
-        let written: Vec<ResourceId> = graph.collected().filter(|resource| self.has_written(*resource)).collect();
-        for resource in written {
-            let (what, bytes) = match graph.resource(resource).collected_as() {
-                Some(EDITS) => (What::Edits, records::BYTES),
-                _ => (What::Poses, poses::BYTES),
-            };
-            let bytes = self.executor.request_buffer(resource, 0, 0..bytes)?;
-            self.collected.tickets.push_back(Ticket { frame, what, bytes });
-        }
-        Ok(())
-    }
-
-    /// Whether a pass that writes a resource was dispatched in the last frame. One that was not would have written what it did before.
-    fn has_written(&self, resource: ResourceId) -> bool {
-        let Some(plan) = self.executor.plan() else { return false };
-        let outcomes = self.executor.outcomes(&self.disabled);
-        plan.passes.iter().zip(outcomes).any(|(pass, outcome)| {
-            let accesses = &plan.graph.pass(pass.pass).accesses;
-            outcome == PassOutcome::Dispatched
-                && accesses.iter().any(|access| access.resource == resource && access.access.writes())
-        })
+        let (instances, values) = (self.world.shown.instances(), &self.playback.params.shown);
+        instance_frames(instances, &self.renderer.graph, values, self.world.output.poses())
     }
 
     /// Before a frame: takes what is due.
-    pub(super) fn take_collected(&mut self) -> Result<(), FrameError> {
-        while self.collected.tickets.front().is_some_and(|ticket| ticket.frame + FRAMES <= self.collected.frames) {
-            let Some(ticket) = self.collected.tickets.pop_front() else { break };
-            match self.executor.redeem(&ticket.bytes) {
+    pub(super) fn take_output(&mut self) -> Result<(), FrameError> {
+        while let Some(ticket) = self.world.output.due() {
+            match self.renderer.executor.redeem(&ticket.bytes) {
                 Ok(bytes) => {
                     let words: Vec<u32> = bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
                     match ticket.what {
                         What::Edits => self.make_edits(&words),
-                        What::Poses => self.take_poses(&words),
+                        What::Poses => self.world.take_poses(&words),
                     }
                 }
                 Err(lost @ ExecuteError::DeviceLost { .. }) => self.recover(lost)?,
@@ -126,7 +123,7 @@ impl Session {
     }
 
     fn make_edits(&mut self, words: &[u32]) {
-        let read = Records::read(words, self.editing.scene());
+        let read = Records::read(words, self.scene());
         let mut wrong = read.why.as_ref().map(|why| edit_wrong(read.wrong, &why.to_string()));
         if !read.operations.is_empty()
             && let Err(failure) = self.edit(&read.operations)
@@ -135,19 +132,32 @@ impl Session {
             wrong = Some(edit_wrong(read.operations.len() as u64, &failure.to_string()));
         }
         let lost = (read.lost > 0).then(|| edits_lost(read.lost));
-        let found = self.collected.edits_said.only_new([wrong, lost]);
-        found.for_each(|message| self.editing.say(message));
+        let found = self.world.output.edits_said.only_new([wrong, lost]);
+        found.for_each(|message| self.world.editing.say(message));
     }
+}
 
+impl WorldState {
     fn take_poses(&mut self, words: &[u32]) {
-        let instances: &Instances = self.world.instances();
+        let instances: &Instances = self.shown.instances();
         let read = PoseRecords::read(words, instances);
         let wrong = read.why.as_ref().map(|why| pose_wrong(read.wrong, &why.to_string()));
         let lost = (read.lost > 0).then(|| poses_lost(read.lost));
-        self.collected.poses.take(&read.poses);
-        let found = self.collected.poses_said.only_new([wrong, lost]);
+        self.output.poses.take(&read.poses);
+        let found = self.output.poses_said.only_new([wrong, lost]);
         found.for_each(|message| self.editing.say(message));
     }
+}
+
+/// Whether a pass that writes a resource was dispatched in the last frame. One that was not would have written what it did before.
+fn has_written(renderer: &Renderer, resource: ResourceId) -> bool {
+    let Some(plan) = renderer.executor.plan() else { return false };
+    let outcomes = renderer.executor.outcomes(&renderer.off.passes);
+    plan.passes.iter().zip(outcomes).any(|(pass, outcome)| {
+        let accesses = &plan.graph.pass(pass.pass).accesses;
+        outcome == PassOutcome::Dispatched
+            && accesses.iter().any(|access| access.resource == resource && access.access.writes())
+    })
 }
 
 fn edit_wrong(count: u64, why: &str) -> Diagnostic {

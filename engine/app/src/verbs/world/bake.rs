@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use raxel_bake::{BakeError, DEFAULT_EDGE, Part, Plan, PlanError, Region, Report};
+use raxel_bake::{BakeError, DEFAULT_EDGE, Part, Plan, PlanError, Report};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -12,7 +12,7 @@ use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
-use raxel_world::ChunkProvider;
+use raxel_world::{Bounds, ChunkProvider};
 use serde_json::json;
 
 use super::info::{bytes, grouped};
@@ -93,14 +93,13 @@ fn plan(
 ) -> std::result::Result<Plan, PlanError> {
     let (there, levels) = if let Some(streamed) = world.streamed() {
         let [low, high] = streamed.settings.height.or(source.height_range()).unwrap_or_default();
-        let [min, max] = world.bounds_around(world.first_camera().cell).map(|corner| corner.map(i64::from));
+        let Bounds { min, max } = world.bounds_around(world.first_camera().cell);
         let min = [min[0], low, min[2]];
-        (Region { min, max: [max[0], high, max[2]] }, 1 + streamed_levels(world))
+        (Bounds { min, max: [max[0], high, max[2]] }, 1 + streamed_levels(world))
     } else {
-        let [min, max] = world.bounds().map(|corner| corner.map(i64::from));
-        (Region { min, max }, 1)
+        (world.bounds(), 1)
     };
-    let region = Region { min: args.min.unwrap_or(there.min), max: args.max.unwrap_or(there.max) };
+    let region = Bounds { min: args.min.unwrap_or(there.min), max: args.max.unwrap_or(there.max) };
     let hash = world.fingerprint(&**front.loader.files());
     let fingerprint = format!("{:032x}", u128::from_be_bytes(std::array::from_fn(|byte| hash[byte])));
     let name = if world.name().is_empty() { path } else { world.name() };
@@ -131,7 +130,7 @@ fn stopped(error: &BakeError, out: &str, console: &Console) -> Failure {
 
 fn print(report: &Report, args: &Args, plan: &Plan, console: &Console) {
     if console.format() == Format::Json {
-        let Region { min, max } = plan.region();
+        let Bounds { min, max } = plan.region();
         console::json(&json!({
             "reason": "baked", "out": args.out, "levels": plan.levels().len(), "min": min, "max": max, "report": report,
         }));

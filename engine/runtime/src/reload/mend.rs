@@ -1,24 +1,14 @@
-//! A window over files that are broken: it says what is wrong, and goes on by itself when they are mended.
+//! Waits for the mend of a project with mistakes. All of its files are looked at now and then, since which of them it needs is not known
+//! before they are right.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime};
 
-use raxel_diagnostics::{Diagnostic, SourceMap};
-use raxel_gpu::{Device, DeviceOptions};
-use raxel_panels::view::Problem;
-use raxel_panels::{Action, Panels};
-use raxel_runtime::manifest;
-use raxel_runtime::present::{Presented, Presenter};
-use raxel_terminal::console::Console;
-use raxel_terminal::failure::Result;
-use winit::window::Window;
-
-use super::GROUND;
-use super::editor::Editors;
-use super::presenting::Open;
-use super::problem_log::problems;
+use super::Waker;
+use crate::manifest;
 
 /// Time between two looks at the files.
 const EVERY: Duration = Duration::from_millis(300);
@@ -26,92 +16,69 @@ const EVERY: Duration = Duration::from_millis(300);
 /// Files that are looked at, at most: a folder that holds more is no project.
 const MOST: usize = 20_000;
 
-/// What a window needs while there is no session.
-pub(super) struct ErrorWindow {
-    device: Arc<Device>,
-    files: Files,
-    looked: Instant,
-    /// What was found last.
-    found: Vec<Diagnostic>,
-    problems: Vec<Problem>,
-    panels: Panels,
-    editors: Editors,
-    pub(super) open: Option<Open>,
+/// A thread that looks at the files of a project.
+pub(crate) struct MendWatch {
+    root: PathBuf,
+    changes: Receiver<Change>,
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
-impl ErrorWindow {
-    /// For the project at a folder, whose files were found to be wrong.
-    pub fn new(root: PathBuf, options: &DeviceOptions, diagnostics: &[Diagnostic], texts: &SourceMap) -> Result<Self> {
-        let device = Device::new(options)?;
-        let (found, problems) = (diagnostics.to_vec(), problems(diagnostics, texts));
-        // What was read then counts: it may be in the middle of a save by now.
-        let said = texts.get(manifest::PATH).is_some_and(|text| !text.is_empty());
-        let (files, looked) = (Files::new(root, said), Instant::now());
-        let (panels, editors) = (Panels::default(), Editors::default());
-        Ok(Self { device, files, looked, found, problems, panels, editors, open: None })
-    }
+/// Files that are worth reading again.
+pub(crate) struct Change {
+    /// The manifest as it was found then.
+    manifest: Option<ManifestState>,
+}
 
-    /// The device that the session will have, as far as is known.
-    pub fn device(&self) -> &Arc<Device> {
-        &self.device
-    }
+/// Bytes of a manifest, and when it was written.
+type ManifestState = (u64, SystemTime);
 
-    /// The same, and the one that presents the window.
-    pub fn devices(&self) -> impl Iterator<Item = &Arc<Device>> {
-        [&self.device].into_iter().chain(self.open.as_ref().map(|open| open.presenter.device()))
-    }
-
-    /// Takes the mistakes that are there now. False when they are the same as before.
-    pub fn found(&mut self, diagnostics: &[Diagnostic], texts: &SourceMap) -> bool {
-        if self.found == diagnostics {
-            return false;
-        }
-        (self.found, self.problems) = (diagnostics.to_vec(), problems(diagnostics, texts));
-        true
-    }
-
-    /// Whether the files are others than those that were read last, and whole. Looks now and then.
-    pub fn changed(&mut self) -> bool {
-        if self.looked.elapsed() < EVERY {
-            return false;
-        }
-        self.looked = Instant::now();
-        self.files.changed()
-    }
-
-    /// Whether nothing has touched the manifest since [`Self::changed`] said yes: what was read of it meanwhile holds.
-    pub fn manifest_holds(&self) -> bool {
-        self.files.manifest_holds()
-    }
-
-    /// Shows what is wrong, and does what is asked for there.
-    pub fn draw(&mut self, console: &Console) -> Result {
-        let Some(Open { window, presenter, overlay, .. }) = &mut self.open else { return Ok(()) };
-        let (panels, found) = (&mut self.panels, &self.problems);
-        let title = "The files have mistakes";
-        let actions = overlay.draw(window, |context| panels.waiting(context, title, found));
-        for action in actions {
-            match action {
-                Action::Copy(text) => overlay.copy(text),
-                Action::Edit(place) => {
-                    if let Err(why) = self.editors.open(&self.files.root, &place) {
-                        console.message(&format!("warning: {why}"));
+impl MendWatch {
+    /// Watches the project in the folder `root`. `said` tells that its manifest had text when it was read: by now it may be in the middle of a
+    /// save. `waker` is called after each change.
+    pub fn start(root: &Path, said: bool, waker: Option<Waker>) -> std::io::Result<Self> {
+        let (sender, changes) = channel();
+        let (stop, stopped) = channel();
+        let mut files = Files::new(root.to_owned(), said);
+        let look = move || {
+            while stopped.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
+                if files.changed() {
+                    if sender.send(Change { manifest: files.manifest }).is_err() {
+                        return;
                     }
+                    waker.iter().for_each(|waker| waker());
                 }
-                _ => {}
             }
-        }
-        match overlay
-            .present(presenter, |presenter: &mut Presenter, frame| presenter.present_blank(GROUND, Some(frame)))
-        {
-            Ok(Presented::Shown | Presented::NoArea | Presented::OutOfDate | Presented::NotReady) => Ok(()),
-            Err(error) => Err(error.into()),
-        }
+        };
+        let thread = std::thread::Builder::new().name("raxel-mend".to_owned()).spawn(look)?;
+        Ok(Self { root: root.to_owned(), changes, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// The window, for the session that shows pictures in it. What it was drawn with is gone.
-    pub fn into_window(self) -> Option<Arc<Window>> {
-        self.open.map(|open| open.window.clone())
+    /// The newest change since the last call.
+    pub fn poll(&self) -> Option<Change> {
+        self.changes.try_iter().last()
+    }
+
+    /// The same; waits for it.
+    pub fn wait(&self, timeout: Duration) -> Option<Change> {
+        let first = self.changes.recv_timeout(timeout).ok()?;
+        Some(self.poll().unwrap_or(first))
+    }
+
+    /// Whether the manifest is still what it was at a change: what was read of it since then holds. A session that is open follows all other
+    /// files by itself.
+    pub fn manifest_holds(&self, change: &Change) -> bool {
+        change.manifest == manifest_state(&self.root)
+    }
+}
+
+impl Drop for MendWatch {
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread was shown when it happened.
+            let _ = thread.join();
+        }
     }
 }
 
@@ -125,7 +92,7 @@ struct Files {
     /// There is a manifest that has said something.
     said: bool,
     /// The manifest when they were read last.
-    manifest: Option<(u64, SystemTime)>,
+    manifest: Option<ManifestState>,
 }
 
 impl Files {
@@ -147,11 +114,6 @@ impl Files {
         (self.read, self.manifest) = (signature, manifest_state(&self.root));
         true
     }
-
-    /// Whether the manifest is still what it was when [`Self::changed`] found it worth reading. A session follows all other files by itself.
-    fn manifest_holds(&self) -> bool {
-        self.manifest == manifest_state(&self.root)
-    }
 }
 
 /// Bytes of the manifest; 0 without one.
@@ -160,7 +122,7 @@ fn manifest_length(root: &Path) -> u64 {
 }
 
 /// Bytes of the manifest, and when it was written; `None` without one.
-fn manifest_state(root: &Path) -> Option<(u64, SystemTime)> {
+fn manifest_state(root: &Path) -> Option<ManifestState> {
     let found = root.join(manifest::PATH).metadata().ok()?;
     Some((found.len(), found.modified().unwrap_or(SystemTime::UNIX_EPOCH)))
 }
@@ -236,6 +198,25 @@ mod tests {
     }
 
     #[test]
+    fn a_thread_tells_of_changes_and_stops() {
+        let project = tempfile::tempdir().unwrap();
+        let woken = std::sync::Arc::new(std::sync::atomic::AtomicUsize::new(0));
+        let count = woken.clone();
+        let waker: Waker = std::sync::Arc::new(move || {
+            count.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+        });
+        let watch = MendWatch::start(project.path(), false, Some(waker)).unwrap();
+        let patience = Duration::from_secs(60);
+        watch.wait(patience).expect("what may have changed before the first look");
+        std::fs::write(project.path().join(manifest::PATH), "graph = 'a.toml'").unwrap();
+        let change = watch.wait(patience).expect("the file");
+        assert!(watch.manifest_holds(&change) && woken.load(std::sync::atomic::Ordering::SeqCst) >= 1);
+        assert!(watch.poll().is_none());
+        drop(watch);
+        assert_eq!(std::sync::Arc::strong_count(&woken), 1, "the thread has ended");
+    }
+
+    #[test]
     fn a_manifest_that_was_emptied_before_the_first_look_is_waited_for_and_what_changes_meanwhile_is_seen() {
         let project = tempfile::tempdir().unwrap();
         let path = project.path().join(manifest::PATH);
@@ -244,8 +225,8 @@ mod tests {
         assert_eq!([(); 3].map(|()| files.changed()), [false; 3]);
         std::fs::write(&path, "graph = 'a.toml'").unwrap();
         assert_eq!([(); 2].map(|()| files.changed()), [false, true]);
-        assert!(files.manifest_holds());
+        assert_eq!(files.manifest, manifest_state(project.path()));
         std::fs::write(&path, "").unwrap();
-        assert!(!files.manifest_holds());
+        assert_ne!(files.manifest, manifest_state(project.path()));
     }
 }

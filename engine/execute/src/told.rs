@@ -1,0 +1,58 @@
+//! What passes tell of finished frames: what they have counted in words that the graph warns of, and what they have printed.
+
+use std::sync::Arc;
+
+use super::counters::CounterReading;
+use super::executor::Executor;
+use super::prints::PassPrints;
+
+/// What was read and not taken yet.
+#[derive(Default)]
+pub(super) struct Told {
+    /// What frames of the running plan have counted in words that are warned of, in their order.
+    pub(super) counted: Vec<CounterReading>,
+    /// What passes have printed in finished frames, in their order.
+    printed: Vec<PassPrints>,
+}
+
+impl Executor {
+    /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
+    pub fn take_counted(&mut self) -> Vec<CounterReading> {
+        self.read_finished();
+        std::mem::take(&mut self.told.counted)
+    }
+
+    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. Also what a plan has printed
+    /// that runs no more.
+    pub fn take_prints(&mut self) -> Vec<PassPrints> {
+        self.read_finished();
+        std::mem::take(&mut self.told.printed)
+    }
+
+    /// Reads what finished frames have counted and printed.
+    fn read_finished(&mut self) {
+        let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
+        for slot in order {
+            let submitted = self.slots[slot].commands.submitted();
+            if !self.shared.device.has_reached(submitted).unwrap_or(false) {
+                break;
+            }
+            self.read_told(slot);
+        }
+    }
+
+    /// Reads what a finished frame has counted, if it is of the plan that runs now, and what it has printed; once.
+    pub(super) fn read_told(&mut self, slot: usize) {
+        let slot = &mut self.slots[slot];
+        if let (Some(counted), Some(running)) = (&slot.counted, &self.running)
+            && Arc::ptr_eq(counted, &running.counted)
+        {
+            self.told.counted.extend(counted.read(slot.index, &slot.copied));
+        }
+        slot.copied.clear();
+        if let Some(printed) = slot.printed.take() {
+            self.told.printed.extend(printed.read(slot.index, slot.frame, &slot.printing));
+        }
+        slot.printing.clear();
+    }
+}

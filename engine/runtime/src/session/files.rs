@@ -1,0 +1,76 @@
+//! The files of a session: the project, what was loaded from it, and the thread that follows its edits.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use raxel_diagnostics::{Diagnostic, SourceMap, codes};
+
+use super::{FrameError, OpenError, Options};
+use crate::load::Loader;
+use crate::project::Project;
+use crate::reload::builder::{Outcome, Reloader};
+use crate::reload::project_state::{BuildSettings, ProjectState};
+
+/// A project with what is loaded of it.
+pub(super) struct ProjectFiles {
+    pub project: Project,
+    pub loader: Arc<Loader>,
+    pub state: ProjectState,
+    /// Warnings of what runs.
+    pub warnings: Vec<Diagnostic>,
+    /// The texts of what runs, which its warnings and places point into.
+    pub texts: SourceMap,
+    /// Rebuilds what edits change, where files are watched.
+    reloader: Option<Reloader>,
+}
+
+impl ProjectFiles {
+    /// Files that nothing watches yet.
+    pub fn new(project: Project, loader: Arc<Loader>, state: ProjectState) -> Self {
+        let (warnings, texts) = state.diagnostics();
+        Self { project, loader, state, warnings, texts, reloader: None }
+    }
+
+    /// Watches the files from here on, and rebuilds what they change for these settings.
+    pub fn watch(&mut self, settings: BuildSettings, options: &Options) -> Result<(), OpenError> {
+        let (root, waker) = (self.project.root(), options.waker.clone());
+        let started = Reloader::start(root, self.loader.clone(), self.state.clone(), settings, options.poll, waker);
+        self.reloader = Some(started.map_err(|error| {
+            let message = format!("files cannot be watched: {error}");
+            Box::new(Diagnostic::error(codes::session::NO_PROJECT, message))
+        })?);
+        Ok(())
+    }
+
+    /// What edits are to be built for from here on, if anything builds them.
+    pub fn set_settings(&self, settings: impl FnOnce() -> BuildSettings) {
+        if let Some(reloader) = &self.reloader {
+            reloader.set_settings(settings());
+        }
+    }
+
+    /// The edits that were built since the last call.
+    pub fn poll(&self) -> Vec<Outcome> {
+        self.reloader.as_ref().map(Reloader::poll).unwrap_or_default()
+    }
+
+    /// The same; waits for the first of them.
+    pub fn wait(&self, timeout: Duration) -> Vec<Outcome> {
+        self.reloader.as_ref().map(|reloader| reloader.wait(timeout)).unwrap_or_default()
+    }
+
+    /// Other files run.
+    pub fn adopt(&mut self, state: ProjectState, warnings: Vec<Diagnostic>, texts: SourceMap) {
+        (self.state, self.warnings, self.texts) = (state, warnings, texts);
+    }
+
+    /// What is loaded cannot run.
+    pub fn open_error(&self, diagnostics: Vec<Diagnostic>) -> OpenError {
+        OpenError::Project { diagnostics, texts: Box::new(self.texts.clone()) }
+    }
+
+    /// No plan can be made of what is loaded.
+    pub fn plan_error(&self, diagnostics: Vec<Diagnostic>) -> FrameError {
+        FrameError::Plan { diagnostics, texts: Box::new(self.texts.clone()) }
+    }
+}

@@ -1,0 +1,123 @@
+//! Which plan runs, which is wanted, and which cannot be made.
+
+use std::sync::Arc;
+
+use raxel_graph::checked::{Fact, Graph, ParamId, Value};
+use raxel_graph::plan::Plan;
+
+use super::retry::Retry;
+use crate::build::Selection;
+use crate::build_error::BuildError;
+
+/// Most plans that are kept for the time when they are wanted again: debug targets that are looked at in turn.
+const MOST_KEPT: usize = 16;
+
+/// The plans of one graph over one world.
+pub(super) struct Plans {
+    /// What the running plan was made for.
+    pub running: Selection,
+    kept: Vec<(Selection, Arc<Plan>)>,
+    /// What no plan could be made for; said once, and not tried again unless the device refused it.
+    refused: Option<Selection>,
+    /// When what the device refused is tried again.
+    retry: Retry,
+    /// The graph of the demo that no plan could be made for; said once, and not tried again until an edit.
+    pub refused_graph: Option<String>,
+    /// Something was changed that a plan depends on.
+    pub stale: bool,
+    /// Params that conditions of passes ask for, with the values for which the plan was made.
+    conditions: Vec<(ParamId, Value)>,
+}
+
+impl Plans {
+    /// With the first plan.
+    pub fn new(running: Selection, plan: Arc<Plan>) -> Self {
+        Self {
+            kept: vec![(running.clone(), plan)],
+            running,
+            refused: None,
+            retry: Retry::default(),
+            refused_graph: None,
+            stale: false,
+            conditions: Vec::new(),
+        }
+    }
+
+    /// Notes the plan that runs.
+    pub fn remember(&mut self, selection: Selection, plan: Arc<Plan>) {
+        self.kept.retain(|(known, _)| *known != selection);
+        if self.kept.len() == MOST_KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push((selection.clone(), plan));
+        self.running = selection;
+    }
+
+    /// A plan that was made before.
+    pub fn find(&self, selection: &Selection) -> Option<Arc<Plan>> {
+        self.kept.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone())
+    }
+
+    /// Plans that were made for other sizes of what they bind hold no longer.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+    }
+
+    /// On another device, what was refused may be possible.
+    pub fn allow(&mut self) {
+        self.refused = None;
+    }
+
+    /// Another graph runs, or other files: nothing is refused any more.
+    pub fn forgive(&mut self) {
+        (self.refused, self.refused_graph) = (None, None);
+    }
+
+    /// Whether no plan could be made for what is wanted.
+    pub fn is_refused(&self) -> bool {
+        self.refused.is_some()
+    }
+
+    /// Whether a frame with these values of params is to look whether another plan is needed.
+    pub fn are_due(&mut self, values: &[Value]) -> bool {
+        let decided = |(id, value): &(ParamId, Value)| values[id.0 as usize] == *value;
+        self.stale || self.retry.due() || !self.conditions.iter().all(decided)
+    }
+
+    /// Notes the values of the params that conditions ask for: when one changes, another plan may be needed.
+    pub fn note_conditions(&mut self, graph: &Graph, values: &[Value]) {
+        self.conditions.clear();
+        for condition in graph.passes.iter().flat_map(|pass| &pass.when) {
+            if let Fact::Param(id) = &condition.fact {
+                self.conditions.push((*id, values[id.0 as usize]));
+            }
+        }
+    }
+
+    /// Whether a plan is to be made: not of what runs, and not again of what was refused.
+    pub fn wants(&mut self, wanted: &Selection) -> bool {
+        self.stale = false;
+        if *wanted == self.running {
+            self.accept();
+            return false;
+        }
+        let again = self.refused.as_ref() == Some(wanted);
+        if !again {
+            self.retry = Retry::default();
+        }
+        !again || self.retry.due()
+    }
+
+    /// The plan that was wanted runs.
+    pub fn accept(&mut self) {
+        (self.refused, self.retry) = (None, Retry::default());
+    }
+
+    /// No plan can be made for what is wanted. True when that is to be said; memory may be free later.
+    pub fn refuse(&mut self, wanted: Selection, error: &BuildError) -> bool {
+        let again = self.refused.as_ref() == Some(&wanted);
+        let first = !matches!(error, BuildError::Device(_)) || self.retry.refused();
+        self.refused = Some(wanted);
+        first || !again
+    }
+}
