@@ -10,7 +10,8 @@
 //     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
 //     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
 //     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
-//     #define PATH_KNOWN_LAMPS      the lamps at the first place are drawn with the help of those that are known there: face_cache/known_lamps.glsl
+//     #define PATH_KNOWN_LAMPS      lamps are drawn with the help of lists of those that are known and near: face_cache/known_lamps.glsl
+//     #define PATH_KNOWN_DEEP b     so at all places of the path if b is true, which it is otherwise, too; else only at the first
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
@@ -26,6 +27,9 @@
 #endif
 #ifndef PATH_ROULETTE_MOST
 #define PATH_ROULETTE_MOST 0.95
+#endif
+#ifndef PATH_KNOWN_DEEP
+#define PATH_KNOWN_DEEP true
 #endif
 #ifndef PATH_DEEP
 #define PATH_DEEP 256u
@@ -80,6 +84,21 @@ void path_live(float on) {}
 void path_end() {}
 #endif
 
+#ifdef PATH_KNOWN_LAMPS
+// Lamps that are drawn from here on are for a place.
+void path_known(ivec3 voxel, uint face, vec2 uv, uint depth) {
+    bool lists = depth == 0u || PATH_KNOWN_DEEP;
+#ifdef RX_BINDS_instances
+    // Lists are of places in the world; of what is turned, its nearest axis counts.
+    vec3 away = rx_place_normal(voxel, face), most = abs(away);
+    uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
+    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), lists);
+#else
+    known_begin(voxel, face, lists);
+#endif
+}
+#endif
+
 // Irradiance / pi: what a white matt surface would send back.
 vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     RxHit at = RxHit(voxel, face, 0u, 0.0, uv, 0u);
@@ -95,16 +114,6 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     bool arrived = true;  // at a place whose light is asked for
     RxSceneRay ray;
     path_begin(at);
-#ifdef PATH_KNOWN_LAMPS
-#ifdef RX_BINDS_instances
-    // Lists are of places in the world; of what is turned, its nearest axis counts.
-    vec3 away = rx_place_normal(voxel, face), most = abs(away);
-    uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
-    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), uint(PATH_CANDIDATES));
-#else
-    known_begin(voxel, face, uint(PATH_CANDIDATES));
-#endif
-#endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
@@ -120,7 +129,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             if (kind != ON) {
                 if (!found) {
 #ifdef PATH_KNOWN_LAMPS
-                    if (kind == LAMP && depth == 0u) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
+                    if (kind == LAMP) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
 #endif
                     sum += share * waiting;
                     path_note(kind == LAMP ? depth + 1u : depth, waiting);
@@ -141,7 +150,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                     float cosine = dot(rx_place_normal(at.voxel, at.face), RX_RAY(ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
                     if (rx_is_on_instance(hit.face)) weight = 1.0;
 #ifdef PATH_KNOWN_LAMPS
-                    if (depth == 0u && !rx_is_on_instance(hit.face)) {
+                    if (!rx_is_on_instance(hit.face)) {
                         weight = known_met_weight(hit, radiance, cosine, facing, points);
                         known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
                     }
@@ -176,10 +185,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
                 RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
 #ifdef PATH_KNOWN_LAMPS
-                if (depth == 0u) lamp = known_resample(candidates, numbers, from, normal);
-                else
-#endif
+                path_known(at.voxel, at.face, at.uv, depth);
+                lamp = known_resample(candidates, numbers, from, normal);
+#else
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
+#endif
                 waiting = frame.lamp_strength * lamp.light;
                 ray = start;
                 RX_RAY(ray) = rx_lamp_ray(from, lamp.to);
