@@ -352,6 +352,44 @@ fn lamps_that_are_known_add_no_light_and_take_none() {
     assert!(with.1 < 0.85 * without.1, "{with:?} {without:?}");
 }
 
+/// Three lamps over a floor, and under it a sealed cellar with thousands of them, which take nearly all draws by power.
+fn cellar(project: &Project) {
+    let materials = "wall = { albedo = [0.5, 0.5, 0.5] }\nlamp = { albedo = [1.0, 0.9, 0.8], emission = 6.0 }";
+    let mut build = vec![
+        cuboid("wall", [-2, -8, -2], [50, 0, 50], ""),
+        cuboid("lamp", [0, -6, 0], [48, -5, 48], ""),
+        "[[build]]\nop = \"box\"\nmode = \"subtract\"\nmin = [0, -5, 0]\nmax = [48, -3, 48]\n".to_owned(),
+        cuboid("wall", [23, 0, 14], [25, 7, 34], ""),
+    ];
+    for [x, y, z] in [[14, 2, 20], [30, 4, 16], [36, 1, 33]] {
+        build.push(cuboid("lamp", [x, y, z], [x + 1, y + 1, z + 1], ""));
+    }
+    world(project, materials, &build, [24.0, 26.0, 60.0], [24.0, 0.0, 24.0], 50.0);
+}
+
+/// Lamps that are near a place are found among thousands that nothing sees, on faces in view and at all places of a path: the same light as by power
+/// alone, with a fraction of its noise.
+#[test]
+fn lamps_that_are_near_are_found_among_thousands_that_are_hidden() {
+    let project = Project::shipped();
+    cellar(&project);
+    let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    let scene = Scene { params: dark, ..scene() };
+    let mut bench = Bench::new(effort(&project, [64, 40], 24, 256));
+    let references = bench.references(&scene).unwrap();
+    let file = "shaders/light/face_cache/known_lamps.glsl";
+    let lists = "if (!lists || rx_lights_count() == 0u) return;";
+    let [with, without] = [lists, "return;"].map(|text| {
+        project.edit(file, lists, text);
+        let outcome = bench.system("graphs/light/face_cache.toml", &scene, &references).unwrap();
+        project.edit(file, text, lists);
+        (outcome.mean / references.about.mean - 1.0, outcome.still.last().unwrap().judged)
+    });
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    assert!(with.0.abs() < 0.03, "{with:?} {without:?}");
+    assert!(with.1.error < 0.2 * without.1.error, "{with:?} {without:?}");
+}
+
 /// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.
 #[test]
 fn lamps_that_are_drawn_alike_give_the_same_light() {

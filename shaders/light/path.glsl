@@ -10,7 +10,7 @@
 //     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
 //     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
 //     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
-//     #define PATH_KNOWN_LAMPS      lamps are drawn with the help of lists of those that are known and near: face_cache/known_lamps.glsl
+//     #define PATH_KNOWN_LAMPS      lamps are drawn with the help of lists of those that are known there: face_cache/known_lamps.glsl
 //     #define PATH_KNOWN_DEEP b     so at all places of the path if b is true, which it is otherwise, too; else only at the first
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
@@ -87,14 +87,14 @@ void path_end() {}
 #ifdef PATH_KNOWN_LAMPS
 // Lamps that are drawn from here on are for a place.
 void path_known(ivec3 voxel, uint face, vec2 uv, uint depth) {
-    bool lists = depth == 0u || PATH_KNOWN_DEEP;
+    bool first = depth == 0u;
 #ifdef RX_BINDS_instances
     // Lists are of places in the world; of what is turned, its nearest axis counts.
     vec3 away = rx_place_normal(voxel, face), most = abs(away);
     uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
-    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), lists);
+    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), first, first || PATH_KNOWN_DEEP);
 #else
-    known_begin(voxel, face, lists);
+    known_begin(voxel, face, first, first || PATH_KNOWN_DEEP);
 #endif
 }
 #endif
@@ -114,6 +114,9 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     bool arrived = true;  // at a place whose light is asked for
     RxSceneRay ray;
     path_begin(at);
+#ifdef PATH_KNOWN_LAMPS
+    vec2 onward = rx_next2(numbers);   // the best of the numbers are for the first ray that goes on
+#endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
@@ -219,7 +222,12 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             share /= on;
             path_live(on);
         }
-        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), rx_next2(numbers))));
+#ifdef PATH_KNOWN_LAMPS
+        if (depth > 0u) onward = rx_next2(numbers);
+#else
+        vec2 onward = rx_next2(numbers);
+#endif
+        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), onward)));
     }
     return sum;
 }

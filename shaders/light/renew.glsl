@@ -3,7 +3,8 @@
 // `sum` of `added` samples joins the mean `old`, whose w is the number of its samples, up to `history` of them.
 vec4 renewed(uint slot, vec4 old, vec3 sum, float added, float history) {
     // Light from before a change counts as far as the change was small; that of older generations, hardly.
-    if (state.changed != 0u) old.w = min(old.w, state.cap);
+    // The cap is for a sample a frame: what gets more of them may keep more, which are no older.
+    if (state.changed != 0u) old.w = min(old.w, state.cap < 4.0 ? state.cap : state.cap * max(added, 1.0));
     if (generation[slot] != state.generation) old.w = min(old.w, 0.5);
     generation[slot] = state.generation;
     float n = min(old.w, max(history - added, 0.0)) + added;

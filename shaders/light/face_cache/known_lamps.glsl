@@ -1,46 +1,70 @@
 // Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel faces that have lit a face in it
-// lately. Lamps that a path compares are drawn in several ways: half from that list, a quarter from lists of lamps that are near (near_lamps.glsl), the others by power from all
-// lamps. Each counts by the true density of all ways together, so the lists add no light and take none, whatever is in them. What a list names may be gone by now: the voxel
-// itself is asked. Needs <raxel/world.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
-#include "near_lamps.glsl"
-#include "lamp_voxel.glsl"
+// lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them: what one face has found, all faces around it know. A path
+// draws lamps from all three lists, and the others by power from all lamps. Each counts by the true density of all ways together, so the lists add no light and take none,
+// whatever is in them. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/world.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
+#include "lamp_lists.glsl"
 
-const uint KNOWN_PLACE = (1u << 27) - 1u;    // of a word: the place from the middle of the cell in three bytes, the face; above it, log2 of the light
+const uint KNOWN_PLACE = (1u << KNOWN_BITS) - 1u;    // the place from the middle of the cell in three bytes, the face
+const uint REGION_PLACE = (1u << REGION_BITS) - 1u;  // the place in three times 9 bits, the face
+const uint REGION_LATELY = 3u << REGION_BITS;
 const float KNOWN_LEAST = -24.0;             // log2 of the faintest light
-const float UNKNOWN_WORTH = 0.25;            // of a lamp that has not been seen yet, beside one that has
+const float UNKNOWN_WORTH = 0.25;            // of a lamp that is in no list, beside one that is
 
 layout(std430) readonly buffer Known { uvec4 known[]; };  // four words of a list
 layout(std430) buffer Found { uint found[]; };       // what this frame adds
 
-ivec3 known_corner;      // of places in the list
-uint known_first;        // its first word
-float known_sum;         // of the shares of all in it
 ivec3 known_voxel;       // the place
-vec4 known_ways;         // shares of the lamps that are drawn from the list, from the two lists of near lamps, and by power
+uint known_first;        // the first word of its list
+float known_sum;         // of the shares of all in it
+uvec2 known_members;     // of the lists of its regions
+vec4 known_ways;         // shares of the lamps that are drawn from the list, from those of the two regions, and by power
 
-float known_share(uint word) {
-    return word == 0u ? 0.0 : exp2(float(word >> 27));
+uint known_word(uint at) {
+    return known[at / 4u][at % 4u];
 }
 
-// Before lamps are drawn for a place. Without `lists`, all are drawn by power.
-void known_begin(ivec3 voxel, uint face, bool lists) {
-    ivec3 cell = voxel >> 4;
+float known_share(uint word) {
+    return word == 0u ? 0.0 : exp2(float(word >> KNOWN_BITS));
+}
+
+// The corner of places in the list of a cell.
+ivec3 known_corner() {
+    return (known_voxel >> 4) * 16 + 8 - 128;
+}
+
+int region_log2(uint size) {
+    return size == 0u ? 6 : 8;
+}
+
+// The same of the list of a region: 512 voxels around its middle.
+ivec3 region_corner(uint size) {
+    int log2_width = region_log2(size);
+    return (known_voxel >> log2_width << log2_width) + (1 << log2_width - 1) - 256;
+}
+
+// Which of the lists of its size a region has.
+uint region_list(uint size) {
+    return (size * REGION_CELLS + (rx_hash(rx_hash(known_voxel >> region_log2(size)) + size) & REGION_CELLS - 1u)) * REGION_EACH;
+}
+
+// Before lamps are drawn for a place: whether those of its cell and those of its regions are known.
+void known_begin(ivec3 voxel, uint face, bool cell, bool regions) {
     known_voxel = voxel;
-    known_corner = cell * 16 + 8 - 128;
-    known_first = (rx_hash(rx_hash(cell) + face) & KNOWN_CELLS - 1u) * KNOWN_EACH;
+    known_first = (rx_hash(rx_hash(voxel >> 4) + face) & KNOWN_CELLS - 1u) * KNOWN_EACH;
     known_sum = 0.0;
-    known_ways = vec4(0.0, 0.0, 0.0, 1.0);
-    if (!lists || rx_lights_count() == 0u) return;
-    for (uint i = 0u; i < KNOWN_EACH / 4u; ++i) {
+    for (uint i = 0u; i < KNOWN_EACH / 4u && cell; ++i) {
         uvec4 words = known[known_first / 4u + i];
         for (int k = 0; k < 4; ++k) known_sum += known_share(words[k]);
     }
-    known_ways = known_sum > 0.0 ? vec4(0.5, 0.125, 0.125, 0.25) : vec4(0.0, 0.25, 0.25, 0.5);
+    known_members = uvec2(0u);
+    for (uint size = 0u; size < REGION_SIZES && regions; ++size) known_members[size] = known[(REGION_ROWS + region_list(size)) / 4u].x;
+    known_ways = vec4(known_sum > 0.0 ? 0.5 : 0.0, known_members.x > 0u ? 0.25 : 0.0, known_members.y > 0u ? 0.125 : 0.0, 0.125);
+    known_ways /= known_ways.x + known_ways.y + known_ways.z + known_ways.w;
 }
 
 // The place of a voxel's face in a list, or KNOWN_PLACE if it is too far away.
 uint known_place(ivec3 voxel, uint face) {
-    uvec3 p = uvec3(voxel - known_corner);
+    uvec3 p = uvec3(voxel - known_corner());
     return ((p.x | p.y | p.z) >> 8) != 0u ? KNOWN_PLACE : p.x | p.y << 8 | p.z << 16 | face << 24;
 }
 
@@ -48,41 +72,63 @@ uint known_slot(uint place) {
     return known_first + (rx_hash(place) & KNOWN_EACH - 1u);
 }
 
-uint known_word(uint at) {
-    return known[at / 4u][at % 4u];
+// The same in that of a region.
+uint region_place(ivec3 voxel, uint face, uint size) {
+    uvec3 p = uvec3(voxel - region_corner(size));
+    return ((p.x | p.y | p.z) >> 9) != 0u ? REGION_PLACE : p.x | p.y << 9 | p.z << 18 | face << 27;
 }
 
-// Whether a voxel's face is in the list of near lamps.
-bool near_lists(ivec3 voxel, uint face, uint size) {
-    ivec3 cell = known_voxel >> near_log2(size);
-    uint place = near_place(voxel, face, cell, size);
-    if (place > NEAR_PLACE) return false;
-    uint word = known_word(near_first(cell, size) + near_slot(place));
-    return word != 0u && (word & NEAR_PLACE) == place;
+uint region_slot(uint place, uint size) {
+    return REGION_SETS + region_list(size) + (rx_hash(place) & REGION_EACH - 1u);
 }
 
-// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether it is known to light the place.
+// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether a list has it.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
     listed = false;
     float density = known_ways.w * rx_light_probability(radiance);
     if (known_ways.x > 0.0) {
         uint place = known_place(voxel, face), word = known_word(known_slot(place));
-        listed = place != KNOWN_PLACE && (word & KNOWN_PLACE) == place && word != 0u;
-        if (listed) density += known_ways.x * known_share(word) / known_sum;
+        if (place != KNOWN_PLACE && (word & KNOWN_PLACE) == place && word != 0u) {
+            listed = true;
+            density += known_ways.x * known_share(word) / known_sum;
+        }
     }
-    for (uint size = 0u; size < NEAR_SIZES; ++size) {
-        float way = size == 0u ? known_ways.y : known_ways.z;
-        if (way > 0.0 && near_lists(voxel, face, size)) density += way / float(NEAR_EACH);
+    for (uint size = 0u; size < REGION_SIZES; ++size) {
+        if (known_members[size] == 0u) continue;
+        uint place = region_place(voxel, face, size), word = known_word(region_slot(place, size));
+        if (place != REGION_PLACE && (word & REGION_PLACE) == place && word != 0u) {
+            listed = true;
+            density += known_ways[size + 1u] / float(known_members[size]);
+        }
     }
     return density;
 }
 
+// Most threads of a frame bring what another one has brought.
+void known_bring(uint at, uint word) {
+    if (found[at] < word) atomicMax(found[at], word);
+}
+
 // A voxel's face gives a place so much light, unhidden.
 void known_add(ivec3 voxel, uint face, float light) {
-    uint place = known_place(voxel, face);
-    if (place == KNOWN_PLACE || !(light > 0.0)) return;
-    uint level = uint(clamp(log2(light) - KNOWN_LEAST, 1.0, 31.0));
-    atomicMax(found[known_slot(place)], level << 27 | place);
+    if (!(light > 0.0)) return;
+    uint place = known_place(voxel, face), level = uint(clamp(log2(light) - KNOWN_LEAST, 1.0, 31.0));
+    if (place != KNOWN_PLACE) known_bring(known_slot(place), level << KNOWN_BITS | place);
+    for (uint size = 0u; size < REGION_SIZES; ++size) {
+        place = region_place(voxel, face, size);
+        if (place != REGION_PLACE) known_bring(region_slot(place, size), REGION_LATELY | place);
+    }
+}
+
+// The voxel's face that a place on a lamp lies on, and the place there.
+void known_point(RxLight lamp, inout vec2 uv, out ivec3 voxel) {
+    ivec3 u, v;
+    rx_face_tangents(lamp.face, u, v);
+    vec2 whole = min(floor(uv * lamp.edge), lamp.edge - 1.0);
+    uv = uv * lamp.edge - whole;
+    voxel = lamp.voxel + int(whole.x) * u + int(whole.y) * v;
+    // A large face lies on the far side of its cell.
+    if ((lamp.face & 1u) != 0u) voxel += (int(lamp.edge) - 1) * rx_face_step(lamp.face);
 }
 
 // A face of the list, drawn by its share. `uv` are two random numbers, and then the place on the face.
@@ -102,39 +148,36 @@ void known_draw(inout vec2 uv, out ivec3 voxel, out uint face) {
             left -= share;
         }
     }
-    voxel = known_corner + ivec3(uvec3(chosen, chosen >> 8, chosen >> 16) & 255u);
+    voxel = known_corner() + ivec3(uvec3(chosen, chosen >> 8, chosen >> 16) & 255u);
     face = chosen >> 24 & 7u;
 }
 
-// The same from the list of near lamps, each place of it alike; false if that is empty.
-bool near_draw(uint size, inout vec2 uv, out ivec3 voxel, out uint face) {
-    ivec3 cell = known_voxel >> near_log2(size);
-    float slot = floor(uv.x * float(NEAR_EACH));
-    uint word = known_word(near_first(cell, size) + uint(slot));
-    uv.x = uv.x * float(NEAR_EACH) - slot;
-    voxel = near_voxel(word & NEAR_PLACE, cell, size);
+// The same from the list of a region, each member alike.
+void region_draw(uint size, inout vec2 uv, out ivec3 voxel, out uint face) {
+    float members = float(known_members[size]), chosen = min(floor(uv.x * members), members - 1.0);
+    uint word = known_word(REGION_ROWS + region_list(size) + 1u + uint(chosen));
+    uv.x = clamp(uv.x * members - chosen, 0.0, 0.99999994);
+    voxel = region_corner(size) + ivec3(uvec3(word, word >> 9, word >> 18) & 511u);
     face = word >> 27 & 7u;
-    return word != 0u;
 }
 
-// The voxel's face of a lamp; `way`, from 0 to 1, says how it is drawn. False if there is none. Draws a pair.
+// The voxel's face of a lamp; `way`, from 0 to 1, says how it is drawn. False if it is gone. Draws a pair.
 bool known_candidate(float way, inout RxSampler s, out RxLight lamp, out vec2 uv) {
-    ivec3 voxel;
-    if (way >= 1.0 - known_ways.w) {
+    float by_lists = 1.0 - known_ways.w;
+    if (way >= by_lists) {
         uint index;
         rx_draw_lamp(s, index, uv);
         lamp = rx_light(index);
-        lamp_voxel(lamp, uv, voxel);
-        lamp.voxel = voxel;
+        known_point(lamp, uv, lamp.voxel);
         lamp.edge = 1.0;
         return true;
     }
+    ivec3 voxel;
     uint face;
-    bool found = true;
     uv = rx_next2(s);
     if (way < known_ways.x) known_draw(uv, voxel, face);
-    else found = near_draw(way < known_ways.x + known_ways.y ? 0u : 1u, uv, voxel, face);
-    lamp = RxLight(voxel, face, found ? rx_material(voxel) : 0u, 0.0, 1.0);
+    else region_draw(known_members.x > 0u && (way < known_ways.x + known_ways.y || known_members.y == 0u) ? 0u : 1u, uv, voxel, face);
+    lamp = RxLight(voxel, face, rx_material(voxel), 0.0, 1.0);
     return lamp.material != 0u;
 }
 

@@ -1,35 +1,48 @@
-// Lamps that have lit faces in this frame join those that are known (known_lamps.glsl). What has not lit any for 16 frames counts half. Lists of near lamps
-// (near_lamps.glsl) fill their empty places at once, and are replaced by those of a whole turn at its end.
+// Lamps that have lit faces in this frame join those that are known (known_lamps.glsl). What has not lit any for 16 frames counts half; regions forget it after 48.
 #version 460
-#include <raxel/random.glsl>
 #include "../frame.glsl"
-#include "near_lamps.glsl"
+#include "lamp_lists.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430) buffer Known { uvec4 known[]; };
 layout(std430) buffer Found { uint found[]; };
 
-uint learned_known(uint old, uint first) {
-    uint now = found[first];
-    if ((frame.index & 15u) == 0u && old != 0u) old = old >> 27 > 1u ? old - (1u << 27) : 0u;
-    if (now != 0u) found[first] = 0u;
-    return max(old, now);
-}
+shared uint members[64];   // of each thread
 
-uint learned_near(uint old, uint first) {
-    uint turn = frame.index / NEAR_TURNS;
-    bool ends = frame.index % NEAR_TURNS == NEAR_TURNS - 1u;
-    if (!ends && old != 0u) return old;
-    uint now = found[first], place = near_plain(now & NEAR_PLACE, turn);
-    if (ends && now != 0u) found[first] = 0u;
-    // Of another turn, if frames have been left out.
-    return now == 0u || near_slot(place) != (first & NEAR_EACH - 1u) ? 0u : now & ~NEAR_PLACE | place;
+// A word of a list after this frame.
+uint learned(uint old, uint at, uint bits) {
+    uint now = found[at];
+    if ((frame.index & 15u) == 0u && old != 0u) old = old >> bits > 1u ? old - (1u << bits) : 0u;
+    if (now != 0u) found[at] = 0u;
+    return max(old, now);
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
+    bool of_region = 4u * i >= REGION_SETS;
     uvec4 old = known[i], words;
-    bool is_known = 4u * i < KNOWN_CELLS * KNOWN_EACH;
-    for (uint k = 0u; k < 4u; ++k) words[k] = is_known ? learned_known(old[k], 4u * i + k) : learned_near(old[k], 4u * i + k);
+    uint own = 0u;
+    for (uint k = 0u; k < 4u; ++k) {
+        words[k] = learned(old[k], 4u * i + k, of_region ? REGION_BITS : KNOWN_BITS);
+        own += words[k] != 0u ? 1u : 0u;
+    }
+    if (of_region) {
+        // A group has a region's list. Members stand in a row, so that each is drawn as often as all others.
+        members[gl_LocalInvocationIndex] = own;
+        barrier();
+        uint before = 0u, all = 0u;
+        for (uint thread = 0u; thread < gl_WorkGroupSize.x; ++thread) {
+            if (thread == gl_LocalInvocationIndex) before = all;
+            all += members[thread];
+        }
+        uint row = REGION_ROWS + gl_WorkGroupID.x * REGION_EACH - REGION_SETS;
+        for (uint k = 0u; k < 4u; ++k) {
+            if (words[k] == 0u) continue;
+            ++before;
+            if (before < REGION_EACH) known[(row + before) / 4u][(row + before) % 4u] = words[k];
+            else words[k] = 0u;
+        }
+        if (gl_LocalInvocationIndex == 0u) known[row / 4u][0] = min(all, REGION_EACH - 1u);
+    }
     if (words != old) known[i] = words;
 }
