@@ -378,8 +378,8 @@ fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
     let mut bench = Bench::new(effort(&project, [64, 40], 24, 256));
     let references = bench.references(&scene).unwrap();
     let file = "shaders/light/face_cache/known_lamps.glsl";
-    let cells = ("i < KNOWN_EACH / 4u && cell;", "i < 0u;");
-    let regions = ("size < REGION_SIZES && regions;", "size < 0u;");
+    let cells = ("i < KNOWN_EACH / 4u && lists;", "i < 0u;");
+    let regions = ("size < REGION_SIZES && lists;", "size < 0u;");
     let [both, no_regions, neither] = [&[][..], &[regions], &[cells, regions]].map(|left_out| {
         for (text, other) in left_out {
             project.edit(file, text, other);

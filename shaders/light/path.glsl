@@ -10,8 +10,7 @@
 //     #define PATH_ROULETTE_MOST p  and lets no more than so large a part of the paths go on from each, 0.95 otherwise
 //     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
 //     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
-//     #define PATH_KNOWN_LAMPS      lamps are drawn with the help of lists of those that are known there: face_cache/known_lamps.glsl
-//     #define PATH_KNOWN_DEEP b     so at all places of the path if b is true, which it is otherwise, too; else only at the first
+//     #define PATH_KNOWN_LAMPS      the lamps at the first place are drawn with the help of those that are known there: face_cache/known_lamps.glsl
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
@@ -27,9 +26,6 @@
 #endif
 #ifndef PATH_ROULETTE_MOST
 #define PATH_ROULETTE_MOST 0.95
-#endif
-#ifndef PATH_KNOWN_DEEP
-#define PATH_KNOWN_DEEP true
 #endif
 #ifndef PATH_DEEP
 #define PATH_DEEP 256u
@@ -85,16 +81,15 @@ void path_end() {}
 #endif
 
 #ifdef PATH_KNOWN_LAMPS
-// Lamps that are drawn from here on are for a place.
-void path_known(ivec3 voxel, uint face, vec2 uv, uint depth) {
-    bool first = depth == 0u;
+// Lamps that are drawn from here on are for a place; at the first one with the help of the lists.
+void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
 #ifdef RX_BINDS_instances
     // Lists are of places in the world; of what is turned, its nearest axis counts.
     vec3 away = rx_place_normal(voxel, face), most = abs(away);
     uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
-    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), first, first || PATH_KNOWN_DEEP);
+    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), first);
 #else
-    known_begin(voxel, face, first, first || PATH_KNOWN_DEEP);
+    known_begin(voxel, face, first);
 #endif
 }
 #endif
@@ -188,7 +183,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
                 RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
 #ifdef PATH_KNOWN_LAMPS
-                path_known(at.voxel, at.face, at.uv, depth);
+                path_known(at.voxel, at.face, at.uv, depth == 0u);
                 lamp = known_resample(candidates, numbers, from, normal);
 #else
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));

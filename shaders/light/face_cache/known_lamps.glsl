@@ -47,17 +47,17 @@ uint region_list(uint size) {
     return (size * REGION_CELLS + (rx_hash(rx_hash(known_voxel >> region_log2(size)) + size) & REGION_CELLS - 1u)) * REGION_EACH;
 }
 
-// Before lamps are drawn for a place: whether those of its cell and those of its regions are known.
-void known_begin(ivec3 voxel, uint face, bool cell, bool regions) {
+// Before lamps are drawn for a place. Without `lists`, all are drawn by power.
+void known_begin(ivec3 voxel, uint face, bool lists) {
     known_voxel = voxel;
     known_first = (rx_hash(rx_hash(voxel >> 4) + face) & KNOWN_CELLS - 1u) * KNOWN_EACH;
     known_sum = 0.0;
-    for (uint i = 0u; i < KNOWN_EACH / 4u && cell; ++i) {
+    for (uint i = 0u; i < KNOWN_EACH / 4u && lists; ++i) {
         uvec4 words = known[known_first / 4u + i];
         for (int k = 0; k < 4; ++k) known_sum += known_share(words[k]);
     }
     known_members = uvec2(0u);
-    for (uint size = 0u; size < REGION_SIZES && regions; ++size) known_members[size] = known[(REGION_ROWS + region_list(size)) / 4u].x;
+    for (uint size = 0u; size < REGION_SIZES && lists; ++size) known_members[size] = known[(REGION_ROWS + region_list(size)) / 4u].x;
     known_ways = vec4(known_sum > 0.0 ? 0.5 : 0.0, known_members.x > 0u ? 0.25 : 0.0, known_members.y > 0u ? 0.125 : 0.0, 0.125);
     known_ways /= known_ways.x + known_ways.y + known_ways.z + known_ways.w;
 }

@@ -50,8 +50,6 @@ vec4 kept(RxHit hit) {
 #define PATH_KEPT
 #ifdef RX_BINDS_Known
 #define PATH_KNOWN_LAMPS
-// By day, lamps that light what paths meet matter little.
-#define PATH_KNOWN_DEEP (!queue_quiet())
 #endif
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"
