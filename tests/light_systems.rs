@@ -393,7 +393,7 @@ fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
     assert_eq!(bench.complaints(), &[] as &[String]);
     assert!(both.0.abs() < 0.03, "{both:?}");
     assert!(both.1.error < 0.8 * no_regions.1.error, "{both:?} {no_regions:?}");
-    assert!(both.1.error < 0.2 * neither.1.error, "{both:?} {neither:?}");
+    assert!(both.1.error < 0.3 * neither.1.error, "{both:?} {neither:?}");
 }
 
 /// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.
