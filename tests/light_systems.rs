@@ -45,7 +45,7 @@ fn means(session: &mut Session, count: u32) -> Vec<f64> {
 fn caches_of_light_take_the_memory_that_is_said() {
     let project = Project::shipped();
     room(&project);
-    for (system, most) in [("face_cache", 48.5), ("hash_cache", 64.5), ("surface_cache", 46.5), ("surface_f32", 56.5)] {
+    for (system, most) in [("face_cache", 51.5), ("hash_cache", 64.5), ("surface_cache", 46.5), ("surface_f32", 56.5)] {
         let session = open(&project, &common::graph_in(common::LIGHT, system), [16, 9], &[]);
         // All can be read here, those of passes for other worlds included, which this room does not count.
         let plan = session.plan().unwrap();
@@ -350,6 +350,50 @@ fn lamps_that_are_known_add_no_light_and_take_none() {
     assert_eq!(bench.complaints(), &[] as &[String]);
     assert!(with.0.abs() < 0.02 && (with.0 - without.0).abs() < 0.015, "{with:?} {without:?}");
     assert!(with.1 < 0.85 * without.1, "{with:?} {without:?}");
+}
+
+/// Three lamps over a floor, and under it a sealed cellar with thousands of them, which take nearly all draws by power.
+fn cellar(project: &Project) {
+    let materials = "wall = { albedo = [0.5, 0.5, 0.5] }\nlamp = { albedo = [1.0, 0.9, 0.8], emission = 6.0 }";
+    let mut build = vec![
+        cuboid("wall", [-2, -8, -2], [50, 0, 50], ""),
+        cuboid("lamp", [0, -6, 0], [48, -5, 48], ""),
+        "[[build]]\nop = \"box\"\nmode = \"subtract\"\nmin = [0, -5, 0]\nmax = [48, -3, 48]\n".to_owned(),
+        cuboid("wall", [23, 0, 14], [25, 7, 34], ""),
+    ];
+    for [x, y, z] in [[14, 2, 20], [30, 4, 16], [36, 1, 33]] {
+        build.push(cuboid("lamp", [x, y, z], [x + 1, y + 1, z + 1], ""));
+    }
+    world(project, materials, &build, [24.0, 26.0, 60.0], [24.0, 0.0, 24.0], 50.0);
+}
+
+/// Lamps that some face has found are known to the faces around it, among thousands that nothing sees: the same light as by power alone, with a fraction
+/// of its error.
+#[test]
+fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
+    let project = Project::shipped();
+    cellar(&project);
+    let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
+    let scene = Scene { params: dark, ..scene() };
+    let mut bench = Bench::new(effort(&project, [64, 40], 24, 256));
+    let references = bench.references(&scene).unwrap();
+    let file = "shaders/light/face_cache/known_lamps.glsl";
+    let cells = ("i < KNOWN_EACH / 4u && lists;", "i < 0u;");
+    let regions = ("size < REGION_SIZES && lists;", "size < 0u;");
+    let [both, no_regions, neither] = [&[][..], &[regions], &[cells, regions]].map(|left_out| {
+        for (text, other) in left_out {
+            project.edit(file, text, other);
+        }
+        let outcome = bench.system("graphs/light/face_cache.toml", &scene, &references).unwrap();
+        for (text, other) in left_out {
+            project.edit(file, other, text);
+        }
+        (outcome.mean / references.about.mean - 1.0, outcome.still.last().unwrap().judged)
+    });
+    assert_eq!(bench.complaints(), &[] as &[String]);
+    assert!(both.0.abs() < 0.03, "{both:?}");
+    assert!(both.1.error < 0.8 * no_regions.1.error, "{both:?} {no_regions:?}");
+    assert!(both.1.error < 0.3 * neither.1.error, "{both:?} {neither:?}");
 }
 
 /// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.

@@ -80,6 +80,20 @@ void path_live(float on) {}
 void path_end() {}
 #endif
 
+#ifdef PATH_KNOWN_LAMPS
+// Lamps that are drawn from here on are for a place; at the first one with the help of the lists.
+void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
+#ifdef RX_BINDS_instances
+    // Lists are of places in the world; of what is turned, its nearest axis counts.
+    vec3 away = rx_place_normal(voxel, face), most = abs(away);
+    uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
+    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), first);
+#else
+    known_begin(voxel, face, first);
+#endif
+}
+#endif
+
 // Irradiance / pi: what a white matt surface would send back.
 vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     RxHit at = RxHit(voxel, face, 0u, 0.0, uv, 0u);
@@ -96,14 +110,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     RxSceneRay ray;
     path_begin(at);
 #ifdef PATH_KNOWN_LAMPS
-#ifdef RX_BINDS_instances
-    // Lists are of places in the world; of what is turned, its nearest axis counts.
-    vec3 away = rx_place_normal(voxel, face), most = abs(away);
-    uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
-    known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), uint(PATH_CANDIDATES));
-#else
-    known_begin(voxel, face, uint(PATH_CANDIDATES));
-#endif
+    vec2 onward = rx_next2(numbers);   // the best of the numbers are for the first ray that goes on
 #endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
@@ -120,7 +127,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             if (kind != ON) {
                 if (!found) {
 #ifdef PATH_KNOWN_LAMPS
-                    if (kind == LAMP && depth == 0u) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
+                    if (kind == LAMP) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
 #endif
                     sum += share * waiting;
                     path_note(kind == LAMP ? depth + 1u : depth, waiting);
@@ -141,7 +148,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                     float cosine = dot(rx_place_normal(at.voxel, at.face), RX_RAY(ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
                     if (rx_is_on_instance(hit.face)) weight = 1.0;
 #ifdef PATH_KNOWN_LAMPS
-                    if (depth == 0u && !rx_is_on_instance(hit.face)) {
+                    if (!rx_is_on_instance(hit.face)) {
                         weight = known_met_weight(hit, radiance, cosine, facing, points);
                         known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
                     }
@@ -176,10 +183,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                 uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
                 RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
 #ifdef PATH_KNOWN_LAMPS
-                if (depth == 0u) lamp = known_resample(candidates, numbers, from, normal);
-                else
-#endif
+                path_known(at.voxel, at.face, at.uv, depth == 0u);
+                lamp = known_resample(candidates, numbers, from, normal);
+#else
                 if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
+#endif
                 waiting = frame.lamp_strength * lamp.light;
                 ray = start;
                 RX_RAY(ray) = rx_lamp_ray(from, lamp.to);
@@ -209,7 +217,12 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             share /= on;
             path_live(on);
         }
-        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), rx_next2(numbers))));
+#ifdef PATH_KNOWN_LAMPS
+        if (depth > 0u) onward = rx_next2(numbers);
+#else
+        vec2 onward = rx_next2(numbers);
+#endif
+        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), onward)));
     }
     return sum;
 }

@@ -48,6 +48,24 @@ void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out v
     high = mean + wide;
 }
 
+// Weights of four texels in a row for a place between the middle two (Catmull and Rom, 1974): a mean that goes on over many frames stays sharp, which
+// linear weights blur a little in each.
+vec4 cubic(float t) {
+    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);
+}
+
+// The mean of earlier frames at a place of the picture, and its frames.
+vec4 mean_at(vec2 at, ivec2 size) {
+    ivec2 base = ivec2(floor(at - 0.5));
+    vec2 part = at - 0.5 - vec2(base);
+    vec4 along = cubic(part.x), down = cubic(part.y), mean = vec4(0.0);
+    for (int i = 0; i < 16; ++i) {
+        vec4 tap = texelFetch(before, clamp(base + ivec2(i & 3, i >> 2) - 1, ivec2(0), size - 1), 0);
+        mean += along[i & 3] * down[i >> 2] * vec4(pressed(tap.rgb), tap.w);
+    }
+    return mean;
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outAverage);
     if (any(greaterThanEqual(pixel, size))) return;
@@ -90,13 +108,7 @@ void main() {
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
             vec3 low, high;
             range_around(pixel, size, 1.0, low, high);
-            ivec2 base = ivec2(floor(at - 0.5));
-            vec2 part = at - 0.5 - vec2(base);
-            vec4 old = vec4(0.0);
-            for (int i = 0; i < 4; ++i) {
-                vec4 tap = texelFetch(before, clamp(base + ivec2(i & 1, i >> 1), ivec2(0), size - 1), 0);
-                old += ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y) * vec4(pressed(tap.rgb), tap.w);
-            }
+            vec4 old = mean_at(at, size);
             if (old.w > 0.0) {
                 frames = min(old.w, MOST_IN_MOTION - 1.0) + 1.0;
                 result = mix(clamp(old.rgb, low, high), now, 1.0 / frames);

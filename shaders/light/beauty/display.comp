@@ -31,7 +31,7 @@ vec3 sharpened(ivec2 pixel, ivec2 size, float exposure) {
     }
     vec3 room = sqrt(clamp(min(low, 1.0 - high) / max(high, 1e-4), 0.0, 1.0));
     // The mean of few frames has noise, which is not sharpened.
-    vec3 weight = -0.2 * push.sharpness * mean.a / (mean.a + 8.0) * room;
+    vec3 weight = -0.2 * push.sharpness * mean.a / (mean.a + 2.0) * room;
     // No further beyond what is around it than a quarter, so that no bright line lies along a dark edge.
     vec3 beyond = 0.25 * (high - low);
     vec3 sharp = clamp((middle + weight * sum) / (1.0 + 4.0 * weight), max(low - beyond, 0.0), high + beyond);

@@ -48,7 +48,9 @@ vec4 kept(RxHit hit) {
 // A lamp far away is worth a ray now and then: in daylight, or among thousands of others.
 #define PATH_LAMP_LEAST (0.3 * queue.bright)
 #define PATH_KEPT
+#ifdef RX_BINDS_Known
 #define PATH_KNOWN_LAMPS
+#endif
 #define PATH_CANDIDATES push.candidates
 #include "../path.glsl"
 
