@@ -2,13 +2,11 @@
 // lately. Half of the lamps that a path compares are drawn from that list, the others by power from all lamps; each counts by the true density of both ways together, so the list adds no
 // light and takes none, whatever is in it. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/world.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
 
-const uint KNOWN_CELLS = 32768u, KNOWN_EACH = 16u;
+#include "known.glsl"
+
 const uint KNOWN_PLACE = (1u << 27) - 1u;    // of a word: the place from the middle of the cell in three bytes, the face; above it, log2 of the light
 const float KNOWN_LEAST = -24.0;             // log2 of the faintest light
 const float UNKNOWN_WORTH = 0.25;            // of a lamp that has not been seen yet, beside one that has
-
-layout(std430) readonly buffer Known { uvec4 known[]; };  // four words of a list
-layout(std430) buffer Found { uint found[]; };       // what this frame adds
 
 ivec3 known_corner;      // of places in the list
 uint known_first;        // its first word

@@ -3,8 +3,7 @@
 #include "../frame.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) buffer Known { uvec4 known[]; };
-layout(std430) buffer Found { uint found[]; };
+#include "known.glsl"
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
