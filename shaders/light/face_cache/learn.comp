@@ -3,6 +3,7 @@
 #include "../frame.glsl"
 
 layout(local_size_x = 64) in;
+#define KNOWN_ACCESS
 #include "known.glsl"
 
 void main() {

@@ -16,7 +16,7 @@
 layout(local_size_x = 64) in;
 #include "queue.glsl"
 #include "../change.glsl"
-#define CACHE_ACCESS
+#define SOFT_ACCESS writeonly
 #include "cache.glsl"
 layout(push_constant) uniform Push { ivec2 pixels; } push;
 #include "soft.glsl"
