@@ -8,7 +8,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SMALL, command, output};
+use common::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SLOW_DRIVER, SMALL, command, output};
 
 /// What a device lacks: a format, a feature or memory; threads in a workgroup, shared bytes, bindings.
 const REFUSED: [&str; 4] = ["RX0410", "RX0175", "RX0176", "RX0183"];
@@ -28,7 +28,14 @@ fn run((project, library): &(Project, PathBuf), arguments: &[&str]) -> Run {
 
 /// Whether a graph runs on the device; if not, it says why.
 fn fits(shipped: &(Project, PathBuf), graph: &str) -> bool {
-    let world = if graph.ends_with("lum_live.toml") { "worlds/meadow.toml" } else { "worlds/valley.toml" };
+    fits_over(
+        shipped,
+        graph,
+        if graph.ends_with("lum_live.toml") { "worlds/meadow.toml" } else { "worlds/valley.toml" },
+    )
+}
+
+fn fits_over(shipped: &(Project, PathBuf), graph: &str, world: &str) -> bool {
     let run = run(shipped, &["render", graph, "--world", world, "--size", "32x18", "--validate", "-o", "out.png"]);
     assert_ne!(run.code, EXCEEDED, "{graph}: {}", run.stderr);
     if run.code == 0 {
@@ -50,6 +57,15 @@ fn graphs_without_demands_run_on_the_least_device() {
         assert!(fits(&shipped, graph), "{graph}");
     }
     assert!(!fits(&shipped, "graphs/light/face_cache.toml"));
+}
+
+/// Over a world with models that move, where passes bind most.
+#[test]
+fn the_light_of_pictures_runs_on_a_small_device() {
+    let shipped = behind(&SMALL);
+    for graph in ["graphs/light/face_cache.toml", "graphs/beauty.toml"] {
+        assert!(fits_over(&shipped, graph, "worlds/fair.toml"), "{graph}");
+    }
 }
 
 /// A driver of Vulkan 1.2 does if it has the extensions that became a part of 1.3.
@@ -91,11 +107,23 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     let good = run(&shipped, &["doctor", "--graph", "graphs/primary.toml", "--format", "json"]).exits(0).json();
     let graph = good.iter().find(|line| line["what"] == "graph").unwrap();
     assert_eq!(graph["state"], "ok", "{good:?}");
-    let poor = run(&shipped, &["doctor", "--graph", "graphs/beauty.toml", "--format", "json"]).exits(3).json();
+    let poor = ["doctor", "--graph", "graphs/rivals/light/gi_svgf.toml", "--format", "json"];
+    let poor = run(&shipped, &poor).exits(3).json();
     let state = |what: &str| poor.iter().find(|line| line["what"] == what).map(|line| line["state"].clone()).unwrap();
-    assert_eq!(state("storage buffers"), "bad", "{poor:?}");
-    assert_eq!(state("storage images"), "ok", "{poor:?}");
+    assert_eq!(state("storage images"), "bad", "{poor:?}");
+    assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
+}
+
+/// Nobody waits for a driver that compiles for long without knowing for what. Where nobody watches, half a minute may pass.
+#[test]
+fn a_pipeline_that_takes_long_is_named() {
+    let slow = behind(&SLOW_DRIVER);
+    let render = ["render", "graphs/inspect.toml", "--size", "32x18", "-o", "out.png"];
+    let told = run(&slow, &[&render[..], &["--verbose"]].concat()).exits(0).stderr;
+    assert!(told.contains("the driver has compiled pass `inspect` for 1 s; pipelines left: 1\n"), "{told}");
+    let quiet = run(&slow, &render).exits(0).stderr;
+    assert!(!quiet.contains("the driver has compiled"), "{quiet}");
 }
 
 #[test]
@@ -106,8 +134,8 @@ fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
     assert!([0, 3, 4].contains(&run.code), "{} {}\n{}", run.code, run.stdout, run.stderr);
 }
 
-/// Every graph that ships.
-fn every_graph(lesser: &Lesser, most_refused: usize) {
+/// Which of all graphs that ship the device refuses.
+fn refused(lesser: &Lesser) -> Vec<String> {
     let shipped = behind(lesser);
     let is_graph = |path: &String| {
         path.starts_with("graphs/")
@@ -117,23 +145,25 @@ fn every_graph(lesser: &Lesser, most_refused: usize) {
     let graphs = shipped.0.files().into_iter().filter(is_graph);
     let refused: Vec<String> = graphs.filter(|graph| !fits(&shipped, graph)).collect();
     println!("{} refuses {}: {}", lesser.name, refused.len(), refused.join(" "));
-    assert!(refused.len() <= most_refused, "{refused:?}");
+    refused
 }
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_the_least_device() {
-    every_graph(&LEAST, 27);
+    assert!(refused(&LEAST).len() <= 27);
 }
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_a_small_device() {
-    every_graph(&SMALL, 25);
+    // Those that raxel is compared with may need more.
+    let own = |graph: &String| !graph.starts_with("graphs/rivals/");
+    assert_eq!(refused(&SMALL).into_iter().filter(own).collect::<Vec<_>>(), [""; 0]);
 }
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_over_metal() {
-    every_graph(&METAL, 8);
+    assert!(refused(&METAL).len() <= 8);
 }

@@ -70,7 +70,7 @@ fn a_hash_cache_without_room_loses_no_light() {
     };
     let roomy = light();
     let slots = "RX_FACE_LOG2_SLOTS = 20u";
-    project.edit("shaders/include/raxel/light/face_table.glsl", slots, "RX_FACE_LOG2_SLOTS = 5u");
+    project.edit("shaders/include/raxel/light/face_slots.glsl", slots, "RX_FACE_LOG2_SLOTS = 5u");
     let full = light();
     // Two bounces are a third of the light here.
     assert!((full / roomy - 1.0).abs() < 0.05, "{full} with 32 slots, {roomy} with 2^20");
@@ -81,7 +81,7 @@ fn table(session: &mut Session) -> [u32; 3] {
     let mut word = |buffer: &str, at: u64| {
         u32::from_le_bytes(session.read_buffer(buffer, at..at + 4).unwrap().try_into().unwrap())
     };
-    [word("fit", 44), word("queue", 48), word("queue", 12)]
+    [word("cache", 44), word("queue", 48), word("queue", 12)]
 }
 
 /// Hills of steps that are narrower than a pixel, with room in the table for a part of what the picture sees.
@@ -106,7 +106,7 @@ fn a_view_of_more_faces_than_there_is_room_for_is_kept_in_cells() {
     let light = |room: u32| {
         steps(&project, room);
         let mut session = open(&project, "graphs/light/face_cache.toml", SIZE, &SKY);
-        for name in ["queue", "fit"] {
+        for name in ["queue", "cache"] {
             session.pin(name).unwrap();
         }
         // Whole faces, however narrow, unless there is no room.
@@ -138,7 +138,7 @@ fn faces_that_have_left_the_picture_give_their_slots_to_others() {
     let project = Project::shipped();
     steps(&project, ROOM);
     let mut session = open(&project, "graphs/light/face_cache.toml", [128, 72], &SKY);
-    for name in ["queue", "fit"] {
+    for name in ["queue", "cache"] {
         session.pin(name).unwrap();
     }
     let mut most = 0;
@@ -159,7 +159,7 @@ fn faces_that_have_left_the_picture_give_their_slots_to_others() {
     assert!(all > 8 * ROOM, "{all}");
     assert!(most <= 2 * ROOM, "{most} slots are taken");
     // The number is that of the words in the table.
-    let keys = session.read_buffer("keys", 0..4 << 20).unwrap();
+    let keys = session.read_buffer("cache", 656..656 + (4 << 20)).unwrap();
     let taken = keys.chunks_exact(4).filter(|word| word[3] >> 2 != 0).count();
     assert_eq!(taken as u32, table(&mut session)[0]);
 }

@@ -185,7 +185,7 @@ fn worlds_without_instances_pay_nothing() {
             let bound = |pass: &raxel_graph::checked::Pass| {
                 pass.accesses.iter().any(|access| {
                     let name = &plan.graph.resource(access.resource).name;
-                    ["instances", "poses", "moves_seen"].contains(&name.as_str())
+                    ["instances", "poses"].contains(&name.as_str())
                 })
             };
             assert_eq!(

@@ -4,6 +4,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Observe, Options, Project, Session, Validation};
+use raxel_graph::needs;
+use raxel_graph::plan::{BindingLimits, Limits};
 
 /// A small picture that is no multiple of a workgroup.
 const SIZE: [u32; 2] = [50, 29];
@@ -70,6 +72,25 @@ fn differs(rgba: &[u8]) -> bool {
     rgba.chunks_exact(4).any(|pixel| pixel != &rgba[..4])
 }
 
+/// What a pass of raxel's own graphs may need: as much as a small device with a driver of its own has, such as that of a Raspberry Pi 5.
+const SMALL: Limits = Limits {
+    workgroup_invocations: 256,
+    shared_memory: 16384,
+    push_constants: 128,
+    bindings: BindingLimits { storage_buffers: 8, storage_images: 4, ..Limits::PORTABLE.bindings },
+    ..Limits::PORTABLE
+};
+
+/// Stops the test if a pass needs more than a small device has. Graphs that raxel is compared with may.
+fn is_within(graph: &str, what: &str, session: &Session) {
+    if graph.starts_with("graphs/rivals/") {
+        return;
+    }
+    for need in needs(session.plan().expect("a frame was made"), &SMALL) {
+        assert!(need.is_met(), "{what}: {} {} in pass `{}`, not {}", need.needs, need.what, need.pass, need.has);
+    }
+}
+
 #[test]
 fn every_graph_runs_over_every_world() {
     let _turn = turn();
@@ -86,6 +107,7 @@ fn every_graph_runs_over_every_world() {
             let files = (Some(graph.into()), Some(world.into()));
             let mut session = open(&what, Options { graph: files.0, world: files.1, ..options() });
             assert!(differs(&run(&what, &mut session)), "{what} is of one colour");
+            is_within(graph, &what, &session);
         }
     }
 }

@@ -1,9 +1,10 @@
-// What watch.comp has noticed about the light since the last frame. `STATE_ACCESS` is defined as nothing by the shader that writes it.
-#ifndef STATE_ACCESS
-#define STATE_ACCESS readonly
+// What watch.comp has noticed about the light since the last frame. The shader that writes it defines `STATE_WRITES`; to all others it is a uniform
+// block, which leaves them a storage buffer more. It has the same places in both.
+#ifdef STATE_WRITES
+layout(std430) buffer State {
+#else
+layout(std140) uniform State {
 #endif
-
-layout(std430) STATE_ACCESS buffer State {
     uint generation;    // one more with each great change of the light or the world
     float cap;          // samples from before the change that still count
     uint changed;       // 1 in the frame of a change

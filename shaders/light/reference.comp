@@ -4,7 +4,6 @@
 // who has a short path does not wait for the others before the next one.
 #version 460
 #include <raxel/scene.glsl>
-#include <raxel/shade.glsl>
 #include <raxel/light/lights.glsl>
 #include <raxel/light/sobol.glsl>
 #include "frame.glsl"
@@ -14,11 +13,9 @@ layout(rgba32f) uniform image2D sum;      // of the paths' light; their number
 layout(rgba32f) uniform image2D rest;     // what `sum` has lost to rounding
 layout(rgba32f) uniform image2D squares;  // of the paths' light
 layout(rgba32f) uniform writeonly image2D outRadiance;
-layout(rgba16f) uniform writeonly image2D outColor;
 layout(push_constant) uniform Push {
     int paths;
     float filter_width;
-    float exposure;
 } push;
 
 const uint MOST_VERTICES = 256u;  // a path of a room with albedo 0.9 gets so far once in 10^11
@@ -77,7 +74,6 @@ void add(ivec2 pixel, vec3 light, vec3 square) {
     imageStore(squares, pixel, squared + vec4(square, 0.0));
     vec3 mean = (now.rgb + lost.rgb) / now.a;
     imageStore(outRadiance, pixel, vec4(mean, 1.0));
-    imageStore(outColor, pixel, vec4(rx_tone_curve(push.exposure * mean), 1.0));
 }
 
 void main() {

@@ -15,7 +15,7 @@
 #include <raxel/light/atmosphere.glsl>
 uniform sampler2D sky_view;
 // What lights the scene from afar (sky/sky_view.comp). Without a night, without clouds, all but the first is 0.
-layout(std430) readonly buffer SunLight {
+layout(std140) uniform SunLight {
     vec4 sun_light;    // irradiance through the air, for a strength of 1: of the sun, by night of the moon
     vec4 sky_way;      // direction to it
     vec4 sky_moon;     // direction to the moon; how much of the night has come

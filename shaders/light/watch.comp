@@ -2,7 +2,7 @@
 // much begins a new generation.
 #version 460
 #include "scene.glsl"
-#define STATE_ACCESS
+#define STATE_WRITES
 #include "change.glsl"
 
 layout(local_size_x = 1) in;

@@ -50,6 +50,8 @@ pub struct Lesser {
     pub extensions: bool,
     /// Vulkan 1.2, with extensions for what raxel needs of 1.3.
     pub core12: bool,
+    /// How long the driver takes for a compute pipeline at least, milliseconds.
+    pub pipeline_milliseconds: u32,
 }
 
 /// As much as every device of Vulkan 1.3 has ("Required Limits", "Feature Requirements").
@@ -71,6 +73,7 @@ pub const LEAST: Lesser = Lesser {
     timestamps: false,
     extensions: false,
     core12: false,
+    pipeline_milliseconds: 0,
 };
 
 /// A small device with a driver of its own, such as the Raspberry Pi 5 (`anywhere.md`: 4 storage images, 8 storage buffers).
@@ -110,6 +113,9 @@ pub const METAL: Lesser = Lesser {
 
 /// The same over a driver of Vulkan 1.2.
 pub const METAL_12: Lesser = Lesser { name: "a device of Vulkan 1.2", core12: true, ..METAL };
+
+/// The same with a driver that is slow at compiling.
+pub const SLOW_DRIVER: Lesser = Lesser { name: "a device with a slow driver", pipeline_milliseconds: 1600, ..METAL };
 
 /// Formats whose images every device can store to, of those that graphs can name ("Required Format Support").
 const STORED_EVERYWHERE: &[vk::Format] = &[
@@ -170,6 +176,7 @@ impl Lesser {
             ("EXTENSIONS", u32::from(self.extensions)),
             ("CORE12", u32::from(self.core12)),
             ("TIMESTAMPS", u32::from(self.timestamps)),
+            ("PIPELINE_MILLISECONDS", self.pipeline_milliseconds),
         ];
         let mut values = String::new();
         for (name, value) in limits {
@@ -315,6 +322,7 @@ static int (*create_device)(Word, const char *, const void *, Word *);
 static int (*create_layout)(Word, const char *, const void *, Word *);
 static int (*create_image)(Word, const char *, const void *, Word *);
 static int (*create_pipeline_layout)(Word, const char *, const void *, Word *);
+static int (*create_pipelines)(Word, Word, unsigned, const void *, const void *, Word *);
 static void (*update_sets)(Word, unsigned, const char *, unsigned, const void *);
 
 static void our_properties(Word device, void *answer) { properties(device, answer); lower(answer, LIMITS); }
@@ -410,6 +418,10 @@ static int our_pipeline_layout(Word device, const char *info, const void *alloca
         if (range[1] + range[2] > PUSH_CONSTANTS) exceeded("bytes of push constants", range[1] + range[2], PUSH_CONSTANTS);
     return create_pipeline_layout(device, info, allocator, layout);
 }
+static int our_pipelines(Word device, Word cache, unsigned count, const void *infos, const void *allocator, Word *made) {
+    usleep(1000 * PIPELINE_MILLISECONDS);
+    return create_pipelines(device, cache, count, infos, allocator, made);
+}
 static int our_image(Word device, const char *info, const void *allocator, Word *image) {
     const unsigned *words = (const unsigned *)(info + 16);
     unsigned type = words[1], format = words[2], most = type == 2 ? SIDE_3D : SIDE_2D, usage = *(const unsigned *)(info + 56);
@@ -445,6 +457,7 @@ static Function ours(const char *name, Function found) {
     OURS("vkCreateDevice", create_device, our_device)
     OURS("vkCreateDescriptorSetLayout", create_layout, our_layout)
     OURS("vkCreatePipelineLayout", create_pipeline_layout, our_pipeline_layout)
+    OURS("vkCreateComputePipelines", create_pipelines, our_pipelines)
     OURS("vkCreateImage", create_image, our_image)
     OURS("vkUpdateDescriptorSets", update_sets, our_sets)
     return found;

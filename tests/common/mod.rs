@@ -15,7 +15,7 @@ use std::process::{Command, Output, Stdio};
 pub use child::{LIMIT, Running, Said, line, output};
 pub use display::{Display, eventually};
 pub use faults::{CALLS, Fault, Faults};
-pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SMALL};
+pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SLOW_DRIVER, SMALL};
 pub use vulkan::before_vulkan;
 
 /// The root of the repository.

@@ -12,6 +12,7 @@ use raxel_graph::plan::{Lifetime, Plan};
 use super::FRAMES;
 use super::capture::{Capture, Captured};
 use super::error::{ExecuteError, Suspect};
+use super::heartbeat::Heartbeat;
 use super::inputs::FrameInputs;
 use super::lens::Lens;
 use super::physical::Filling;
@@ -108,9 +109,9 @@ pub enum Progress {
     },
 }
 
-/// The last value that the device was seen to have reached, and when it was first seen so.
+/// How far the device was seen to have come, and when it was first seen so.
 struct Observed {
-    reached: TimelineValue,
+    beat: Heartbeat,
     since: Instant,
 }
 
@@ -129,7 +130,7 @@ impl Executor {
             capture: None,
             captured: None,
             told: Told::default(),
-            progress: Observed { reached: TimelineValue::default(), since: Instant::now() },
+            progress: Observed { beat: Heartbeat::default(), since: Instant::now() },
             shared,
             running: None,
             ran: None,
@@ -271,7 +272,7 @@ impl Executor {
     fn run_frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
         let slot_index = (self.frame % FRAMES as u64) as usize;
         let device = self.shared.device.clone();
-        device.wait(self.slots[slot_index].commands.submitted(), self.shared.watchdog())?;
+        self.wait_at_work(self.slots[slot_index].commands.submitted())?;
         device.collect();
         self.read_times(slot_index)?;
         self.read_told(slot_index);
@@ -399,10 +400,10 @@ impl Executor {
             Err(raxel_gpu::Error::TimedOut { .. }) => {}
             Err(error) => return Err(self.attribute_loss(error.into())),
         }
-        let reached = device.reached().map_err(|error| self.attribute_loss(error.into()))?;
+        let beat = self.heartbeat().map_err(|error| self.attribute_loss(error.into()))?;
         // Nothing new was finished, or nothing was asked for since all was finished.
-        if reached > self.progress.reached {
-            self.progress = Observed { reached, since: Instant::now() };
+        if beat != self.progress.beat {
+            self.progress = Observed { beat, since: Instant::now() };
         }
         let elapsed = self.progress.since.elapsed();
         if elapsed >= self.shared.watchdog() {
@@ -423,7 +424,7 @@ impl Executor {
 
     /// Waits until the device has finished all frames.
     pub fn wait(&mut self) -> Result<(), ExecuteError> {
-        let result = self.shared.device.wait_idle(self.shared.watchdog());
+        let result = self.wait_at_work(self.shared.device.submitted());
         result.map_err(|error| self.attribute_loss(error.into()))
     }
 
@@ -522,7 +523,7 @@ impl Executor {
 impl Drop for Executor {
     fn drop(&mut self) {
         // Command buffers must not be freed while they run; what a hung device holds is leaked.
-        match self.shared.device.wait_idle(self.shared.watchdog()) {
+        match self.wait_at_work(self.shared.device.submitted()) {
             // A trace has the last frames, too.
             Ok(()) => {
                 self.timings();

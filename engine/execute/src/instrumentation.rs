@@ -65,17 +65,26 @@ impl Instrumentation {
         })
     }
 
+    /// How many of these passes, recorded in a frame, have finished. 0 where nothing is known of them.
+    pub(super) fn finished(&self, slot: usize, frame: u64, recorded: &[u32]) -> usize {
+        recorded.iter().filter(|pass| self.reached(slot, **pass as usize, frame, true) == Some(true)).count()
+    }
+
     /// Whether a pass that was recorded in a frame has begun and not finished. False where nothing is known of it.
-    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
     fn is_running(&self, slot: usize, pass: usize, frame: u64) -> bool {
-        let reached = |finished| match (&self.markers, &self.timestamps[slot]) {
+        self.reached(slot, pass, frame, false) == Some(true) && self.reached(slot, pass, frame, true) == Some(false)
+    }
+
+    /// Whether a pass that was recorded in a frame has begun, or has finished; `None` where nothing is known of it.
+    #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its passes in 32 bits")]
+    fn reached(&self, slot: usize, pass: usize, frame: u64, finished: bool) -> Option<bool> {
+        match (&self.markers, &self.timestamps[slot]) {
             (Some(markers), _) => {
                 markers.word(self.marker(slot, pass, finished)).map(|word| word == marker_word(frame))
             }
             (None, Some(timestamps)) => timestamps.is_taken(2 * pass as u32 + u32::from(finished)),
             (None, None) => None,
-        };
-        reached(false) == Some(true) && reached(true) == Some(false)
+        }
     }
 }
 

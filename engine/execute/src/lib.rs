@@ -11,9 +11,11 @@ mod digest;
 mod display;
 mod error;
 mod executor;
+mod heartbeat;
 mod inputs;
 mod instrumentation;
 mod lens;
+mod making;
 mod memo;
 pub mod moment;
 mod physical;
@@ -44,6 +46,7 @@ pub use error::{ExecuteError, Suspect};
 pub use executor::{Executor, ExecutorOptions, FramePicture, Histories, Progress};
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
+pub use making::Compiling;
 pub use prepare::{Builder, Pipelined, Prepared};
 pub use prints::{Assertion, Omitted, PassPrints, PrintedLine};
 pub use readback::ReadTicket;
@@ -51,6 +54,9 @@ pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
 pub use source::{ExternalResource, Sources, WriteError};
 pub use upload::FRAME_BYTES;
+
+/// Target of the `tracing` events, of level `INFO`, that name what takes long: a field `seconds`, and a message that can be shown as it is.
+pub const SLOW: &str = "raxel::slow";
 
 /// Frames that are recorded while the device still works on earlier ones.
 const FRAMES: usize = 2;

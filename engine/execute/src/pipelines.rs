@@ -13,8 +13,10 @@ use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
 use raxel_spirv::Module;
 
+use super::SLOW;
 use super::display::{self, Variant};
 use super::error::ExecuteError;
+use super::making::{Compiling, Making};
 use super::retained::Retained;
 use super::shared::lock;
 use super::values;
@@ -34,11 +36,22 @@ pub(super) struct Pipelines {
     passes: Mutex<Retained<PipelineKey, ComputePipeline>>,
     displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
     samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
+    making: Making,
 }
 
 impl Pipelines {
     pub(super) fn new() -> Self {
-        Self { passes: Mutex::new(Retained::new(BUDGET)), displays: Mutex::default(), samplers: Mutex::default() }
+        Self {
+            passes: Mutex::new(Retained::new(BUDGET)),
+            displays: Mutex::default(),
+            samplers: Mutex::default(),
+            making: Making::default(),
+        }
+    }
+
+    /// The pipeline that the driver has worked on longest, if it has for a second.
+    pub(super) fn compiling(&self) -> Option<Compiling> {
+        self.making.longest()
     }
 
     /// A plan was swapped in: pipelines that no plan uses any more are kept to the budget.
@@ -91,22 +104,34 @@ impl Pipelines {
             .map(|planned| keyed(plan, planned))
             .filter(|(_, key)| seen.insert(key.clone()))
             .collect();
-        let next = AtomicUsize::new(0);
-        let work = || {
-            let mut made = Vec::new();
-            while let Some((pass, key)) = passes.get(next.fetch_add(1, Ordering::Relaxed)) {
-                // Who needs one that cannot be made asks for it by its pass, and is told why.
-                made.extend(self.of_key(device, pass, key).ok());
-            }
-            made
-        };
         let known = {
             let retained = lock(&self.passes);
             passes.iter().filter(|(_, key)| retained.has(key)).count()
         };
+        let unknown = passes.len() - known;
+        let batch = self.making.batch(unknown);
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut made = Vec::new();
+            while let Some((pass, key)) = passes.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let there = lock(&self.passes).get(key);
+                if there.is_some() {
+                    made.extend(there);
+                    continue;
+                }
+                // Who needs one that cannot be made asks for it by its pass, and is told why.
+                made.extend(self.of_key(device, pass, key).ok());
+                batch.done();
+            }
+            made
+        };
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         std::thread::scope(|scope| {
-            let others: Vec<_> = (1..cores.min(passes.len() - known)).map(|_| scope.spawn(work)).collect();
+            let _ending = batch.until_dropped();
+            if unknown > 0 {
+                scope.spawn(|| self.making.watch(&batch, tell));
+            }
+            let others: Vec<_> = (1..cores.min(unknown)).map(|_| scope.spawn(work)).collect();
             let mut made = work();
             // A thread that panicked leaves what it did not make to the one that asks for it.
             made.extend(others.into_iter().filter_map(|other| other.join().ok()).flatten());
@@ -135,7 +160,9 @@ impl Pipelines {
         }
         let start = Instant::now();
         let _span = tracing::debug_span!("make pipeline", pass = pass.name.as_str()).entered();
+        let begun = self.making.begin(&pass.name);
         let made = make_pipeline(device, &pass.name, &pass.shader, (&key.1, key.2));
+        drop(begun);
         let pipeline = Arc::new(made.map_err(|error| match error {
             raxel_gpu::Error::CapabilityMissing { lacks, .. } => {
                 ExecuteError::Capability { pass: pass.name.clone(), lacks: format!("`{lacks}`") }
@@ -158,6 +185,12 @@ impl Pipelines {
         lock(&self.displays).insert(variant, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+/// Tells of a pipeline that takes long.
+fn tell(compiling: &Compiling) {
+    let (pass, seconds, left) = (&compiling.pass, compiling.elapsed.as_secs(), compiling.left);
+    tracing::info!(target: SLOW, seconds, "the driver has compiled pass `{pass}` for {seconds} s; pipelines left: {left}");
 }
 
 /// A pass of a plan with the key of its pipeline.

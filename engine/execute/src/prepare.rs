@@ -20,6 +20,7 @@ use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
 use super::instrumentation::Instrumentation;
+use super::making::Compiling;
 use super::physical::{self, Physical};
 use super::prints::PrintReadback;
 use super::replay::Replay;
@@ -138,6 +139,11 @@ impl Builder {
         image: Option<(Arc<Image>, Format)>,
     ) -> Arc<ExternalResource> {
         ExternalResource::new(name, buffer, image, self.shared.writes.clone())
+    }
+
+    /// The pass whose pipeline the driver has worked on longest, if it has for a second.
+    pub fn compiling(&self) -> Option<Compiling> {
+        self.shared.pipelines.compiling()
     }
 
     /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;

@@ -137,9 +137,10 @@ impl Executor {
         Ok(ReadTicket::new(readback, assemble))
     }
 
-    /// Waits for something that was asked for, for as long as the watchdog allows.
+    /// Waits for something that was asked for, for as long as the device goes on finishing passes.
     pub fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ExecuteError> {
-        let bytes = ticket.readback.wait(self.shared.watchdog());
+        let there = self.wait_at_work(ticket.readback.submitted());
+        let bytes = there.and_then(|()| ticket.readback.wait(self.shared.watchdog()));
         bytes.map(&ticket.assemble).map_err(|error| self.attribute_loss(error.into()))
     }
 

@@ -63,6 +63,11 @@ impl FrameSlot {
         self.times_read = true;
     }
 
+    /// How many passes of its frame the device has finished, as far as it says.
+    pub(super) fn finished(&self) -> usize {
+        self.instrumentation.as_ref().map_or(0, |of| of.finished(self.index, self.frame, &self.ran))
+    }
+
     /// The pass of its frame that the device works on.
     pub(super) fn suspect(&self) -> Option<Suspect> {
         self.instrumentation.as_ref()?.suspect(self.index, self.frame, &self.ran)

@@ -117,6 +117,11 @@ impl Readback {
         if self.device.has_reached(self.submitted)? { self.copied().map(Some) } else { Ok(None) }
     }
 
+    /// What the device reaches when it has copied them.
+    pub fn submitted(&self) -> TimelineValue {
+        self.submitted
+    }
+
     /// Waits for the bytes, but no longer than `timeout`.
     pub fn wait(&self, timeout: Duration) -> Result<Vec<u8>> {
         self.device.wait(self.submitted, timeout)?;

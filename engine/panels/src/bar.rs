@@ -7,7 +7,7 @@ use egui::{Color32, RichText, Ui};
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
-use crate::view::{FirstPicture, PassState, Problem, Shown, Status, View};
+use crate::view::{Compiling, FirstPicture, PassState, Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
@@ -70,6 +70,10 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         {
             actions.push(Action::Cancel);
         }
+    }
+    if let Some(Compiling { pass, seconds, left }) = &status.compiling {
+        let text = format!("the driver has compiled `{pass}` for {seconds} s; pipelines left: {left}");
+        ui.label(RichText::new(text).color(YELLOW));
     }
     if let Some(notice) = &status.notice {
         ui.label(RichText::new(notice).weak());

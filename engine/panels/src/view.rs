@@ -63,6 +63,8 @@ pub struct Status {
     pub refused: bool,
     /// The device has worked for long: on which pass, if that is known, and since how many seconds.
     pub busy: Option<(Option<String>, u64)>,
+    /// The driver has worked on a pipeline for long.
+    pub compiling: Option<Compiling>,
     /// Something that was just done, or could not be done.
     pub notice: Option<String>,
     /// Whether there is a picture yet.
@@ -71,6 +73,17 @@ pub struct Status {
     pub graph_file: String,
     /// Project paths of the files that the window wrote last, as long as that can be undone.
     pub written: Vec<String>,
+}
+
+/// A pipeline that the driver compiles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Compiling {
+    /// The pass that it is for.
+    pub pass: String,
+    /// Since how many seconds.
+    pub seconds: u64,
+    /// Pipelines that are not there yet, this one included.
+    pub left: usize,
 }
 
 /// How far a window that was opened has come.

@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Effect, Figures, FirstPicture, Kind, Lane, Loading, Map, Param, PassState, Preset,
-    Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Compiling, Effect, Figures, FirstPicture, Kind, Lane, Loading, Map, Param, PassState,
+    Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -593,6 +593,15 @@ fn a_device_that_works_for_long_can_be_interrupted() {
     let mut harness = window.harness(1280.0, 720.0);
     assert!(harness.query_by_label("the device works on `spin` for 4 s").is_some());
     assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);
+}
+
+#[test]
+fn a_pipeline_that_takes_long_is_named_in_the_bar() {
+    let mut harness = Window::new(&[]).harness(1280.0, 720.0);
+    assert!(harness.query_by_label_contains("compiled").is_none());
+    harness.state_mut().status.compiling = Some(Compiling { pass: "spin".to_owned(), seconds: 4, left: 3 });
+    harness.run_steps(2);
+    harness.get_by_label("the driver has compiled `spin` for 4 s; pipelines left: 3");
 }
 
 #[test]

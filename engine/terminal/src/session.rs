@@ -51,7 +51,7 @@ pub struct What {
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
 
-    /// Give a frame up after so many seconds (six times as many on a software device): the device hangs.
+    /// Give a frame up when the device has finished no pass for so many seconds (six times as many on a software device): it hangs.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub watchdog: Duration,
 }

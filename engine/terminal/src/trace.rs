@@ -1,6 +1,6 @@
-//! What the program tells of itself: `tracing` spans and events, printed with `--verbose`, and written with `--trace` as a file that
-//! <https://ui.perfetto.dev> and `chrome://tracing` open (Chrome's Trace Event Format). Threads of the CPU are one process of it, the passes
-//! on the GPU another.
+//! What the program tells of itself: `tracing` spans and events. What takes long is named while it does. All is printed with `--verbose`, and written
+//! with `--trace` as a file that <https://ui.perfetto.dev> and `chrome://tracing` open (Chrome's Trace Event Format). Threads of the CPU are one
+//! process of it, the passes on the GPU another.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use raxel_execute::SLOW;
 use raxel_output::Pending;
 use serde_json::{Value, json};
 use tracing::field::{Field, Visit};
@@ -26,6 +27,9 @@ const MOST_SLICES: usize = 2_000_000;
 
 /// Where the runtime tells of the GPU's work.
 const GPU: &str = "raxel::gpu";
+
+/// How many seconds something takes before it is named where nobody watches, as in a log.
+const UNWATCHED: u64 = 30;
 
 /// A trace in the making.
 pub struct TraceWriter {
@@ -63,7 +67,7 @@ impl TraceWriter {
         let level = match &writer.trace {
             Some(_) => LevelFilter::TRACE,
             None if console.verbose() => LevelFilter::DEBUG,
-            None => return Ok(writer),
+            None => LevelFilter::INFO,
         };
         let ear = TraceLayer {
             console: console.clone(),
@@ -235,6 +239,11 @@ impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for TraceLayer {
         if event.metadata().target() == GPU {
             if let Some(trace) = &self.trace {
                 lock(trace).gpu(&fields);
+            }
+        } else if event.metadata().target() == SLOW {
+            let seconds = fields.numbers.get("seconds").copied().unwrap_or_default();
+            if self.console.watched() || self.console.verbose() || seconds >= UNWATCHED {
+                self.console.message(&fields.message);
             }
         } else if *event.metadata().level() <= Level::DEBUG {
             self.console.detail(&fields.line());

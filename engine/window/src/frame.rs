@@ -6,7 +6,7 @@ use raxel_control::{Control, Next};
 use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
-use raxel_panels::view::{Editing, FirstPicture, Status, World};
+use raxel_panels::view::{Compiling, Editing, FirstPicture, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::present::{PresentError, Presented};
@@ -233,6 +233,11 @@ impl Viewer<'_> {
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
             busy: self.busy.clone(),
+            compiling: self.session.compiling().map(|compiling| Compiling {
+                pass: compiling.pass,
+                seconds: compiling.elapsed.as_secs(),
+                left: compiling.left,
+            }),
             picture: if self.presented == 0 { FirstPicture::Awaited } else { FirstPicture::Shown },
             graph_file: self.session.graph_path().to_owned(),
             written: self.last_write.iter().map(|written| written.file.clone()).collect(),

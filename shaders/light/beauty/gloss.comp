@@ -13,12 +13,9 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
 uniform sampler2D sun;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };
 layout(rgba16f) uniform writeonly image2D outGloss;
 layout(push_constant) uniform Push { float seconds; } push;
-#include "../face_cache/fit.glsl"
-#include <raxel/light/face_table.glsl>
+#include "../face_cache/cache.glsl"
 #include "../face_cache/across.glsl"
 #include "../face_cache/cells.glsl"
 #include "beyond.glsl"

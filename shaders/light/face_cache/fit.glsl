@@ -1,16 +1,15 @@
-// How a view fits into the table of faces. FIT_ACCESS is empty where the shader writes it. Needs ../frame.glsl.
+// How a view fits into the table of faces: `fit`, which cache.glsl declares.
 #ifndef FACE_CACHE_FIT_GLSL
 #define FACE_CACHE_FIT_GLSL
-#ifndef FIT_ACCESS
-#define FIT_ACCESS readonly
-#endif
+
+#include <raxel/light/face_slots.glsl>
 
 // Widths of faces on the picture, in steps of a quarter octave from 2^-12 pixels on.
 const uint FIT_BINS = 72u;
 const float FIT_LEAST = -12.0, FIT_STEP = 0.25;
 const uint FIT_APART = 64u;   // pixels for each one that is asked how wide its face is
 
-layout(std430) FIT_ACCESS buffer Fit {
+struct Fit {
     ivec3 cell;      // the camera of the last frame, and the number of its pixels
     uint pixels;
     vec3 frac;
@@ -23,18 +22,9 @@ layout(std430) FIT_ACCESS buffer Fit {
     float crowding;  // how many times more it took, in earlier frames
     uint chosen;     // the number of that grain among those that forget.comp chooses from
     uint bins[2u * FIT_BINS];   // pixels that the last frame saw, by the width of their faces; then those that gauge.comp has asked
-} fit;
-
-// Whether the view goes on from the last frame, so that what was seen there tells what is seen now.
-bool fit_goes_on(uint pixels) {
-    const float FARTHEST = 8.0, TURN = 0.98, ZOOM = 0.1;   // voxels, cosine, a part of the field of view
-    vec3 moved = vec3(frame.camera_cell - fit.cell) + frame.camera_frac - fit.frac;
-    return pixels == fit.pixels && dot(moved, moved) < FARTHEST * FARTHEST && dot(frame.view_to_world[2].xyz, fit.forward) > TURN
-        && abs(frame.tan_half_fov.y - fit.tangent) < ZOOM * fit.tangent;
-}
+};
 
 // Slots for what is in sight. A view that has just left may have as many for a frame, and the table then is no more than 60 % full, so all keys find one.
-// Needs <raxel/light/face_table.glsl>.
 #define FIT_ROOM (RX_FACE_SLOTS / 32u * 9u)
 
 uint fit_bin(float width) {

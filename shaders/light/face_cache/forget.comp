@@ -4,21 +4,22 @@
 #include "../scene.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) buffer FaceKeys { uint face_keys[]; };
-layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "queue.glsl"
-layout(std430) writeonly buffer Light { vec4 light[]; };
-#define FIT_ACCESS
-#include "fit.glsl"
-layout(push_constant) uniform Push { uint pixels; float paths; float grain; float quarters; } push;
-#include <raxel/light/face_table.glsl>
+#define CACHE_ACCESS
+#include "cache.glsl"
+#include "goes_on.glsl"
+layout(push_constant) uniform Push { ivec2 size; float paths; float grain; float quarters; } push;
 
 const uint EACH = 16u;                               // slots that a thread looks through
 const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
 
 shared uint finest;   // grain with which the view fits
 shared uint roomy;    // grain with which a fifth of the room stays free
+
+uint pixels() {
+    return uint(push.size.x * push.size.y);
+}
 
 // The width of a cell, or of a part of a face, on the picture.
 float kept_width(float width, float grain) {
@@ -33,7 +34,7 @@ float kept_width(float width, float grain) {
 void choose_grain() {
     const float STEP = 0.1;   // octaves
     uint own = gl_LocalInvocationIndex;
-    bool all_fit = push.pixels <= FIT_ROOM || push.grain < 0.0;
+    bool all_fit = pixels() <= FIT_ROOM || push.grain < 0.0;
     float grain = own == 0u ? max(push.grain, 0.0) : min(max(push.grain, 0.25) * exp2(STEP * float(own)), max(push.grain, 16.0));
     float expected = 0.0;
     if (own == 0u) {
@@ -42,7 +43,7 @@ void choose_grain() {
     }
     barrier();
     if (!all_fit) {
-        uint from = fit_goes_on(push.pixels) ? 0u : FIT_BINS;
+        uint from = fit_goes_on(pixels()) ? 0u : FIT_BINS;
         for (uint bin = 0u; bin < FIT_BINS; ++bin) {
             float width = kept_width(fit_width(bin), grain);
             expected += float(FIT_APART * fit.bins[from + bin]) / max(width * width, 1.0);
@@ -65,7 +66,7 @@ void choose_grain() {
 
 void begin() {
     // As many faces are in sight as in the last frame, about.
-    float budget = max(push.paths * float(push.pixels), 1.0);
+    float budget = max(push.paths * float(pixels()), 1.0);
     queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
     queue.seen = 0u;
     queue.count = 0u;
@@ -81,7 +82,7 @@ void begin() {
     queue.logs = 0u;
     queue.showing = 0u;
     fit.cell = frame.camera_cell;
-    fit.pixels = push.pixels;
+    fit.pixels = pixels();
     fit.frac = frame.camera_frac;
     fit.tangent = frame.tan_half_fov.y;
     fit.forward = frame.view_to_world[2].xyz;

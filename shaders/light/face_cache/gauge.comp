@@ -5,12 +5,11 @@
 #include "../scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#define FIT_ACCESS
-#include "fit.glsl"
+#define CACHE_ACCESS
+#include "cache.glsl"
+#include "goes_on.glsl"
 #include "queue.glsl"
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 layout(push_constant) uniform Push { ivec2 pixels; } push;
-#include <raxel/light/face_table.glsl>
 #include "box.glsl"
 #include "across.glsl"
 #include "cells.glsl"

@@ -2,16 +2,13 @@
 // lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them: what one face has found, all faces around it know. A path
 // draws lamps from all three lists, and the others by power from all lamps. Each counts by the true density of all ways together, so the lists add no light and take none,
 // whatever is in them. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/world.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
-#include "lamp_lists.glsl"
+#include "known.glsl"
 
 const uint KNOWN_PLACE = (1u << KNOWN_BITS) - 1u;    // the place from the middle of the cell in three bytes, the face
 const uint REGION_PLACE = (1u << REGION_BITS) - 1u;  // the place in three times 9 bits, the face
 const uint REGION_LATELY = 3u << REGION_BITS;
 const float KNOWN_LEAST = -24.0;             // log2 of the faintest light
 const float UNKNOWN_WORTH = 0.25;            // of a lamp that is in no list, beside one that is
-
-layout(std430) readonly buffer Known { uvec4 known[]; };  // four words of a list
-layout(std430) buffer Found { uint found[]; };       // what this frame adds
 
 ivec3 known_voxel;       // the place
 uint known_first;        // the first word of its list

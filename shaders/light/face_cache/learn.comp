@@ -1,11 +1,10 @@
 // Lamps that have lit faces in this frame join those that are known (known_lamps.glsl). What has not lit any for 16 frames counts half; regions forget it after 48.
 #version 460
 #include "../frame.glsl"
-#include "lamp_lists.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) buffer Known { uvec4 known[]; };
-layout(std430) buffer Found { uint found[]; };
+#define KNOWN_ACCESS
+#include "known.glsl"
 
 shared uint members[64];   // of each thread
 

@@ -1,10 +1,7 @@
-// What moving instances do to light that faces keep. MOVES_ACCESS is empty where the shader writes it.
-#ifndef MOVES_ACCESS
-#define MOVES_ACCESS readonly
-#endif
+// What moving instances do to light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took its last samples. Needs
+// cache.glsl.
 
 layout(std430) readonly buffer Poses { uint moves; };         // another number after each frame in which an instance has moved
-layout(std430) MOVES_ACCESS buffer MovesSeen { uint moves_seen[]; };  // that number when the face of a slot took its last samples
 
 // Samples from before a move that still count: a move may change the light of any face, and new samples soon outweigh so few.
 const float SAMPLES_BEFORE_MOVE = 8.0;

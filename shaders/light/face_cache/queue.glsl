@@ -1,7 +1,11 @@
 // The faces that get new samples in a frame. QUEUE_ACCESS is empty where the shader writes it.
+#ifndef FACE_CACHE_QUEUE_GLSL
+#define FACE_CACHE_QUEUE_GLSL
 #ifndef QUEUE_ACCESS
 #define QUEUE_ACCESS readonly
 #endif
+
+#include <raxel/light/face_slots.glsl>
 
 // Sums are of whole numbers, so that their order does not matter.
 const float QUEUE_ONE = 256.0, QUEUE_LOG_LEAST = -24.0, QUEUE_LOG_MOST = 24.0;
@@ -20,6 +24,8 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     float noise;    // the mean of the variances, in earlier frames; 0 as long as nobody knows
     uint lamps;     // how many the world has
     uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
+    uint faces[RX_FACE_SLOTS];   // the slots of the listed faces, each once
+    uint pick[];    // of each slot that is a cell of many faces, the pixel that stands for it in this frame (pick.glsl); 0 between frames
 } queue;
 
 // Whether samples are known to have little noise.
@@ -41,3 +47,5 @@ float queue_narrow() {
     return 0.0;
 #endif
 }
+
+#endif

@@ -6,16 +6,13 @@
 layout(local_size_x = 64) in;
 #define QUEUE_ACCESS
 #include "queue.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) readonly buffer Fresh { vec4 fresh[]; };
 #include "../change.glsl"
-layout(std430) buffer Generation { uint generation[]; };
-layout(std430) buffer Light { vec4 light[]; };
-layout(std430) buffer Squares { float squares[]; };
+#define CACHE_ACCESS
+#include "cache.glsl"
 layout(push_constant) uniform Push { int history; } push;
 #include "../renew.glsl"
 #ifdef RX_BINDS_Poses
-#define MOVES_ACCESS
 #include "moves.glsl"
 #endif
 
@@ -31,7 +28,7 @@ float luminance(vec3 light) {
 
 // Takes the new samples in, and notes how noisy they are.
 void resolve(uint i) {
-    uint slot = faces[i];
+    uint slot = queue.faces[i];
     vec3 sum = vec3(0.0);
     float square = 0.0, added = float(queue.per_face);
     for (uint k = 0u; k < queue.per_face; ++k) {

@@ -9,20 +9,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;
 layout(rgba32f) uniform writeonly image2D outPlace;
 layout(r32ui) uniform writeonly uimage2D outSlot;
-layout(std430) buffer FaceKeys { uint face_keys[]; };
-layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "queue.glsl"
 #include "../change.glsl"
-#define FIT_ACCESS
-#include "fit.glsl"
-layout(std430) buffer Pick { uint pick[]; };                // of cells, the highest rank among their pixels
-layout(std430) readonly buffer Light { vec4 light[]; };
-layout(std430) readonly buffer Generation { uint generation[]; };
-layout(std430) writeonly buffer Faces { uint faces[]; };
-layout(push_constant) uniform Push { float quarters; float error; int rarely; } push;
+#define CACHE_ACCESS
 #define RX_FACE_INSERT
-#include <raxel/light/face_table.glsl>
+#include "cache.glsl"
+layout(push_constant) uniform Push { float quarters; float error; int rarely; } push;
 #include "across.glsl"
 #include "cells.glsl"
 #include "part.glsl"
@@ -58,7 +51,7 @@ void main() {
         RxFaceKey key;
         slot = slot_at(hit, part, key);
         if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_is_on_instance(hit.face) || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
-        if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
+        if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
         // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u, before = slot == RX_NO_FACE || asked[slot] == now ? now : atomicExchange(asked[slot], now);
         if (before != now) {
@@ -74,7 +67,7 @@ void main() {
             float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
             // By the key, because slots depend on the order of threads.
             bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
-            if (turn || samples == 0.0) faces[atomicAdd(queue.count, 1u)] = slot;
+            if (turn || samples == 0.0) queue.faces[atomicAdd(queue.count, 1u)] = slot;
         }
     }
     imageStore(outSlot, pixel, uvec4(slot));

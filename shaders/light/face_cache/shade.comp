@@ -12,16 +12,11 @@ uniform sampler2D sun;
 #ifdef PANES
 uniform sampler2D stained;
 #endif
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Asked { uint asked[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };
-layout(std430) readonly buffer Soft { uvec2 soft[]; };
-layout(std430) writeonly buffer Pick { uint pick[]; };      // empty between frames
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push { bool smooth_faces; } push;
-#include <raxel/light/face_table.glsl>
 #define QUEUE_ACCESS
 #include "queue.glsl"
+#include "cache.glsl"
 #include "across.glsl"
 #include "cells.glsl"
 #include "blend.glsl"
@@ -66,7 +61,7 @@ void main() {
         uint slot = imageLoad(slots, pixel).x;
         if (slot != RX_NO_FACE) {
             kept = push.smooth_faces ? blended(slot, hit.xyz, imageLoad(places, pixel).xy, float(size.y)) : light[slot].rgb;
-            pick[slot] = 0u;
+            queue.pick[slot] = 0u;
         }
         vec3 sunlight = sun_irradiance(to_sun) * (texelFetch(sun, pixel, 0).x / RX_PI);
 #ifdef PANES

@@ -14,17 +14,11 @@
 #endif
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Asked { uint asked[]; };
 #include "queue.glsl"
 #include "../change.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };
-layout(std430) readonly buffer Generation { uint generation[]; };
-layout(std430) readonly buffer Squares { float squares[]; };
-layout(std430) writeonly buffer Soft { uvec2 soft[]; };
+#define SOFT_ACCESS writeonly
+#include "cache.glsl"
 layout(push_constant) uniform Push { ivec2 pixels; } push;
-#include <raxel/light/face_table.glsl>
 #include "soft.glsl"
 #include "across.glsl"
 #include "cells.glsl"
@@ -100,7 +94,7 @@ void add(vec4 own, float variance, inout vec3 sum, inout float samples) {
 void main() {
     uint i = rx_thread();
     if (i >= queue.count) return;
-    uint slot = faces[i];
+    uint slot = queue.faces[i];
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
     vec4 own = light[slot];

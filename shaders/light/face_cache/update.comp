@@ -8,18 +8,12 @@
 #include "box.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 #include "queue.glsl"
 #include "../change.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
-layout(std430) readonly buffer Generation { uint generation[]; };
+#include "cache.glsl"
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
-layout(std430) readonly buffer Pick { uint pick[]; };
 layout(rgba32i) uniform readonly iimage2D hits;
-#include "fit.glsl"
 layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; float quarters; } push;
-#include <raxel/light/face_table.glsl>
 #include "across.glsl"
 #include "cells.glsl"
 #include "part.glsl"
@@ -58,7 +52,7 @@ void main() {
     uint i = rx_thread();
     if (i >= queue.work) return;
     RxFaceKey key;
-    uint slot = faces[i / queue.per_face];
+    uint slot = queue.faces[i / queue.per_face];
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;
     uint face, part;
@@ -68,7 +62,7 @@ void main() {
     if (part < CELL_PARTS) {
         corner = rx_face_part(part);
     } else {
-        uint pixel = pick_pixel(pick[slot], frame.index);
+        uint pixel = pick_pixel(queue.pick[slot], frame.index);
         voxel = imageLoad(hits, ivec2(pixel % uint(push.pixels.x), pixel / uint(push.pixels.x))).xyz;
     }
     vec2 uv = corner.xy + corner.z * rx_next2(numbers);

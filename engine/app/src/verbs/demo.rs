@@ -56,7 +56,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
 
-    /// Give a frame up after so many seconds (six times as many on a software device): the device hangs.
+    /// Give a frame up when the device has finished no pass for so many seconds (six times as many on a software device): it hangs.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     watchdog: Duration,
 

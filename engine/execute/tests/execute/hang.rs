@@ -95,3 +95,56 @@ fn a_hang_is_noticed_and_blamed_on_its_pass() {
     // The driver's threads must be done before the process ends.
     assert!(lab.device.wait_abandoned(LONG));
 }
+
+/// Passes of the frame below.
+const PASSES: usize = 48;
+
+/// A frame of many passes that each need the one before.
+fn chain() -> String {
+    let mut toml = String::from(
+        "name = \"chain\"\npresent = \"color\"\n[params.rounds]\ntype = \"i32\"\ndefault = 1\n\
+         [targets.color]\nformat = \"r32ui\"\nclear = 0\n",
+    );
+    for i in 0..PASSES {
+        toml += &format!(
+            "[[passes]]\nname = \"p{i}\"\nshader = \"add.comp\"\ndispatch = [5000, 4, 1]\nbind = {{ dst = \"color\" }}\n\
+             push.rounds = {{ type = \"i32\", from = \"param.rounds\" }}\n"
+        );
+    }
+    toml
+}
+
+const ADD: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 4) in;
+layout(r32ui) uniform uimage2D dst;
+layout(push_constant) uniform Push { int rounds; } push;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    uint x = uint(p.x + 1);
+    for (int i = 0; i < push.rounds; ++i) x = x * 1664525u + 1013904223u + (x >> 7);
+    if (all(lessThan(p, imageSize(dst)))) imageStore(dst, p, imageLoad(dst, p) + x);
+    else if (x == 0u) imageStore(dst, ivec2(0), uvec4(x));
+}";
+
+/// A slow frame is not taken for a hang while its passes go on finishing, however long all of them together take.
+#[test]
+fn a_device_that_goes_on_finishing_passes_does_not_hang() {
+    let mut lab = Lab::with(ExecutorOptions { watchdog: LONG, memo: false, ..ExecutorOptions::default() });
+    lab.load(&[("graphs/test.toml", &chain()), ("shaders/add.comp", ADD)], &Planned::default());
+    let rounds = if lab.device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 60 } else { 1 << 18 };
+    let builtins = Builtins::default();
+    let frame = |lab: &mut Lab| {
+        let params = [Value::I32(rounds)];
+        let inputs =
+            FrameInputs { builtins: &builtins, params: &params, overrides: &[], clock: Moment::START, disabled: &[] };
+        let start = std::time::Instant::now();
+        lab.executor.frame(&inputs).expect("submitting waits for nothing");
+        lab.executor.wait().map(|()| start.elapsed())
+    };
+    // The first frame also makes the driver compile.
+    frame(&mut lab).expect("the watchdog is patient");
+    let whole = frame(&mut lab).expect("the watchdog is patient");
+    // As long as sixteen passes.
+    lab.executor.set_watchdog(whole / 3);
+    frame(&mut lab).expect("its passes go on finishing");
+}

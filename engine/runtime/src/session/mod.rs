@@ -108,6 +108,11 @@ impl Session {
         self.renderer.plans.is_refused()
     }
 
+    /// The pass whose pipeline the driver has worked on longest, if it has for a second: of an edit that is not swapped in yet.
+    pub fn compiling(&self) -> Option<raxel_execute::Compiling> {
+        self.context.builder.compiling()
+    }
+
     /// The device. It is another one after [`ReloadEvent::DeviceRebuilt`].
     pub fn device(&self) -> &Arc<raxel_gpu::Device> {
         self.renderer.executor.device()

@@ -2,6 +2,8 @@
 //
 //     layout(std430) buffer FaceKeys { uint face_keys[]; };      // RX_FACE_SLOTS elements, `init = 0`; add `readonly` where it only looks
 //
+// or has `face_keys` beside other tables in one buffer, with the length from face_slots.glsl.
+//
 // A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
 // mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and one more than the distance from
 // that slot, 6 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
@@ -12,15 +14,8 @@
 
 #include "../ray.glsl"
 #include "../random.glsl"
+#include "face_slots.glsl"
 
-#ifdef RX_FACE_WHOLE
-const uint RX_FACE_LOG2_SLOTS = 19u;
-const uint RX_FACE_HOME_BITS = 19u;
-#else
-const uint RX_FACE_LOG2_SLOTS = 20u;
-const uint RX_FACE_HOME_BITS = 20u;
-#endif
-const uint RX_FACE_SLOTS = 1u << RX_FACE_LOG2_SLOTS;
 const uint RX_FACE_PROBES = 63u;        // slots that a key may lie in: of a table that is 60 % full, one key in a million finds none
 const uint RX_NO_FACE = 0xffffffffu;    // in place of a slot
 const uint RX_FACE_FREED = 1u;          // a slot that was given back: free to take, but the search goes on behind it

@@ -9,9 +9,7 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image2D outPath;
 #ifdef HASH_CACHE
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
-layout(std430) readonly buffer Generation { uint generation[]; };
+#include "light/face_cache/cache.glsl"
 #include "light/change.glsl"
 layout(push_constant) uniform Push { int candidates; int ready; float cell; } push;
 #include "../hash_cache/kept.glsl"

@@ -1,5 +1,5 @@
-// What the cells of the last frame know of the light on a face, for path.glsl. The shader has `push.ready` and `push.cell`, and the table
-// as `keys`, `light` and `generation`.
+// What the cells of the last frame know of the light on a face, for path.glsl. The shader has `push.ready` and `push.cell`. Needs
+// light/face_cache/cache.glsl.
 #include "cell.glsl"
 
 #define PATH_KEPT

@@ -4,18 +4,17 @@
 
 layout(local_size_x = 64) in;
 #include "light/face_cache/queue.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
 #include "light/change.glsl"
 #include "sums.glsl"
-layout(std430) buffer Generation { uint generation[]; };
-layout(std430) buffer Light { vec4 light[]; };
+#define CACHE_ACCESS
+#include "light/face_cache/cache.glsl"
 layout(push_constant) uniform Push { int history; } push;
 #include "light/renew.glsl"
 
 void main() {
     uint i = rx_thread();
     if (i >= queue.count) return;
-    uint slot = faces[i];
+    uint slot = queue.faces[i];
     vec4 sum = sums_take(slot);
     light[slot] = renewed(slot, light[slot], sum.rgb, sum.w, float(push.history), state.cap);
 }

@@ -8,17 +8,14 @@
 layout(local_size_x = 64) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
-layout(std430) buffer FaceKeys { uint face_keys[]; };
-layout(std430) buffer Asked { uint asked[]; };
 #define QUEUE_ACCESS
 #include "light/face_cache/queue.glsl"
 #include "light/change.glsl"
-layout(std430) writeonly buffer Faces { uint faces[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };      // irradiance / pi, samples
-layout(std430) readonly buffer Generation { uint generation[]; };
+#define RX_FACE_INSERT
+#define CACHE_ACCESS
+#include "light/face_cache/cache.glsl"
 #include "sums.glsl"
 layout(push_constant) uniform Push { int candidates; int ready; float cell; int tile; } push;
-#define RX_FACE_INSERT
 #include "kept.glsl"
 
 #define PATH_CANDIDATES push.candidates
@@ -35,7 +32,7 @@ void add(RxHit at, vec3 falls) {
     }
     sums_add(slot, falls);
     uint now = frame.index + 1u;
-    if (asked[slot] != now && atomicExchange(asked[slot], now) != now) faces[atomicAdd(queue.count, 1u)] = slot;
+    if (asked[slot] != now && atomicExchange(asked[slot], now) != now) queue.faces[atomicAdd(queue.count, 1u)] = slot;
 }
 
 void main() {

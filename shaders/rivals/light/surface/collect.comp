@@ -4,24 +4,21 @@
 #include "light/scene.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 #include "light/face_cache/queue.glsl"
 #include "unwrapped.glsl"
 #define WORK_ACCESS
 #include "work.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
-layout(std430) readonly buffer Light { vec4 light[]; };
-layout(push_constant) uniform Push { uint pixels; float paths; } push;
-#include <raxel/light/face_table.glsl>
+#include "light/face_cache/cache.glsl"
+layout(push_constant) uniform Push { ivec2 size; float paths; } push;
 
 void main() {
     uint i = rx_thread();
     if (i >= queue.count) return;
-    uint slot = faces[i];
+    uint slot = queue.faces[i];
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
     // As a share of the paths stays for new faces, the list is never full because of those that are known.
-    float budget = max(0.9 * push.paths * float(push.pixels), 1.0);
+    float budget = max(0.9 * push.paths * float(push.size.x * push.size.y), 1.0);
     uint every = uint(max(ceil(float(work.wanted) / budget), 1.0));
     bool fresh = light[slot].w == 0.0;
     if (!fresh && (rx_hash(key.home ^ key.rest) + frame.index) % every != 0u) return;

@@ -5,7 +5,8 @@
 layout(local_size_x = 64) in;
 #include "work.glsl"
 layout(std430) readonly buffer Fresh { vec4 fresh[]; };
-layout(std430) buffer Light { vec4 light[]; };
+#define CACHE_ACCESS
+#include "light/face_cache/cache.glsl"
 layout(std430) buffer Texels { vec4 texels[]; };
 layout(push_constant) uniform Push { int history; } push;
 

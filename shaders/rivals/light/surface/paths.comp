@@ -7,15 +7,12 @@
 #include "light/face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
 #include "light/change.glsl"
 #include "unwrapped.glsl"
 #include "work.glsl"
-layout(std430) readonly buffer Light { vec4 light[]; };
-layout(std430) readonly buffer Generation { uint generation[]; };
+#include "light/face_cache/cache.glsl"
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };
 layout(push_constant) uniform Push { int ready; int candidates; } push;
-#include <raxel/light/face_table.glsl>
 #include "item.glsl"
 
 vec4 kept(RxHit hit) {

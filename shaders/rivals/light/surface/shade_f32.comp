@@ -9,7 +9,7 @@ layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
 layout(rg32f) uniform readonly image2D sun;
 #include "unwrapped.glsl"
-layout(std430) readonly buffer Light { vec4 light[]; };
+#include "light/face_cache/cache.glsl"
 layout(std430) readonly buffer Texels { vec4 texels[]; };
 layout(rgba32f) uniform writeonly image2D outRadiance;
 

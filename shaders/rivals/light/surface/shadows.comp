@@ -6,12 +6,11 @@
 #include "light/face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+#include "light/face_cache/cache.glsl"
 #include "unwrapped.glsl"
 #include "work.glsl"
 layout(std430) buffer SunTexels { vec2 sun_texels[]; };
 layout(push_constant) uniform Push { int history; } push;
-#include <raxel/light/face_table.glsl>
 #include "item.glsl"
 
 const uint RAYS = 4u;

@@ -7,21 +7,17 @@
 #include "light/face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
-layout(std430) readonly buffer Asked { uint asked[]; };
 #include "light/face_cache/queue.glsl"
 #include "light/change.glsl"
 #define UNWRAPPED_ACCESS
 #include "unwrapped.glsl"
 #define WORK_ACCESS
 #include "work.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
-layout(std430) buffer Light { vec4 light[]; };          // irradiance / pi without direct sun, samples
-layout(std430) buffer Generation { uint generation[]; };
-layout(std430) buffer Texels { vec4 texels[]; };        // the same
+#define CACHE_ACCESS
+#include "light/face_cache/cache.glsl"
+layout(std430) buffer Texels { vec4 texels[]; };        // irradiance / pi without direct sun, samples
 layout(std430) buffer SunTexels { vec2 sun_texels[]; }; // share of the sun times the cosine, samples
 layout(push_constant) uniform Push { ivec2 pixels; float texels_from; } push;
-#include <raxel/light/face_table.glsl>
 #include "light/face_cache/across.glsl"
 
 // A new texel begins with what the whole face knows, as if it were a few samples.
@@ -30,7 +26,7 @@ const float INHERITED = 4.0;
 void main() {
     uint i = rx_thread();
     if (i >= queue.count) return;
-    uint slot = faces[i];
+    uint slot = queue.faces[i];
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;

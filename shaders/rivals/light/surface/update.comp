@@ -7,13 +7,11 @@
 #include "light/face_cache/box.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430) readonly buffer FaceKeys { uint face_keys[]; };
+#include "light/face_cache/cache.glsl"
 #include "light/face_cache/queue.glsl"
-layout(std430) readonly buffer Faces { uint faces[]; };
 layout(std430) writeonly buffer Fresh { uint fresh[]; };
 #define TEXEL_ACCESS readonly
 #include "texels.glsl"
-#include <raxel/light/face_table.glsl>
 
 const float SPREAD = 0.02;     // of the sun
 const float MOST = 0.4;        // change that is followed, before it is scaled
@@ -22,7 +20,7 @@ const float SPEED = 5.0 / 20.0;
 void main() {
     uint i = rx_thread();
     if (i >= queue.work) return;
-    uint slot = faces[i / 16u], texel = i % 16u;
+    uint slot = queue.faces[i / 16u], texel = i % 16u;
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;

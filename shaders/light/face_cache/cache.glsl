@@ -1,0 +1,31 @@
+// The cache: a table of faces and what it keeps of each slot, in one buffer, because a device need not bind more than eight.
+// graphs/light/face_cache.toml has its size. CACHE_ACCESS is empty where the shader writes it, and SOFT_ACCESS is `writeonly` where the shader writes
+// `soft` alone: what a shader only reads is read faster. UNSOFTENED leaves out what soften.comp needs.
+#ifndef FACE_CACHE_CACHE_GLSL
+#define FACE_CACHE_CACHE_GLSL
+#ifndef CACHE_ACCESS
+#define CACHE_ACCESS readonly
+#endif
+#ifndef SOFT_ACCESS
+#define SOFT_ACCESS readonly
+#endif
+
+#include <raxel/light/face_slots.glsl>
+#include "fit.glsl"
+
+layout(std430) buffer Cache {
+    CACHE_ACCESS Fit fit;
+    CACHE_ACCESS uint face_keys[RX_FACE_SLOTS];
+    CACHE_ACCESS uint asked[RX_FACE_SLOTS];        // frame in which the face was last asked for, from 1 on; 0 in a free slot
+    CACHE_ACCESS uint generation[RX_FACE_SLOTS];   // of its light: state.generation of change.glsl
+    CACHE_ACCESS vec4 light[RX_FACE_SLOTS];        // irradiance / pi, without direct sun; samples
+    CACHE_ACCESS uint moves_seen[RX_FACE_SLOTS];   // moves.glsl
+#ifndef UNSOFTENED
+    CACHE_ACCESS float squares[RX_FACE_SLOTS];     // mean square of the samples' luminance
+    SOFT_ACCESS uvec2 soft[RX_FACE_SLOTS];         // the light that the face shows, with less noise (soft.glsl)
+#endif
+};
+
+#include <raxel/light/face_table.glsl>
+
+#endif
