@@ -19,6 +19,7 @@ use std::time::Duration;
 use common::{Project, Running, command, repository};
 use plant::Fault;
 use raxel::world::random::SplitMix64;
+use rayon::prelude::*;
 use wait_timeout::ChildExt as _;
 
 /// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
@@ -206,9 +207,9 @@ fn every_explanation_is_of_a_fault_that_can_be_planted() {
 #[ignore = "takes hours without a GPU"]
 fn every_planted_fault_is_noticed_or_explained() {
     let sources: BTreeMap<&str, String> = GATES.iter().map(|(file, _)| (*file, source(file))).collect();
-    for (file, rows) in GATES {
+    GATES.par_iter().for_each(|(file, rows)| {
         assert_eq!(judged(file, &sources[file], rows, RAYS[0]), Outcome::Survived, "{file} as it is, by {rows}");
-    }
+    });
     let mut faults = all(&sources, setting("SEED", 1));
     let wanted = wanted();
     faults.retain(|(file, _, fault)| wanted(&place(file, fault, &sources[file])));
