@@ -60,9 +60,10 @@ uint rx_most_rounds() {
 
 // Whether rx_material says that nothing is in the cell that a ray came from, unless it came by an edge, and nothing outside of the world's cube.
 bool is_clear_around(uint i, RxHit hit) {
-    uint axis = i % 3u;
-    ivec3 size = ivec3(axis == 0u, axis == 1u, axis == 2u) * (1 << world.log2_size);
-    if (rx_material(hit.voxel + ((i & 4u) != 0u ? size : -size)) != 0u) return false;
+    // Along one axis to three.
+    uint axes = i % 7u + 1u;
+    ivec3 size = ivec3(uvec3(axes, axes >> 1, axes >> 2) & 1u) << world.log2_size;
+    if (rx_material(hit.voxel + ((i & 8u) != 0u ? size : -size)) != 0u) return false;
     bool by_face = hit.face < RX_FACE_INSIDE && all(greaterThan(hit.uv, vec2(1.0 / 64.0))) && all(lessThan(hit.uv, vec2(63.0 / 64.0)));
     return !by_face || rx_material(hit.voxel + ivec3(rx_normal(hit.face))) == 0u;
 }
@@ -75,6 +76,10 @@ void write_hit(uint i, bool found, RxHit hit) {
     if (found && !is_clear_around(i, hit)) looked_up = 0xffffffffu;
 #endif
     hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, looked_up, floatBitsToUint(hit.t), floatBitsToUint(hit.uv), hit.steps, 0u);
+}
+
+void write_miss(uint i) {
+    hits[i] = HitWords(ivec3(0), RX_MISS, 0u, 0u, 0u, 0u, uvec2(0u), 0u, 0u);
 }
 
 #if defined(RX_MARCH_ONWARD) || defined(RX_MARCH_INSTANCES_ONWARD)
@@ -149,7 +154,7 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
 
 void rx_tile_miss(ivec2 pixel) {
     check_pixel(pixel);
-    if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+    if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void rx_tile_rest(ivec2 pixel, float t_free) {
@@ -190,10 +195,9 @@ RxRay ray_of(uint i) {
     return ray;
 }
 
-void trace_alone(uint i) {
-    RxHit hit;
-    bool found = rx_trace(ray_of(i), hit);
-    write_hit(i, found, hit);
+// Whether a ray is one of the tile's: it has no end, and the direction of the first.
+bool is_of_tile(uint i) {
+    return all(equal(rays[i].dir.xyz, rays[line].dir.xyz)) && uintBitsToFloat(rays[i].t_max) >= RX_FAR;
 }
 
 bool rx_tile_near(ivec2 pixel, out ivec3 cell) {
@@ -204,14 +208,11 @@ bool rx_tile_near(ivec2 pixel, out ivec3 cell) {
 
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac) {
     check_pixel(pixel);
-    if (!wanted(pixel)) return false;
-    uint i = line_of(pixel);
-    RxRay ray = ray_of(i);
+    if (!wanted(pixel) || !is_of_tile(line_of(pixel))) return false;
+    RxRay ray = ray_of(line_of(pixel));
     cell = ray.cell;
     frac = ray.frac;
-    if (all(equal(rays[i].dir.xyz, rays[line].dir.xyz)) && ray.t_max >= RX_FAR) return true;
-    trace_alone(i);
-    return false;
+    return true;
 }
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
@@ -231,16 +232,16 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
 
 void rx_tile_miss(ivec2 pixel) {
     check_pixel(pixel);
-    if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+    if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void main() {
     uint group = gl_WorkGroupID.x;
     line = group * 64u;
-    // Each of the four 8 x 8 of a tile, in tiles anywhere; the output ends behind them, or with the tile.
+    // Each of the four 8 x 8 of a tile, in tiles anywhere; the output ends behind them, with the tile or later.
     ivec2 tile = ivec2(group >> 2, group >> 4) & 3;
     first = tile * RX_TILE + TILE * (ivec2(group, group >> 1) & 1);
-    size = (group & 64u) != 0u ? first + TILE : (tile + 1) * RX_TILE;
+    size = (group & 64u) != 0u ? first + TILE : (tile + 1 + ivec2(group >> 7 & 1u)) * RX_TILE;
     // Places of pixels, from what the last one of the first row and of the first column are away; `w` is any number from 1 on.
     RxRay ray = ray_of(line), across = ray_of(min(line + 7u, count - 1u)), down = ray_of(min(line + 56u, count - 1u));
     vec3 u = (vec3(across.cell - ray.cell) + (across.frac - ray.frac)) / 7.0, v = (vec3(down.cell - ray.cell) + (down.frac - ray.frac)) / 7.0;
@@ -248,10 +249,14 @@ void main() {
     vec4 view[3] = vec4[](vec4((u * vv - v * uv) / area, first.x) * w, vec4((v * uu - u * uv) / area, first.y) * w, vec4(0.0, 0.0, 0.0, w));
     begin_tile();
     uint rest = rx_trace_parallel(tile, size, ray.dir, ray.cell, ray.frac, view);
-    for (; rest != 0u; rest &= rest - 1u) {
-        ivec2 pixel = rx_tile_pixel(tile, uint(findLSB(rest)));
-        check_pixel(pixel);
-        if (wanted(pixel)) trace_alone(line_of(pixel));
+    for (uint s = 0u; s < 8u; ++s) {
+        ivec2 pixel = rx_tile_pixel(tile, s);
+        bool handed_on = ((rest >> s) & 1u) != 0u;
+        if (handed_on) check_pixel(pixel);
+        if (!wanted(pixel) || (!handed_on && is_of_tile(line_of(pixel)))) continue;
+        RxHit hit;
+        bool found = rx_trace(ray_of(line_of(pixel)), hit);
+        write_hit(line_of(pixel), found, hit);
     }
     end_tile();
 }
