@@ -19,6 +19,7 @@ use std::time::Duration;
 use common::{Project, Running, command, repository};
 use plant::Fault;
 use raxel::world::random::SplitMix64;
+use rayon::prelude::*;
 use wait_timeout::ChildExt as _;
 
 /// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
@@ -38,7 +39,7 @@ const GATES: &[(&str, &str)] = &[
     ("internal/layouts/octree", "octree,octree:ahead,octree:stored"),
     ("internal/packed", "tree64,flat64,tree64:streamed"),
     ("packet", "tree64:packet,svo:packet"),
-    ("parallel", "tree64:parallel"),
+    ("parallel", "tree64:parallel,tree64:parallel_any"),
     ("period", "flat64:period,flat64:refill"),
     ("ray", "tree64,svo,tree64:packet,tree64:ahead,tree64:onward,flat64:period"),
     ("refill", "flat64:refill"),
@@ -46,7 +47,7 @@ const GATES: &[(&str, &str)] = &[
     ("rivals/internal/layouts/svdag", "svdag,svdag:ahead"),
     ("rivals/internal/layouts/svo", "svo,svo:ahead,svo:onward"),
     ("rivals/internal/layouts/texture3d", "texture3d,texture3d:ahead"),
-    ("internal/tile", "tree64:packet,tree64:parallel"),
+    ("internal/tile", "tree64:packet,tree64:parallel,tree64:parallel_any"),
     ("internal/trace", "svo,brickmap,flat64,texture3d"),
     ("internal/layouts/tree64", "tree64,tree64:ahead,tree64:beam,tree64:onward,tree64:streamed"),
     ("internal/walk", "tree64,tree64:ahead,tree64:packet,brickmap,svo"),
@@ -56,7 +57,14 @@ const GATES: &[(&str, &str)] = &[
 const RAYS: [&str; 2] = ["1e5", "3e6"];
 
 /// Those that are built at once: a run has thousands of faults.
-const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills";
+const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,cubes,boxes,corners,menger,hills";
+
+/// The sets that rows of tiles trace: rays of no others are worth their time where no other row is run.
+const TILES: &str =
+    "tiles,octant-tiles,grazing-tiles,skimming-tiles,hidden-tiles,lattice-tiles,wrapped-tiles,range-end-tiles";
+
+/// The sets whose rays are parallel.
+const GRIDS: &str = "parallel,parallel-ties,parallel-edges,wrapped-parallel";
 
 /// Longer than any run takes. A tracer that does not end is noticed.
 const LIMIT: Duration = Duration::from_secs(120);
@@ -113,12 +121,25 @@ fn all_traced(table: &str, rows: &str) -> bool {
     rows.split(',').all(|row| table.lines().any(|line| line.split(',').next() == Some(row)))
 }
 
+/// The sets that are worth to be traced by some rows; all of them if it is none.
+fn sets(rows: &str) -> String {
+    let of = |row: &str| match row.split_once(':') {
+        Some((_, "packet" | "beam")) => Some(TILES),
+        Some((_, "parallel" | "parallel_any")) => Some(GRIDS),
+        _ => None,
+    };
+    let sets: Option<BTreeSet<&str>> = rows.split(',').map(of).collect();
+    sets.map_or_else(String::new, |sets| sets.into_iter().collect::<Vec<_>>().join(","))
+}
+
 /// Whether `raxel stress` notices a source in place of a file.
 fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
     let project = Project::empty();
     project.write(&path(file), text);
-    let options = ["--layouts", rows, "--scenes", SCENES, "--rays", rays, "-o", "stress.csv"];
-    let mut command = command(project.root(), &[&["stress"], &options[..]].concat());
+    let (options, sets) = (["--layouts", rows, "--scenes", SCENES, "--rays", rays, "-o", "stress.csv"], sets(rows));
+    let chosen = ["--sets", &sets];
+    let chosen = if sets.is_empty() { &[] } else { &chosen[..] };
+    let mut command = command(project.root(), &[&["stress"], &options[..], chosen].concat());
     command.stdout(Stdio::null()).stderr(Stdio::null()).env("RAYON_NUM_THREADS", "2");
     let mut child = Running::start(&mut command);
     match child.0.wait_timeout(LIMIT).expect("a child can be waited for").map(|status| status.code()) {
@@ -132,6 +153,12 @@ fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
     }
 }
 
+/// A fault in a row of the table: its place, what is replaced by what, and the text of the line.
+fn place(file: &str, fault: &Fault, source: &str) -> String {
+    let (line, code) = fault.line(source);
+    format!("{file}:{line}:{},{:?},{:?},{code:?}", fault.column(source), fault.from, fault.to)
+}
+
 /// All faults of all files, in an order that a seed gives.
 fn all(sources: &BTreeMap<&str, String>, seed: u64) -> Vec<(&'static str, &'static str, Fault)> {
     let of = |&(file, rows): &(&'static str, &'static str)| {
@@ -143,6 +170,16 @@ fn all(sources: &BTreeMap<&str, String>, seed: u64) -> Vec<(&'static str, &'stat
         all.swap(n, random.below(n as u64 + 1) as usize);
     }
     all
+}
+
+/// Whether a fault is to be planted: each, or only those that survived in the table `RAXEL_MUTATION_AGAIN` of an earlier run.
+fn wanted() -> impl Fn(&str) -> bool {
+    let table = std::env::var_os("RAXEL_MUTATION_AGAIN");
+    let text =
+        table.map(|path| std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())));
+    let survived: Option<BTreeSet<String>> =
+        text.map(|text| text.lines().filter_map(|row| Some(row.strip_prefix("Survived,")?.to_owned())).collect());
+    move |place| survived.as_ref().is_none_or(|survived| survived.contains(place))
 }
 
 fn setting<T: std::str::FromStr>(name: &str, default: T) -> T {
@@ -170,10 +207,12 @@ fn every_explanation_is_of_a_fault_that_can_be_planted() {
 #[ignore = "takes hours without a GPU"]
 fn every_planted_fault_is_noticed_or_explained() {
     let sources: BTreeMap<&str, String> = GATES.iter().map(|(file, _)| (*file, source(file))).collect();
-    for (file, rows) in GATES {
+    GATES.par_iter().for_each(|(file, rows)| {
         assert_eq!(judged(file, &sources[file], rows, RAYS[0]), Outcome::Survived, "{file} as it is, by {rows}");
-    }
-    let faults = all(&sources, setting("SEED", 1));
+    });
+    let mut faults = all(&sources, setting("SEED", 1));
+    let wanted = wanted();
+    faults.retain(|(file, _, fault)| wanted(&place(file, fault, &sources[file])));
     let chosen: Range<usize> = setting("FROM", 0)..setting("TO", faults.len()).min(faults.len());
     println!("faults {chosen:?} of {}", faults.len());
     let reasons = explained();
@@ -183,14 +222,13 @@ fn every_planted_fault_is_noticed_or_explained() {
     let next = AtomicUsize::new(chosen.start);
     let work = || {
         while let Some((file, rows, fault)) = faults[..chosen.end].get(next.fetch_add(1, atomic::Ordering::Relaxed)) {
-            let text = fault.planted(&sources[file]);
+            let (text, place) = (fault.planted(&sources[file]), place(file, fault, &sources[file]));
             let mut outcome = judged(file, &text, rows, RAYS[0]);
             if outcome == Outcome::Survived {
                 outcome = judged(file, &text, rows, RAYS[1]);
             }
-            let (line, code) = fault.line(&sources[file]);
             let is_explained = reasons.iter().any(|reason| is(reason, file, fault, &sources[file]));
-            let row = format!("{outcome:?},{file}:{line},{:?},{:?},{code:?}", fault.from, fault.to);
+            let row = format!("{outcome:?},{place}");
             writeln!(lines.lock().unwrap(), "{row}").expect("a file");
             *counts.lock().unwrap().entry(outcome).or_default() += 1;
             match outcome {
@@ -233,4 +271,15 @@ fn a_row_without_rays_judges_nothing() {
     assert!(all_traced(table, "tree64") && all_traced(table, "tree64:packet,tree64"));
     assert!(!all_traced(table, "tree64,svo") && !all_traced(table, "tree"));
     assert!(!all_traced("row,site,set,rays\n", "tree64"));
+}
+
+#[test]
+fn rows_that_trace_tiles_alone_are_given_tiles_alone() {
+    assert_eq!(sets("tree64:packet,svo:packet"), TILES);
+    assert_eq!(sets("tree64:parallel"), GRIDS);
+    assert_eq!(sets("tree64:packet,tree64:parallel"), format!("{GRIDS},{TILES}"));
+    assert_eq!(sets("tree64,tree64:packet"), "");
+    for set in TILES.split(',').chain(GRIDS.split(',')) {
+        assert!(raxel_oracle::sets::RaySet::find(set).is_some(), "no set is called `{set}`");
+    }
 }

@@ -50,6 +50,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
             "grazing-tiles",
             "lattice-tiles",
             "skimming-tiles",
+            "hidden-tiles",
             "wrapped-tiles",
             "range-end-tiles",
         ]
@@ -57,11 +58,10 @@ fn every_tracer_that_claims_to_be_exact_is() {
         assert!(row["exact"] == true && of_sets.iter().all(|rays| *rays > 300), "{row}");
         assert_eq!(count(row, "rays"), of_sets.iter().sum::<u64>(), "{row}");
     }
-    let parallel = &rows["tree64:parallel"];
-    assert!(
-        ["parallel", "parallel-ties"].iter().all(|set| parallel["sets"][set]["rays"].as_u64().unwrap() > 300),
-        "{parallel}"
-    );
+    for row in ["tree64:parallel", "tree64:parallel_any"].map(|name| &rows[name]) {
+        let mut grids = ["parallel", "parallel-edges", "parallel-ties"].iter();
+        assert!(row["exact"] == true && grids.all(|set| row["sets"][set]["rays"].as_u64().unwrap() > 300), "{row}");
+    }
     // Publications are for all sets, near and far.
     let streamed = &rows["tree64:streamed"];
     assert!(streamed["exact"] == true && streamed["refused"].as_array().unwrap().is_empty(), "{streamed}");
@@ -232,6 +232,42 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     assert_eq!(count("tree64", "wrong") + count("tree64", "wrong_t"), 0);
     assert!(count("tree64:parallel", "wrong") > 100, "{}", found["tree64:parallel"]);
     raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
+/// What tracers say beside the hits themselves is judged, too: which pixels they name, whether they find anything, and what is around a hit.
+#[test]
+fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
+    let faults = [
+        // Rays are asked for beside the output.
+        (
+            "parallel",
+            "if (all(lessThan(pixel, size)) && rx_tile_start",
+            "if (any(lessThan(pixel, size)) && rx_tile_start",
+            "tree64:parallel",
+        ),
+        // Only that there is something is known, not by which face.
+        ("parallel", "uint axis = 3u;", "uint axis = 0u;", "tree64:parallel_any"),
+        // What is outside of the world is no air, nor is what is empty.
+        ("internal/layouts/tree64", "? rx_look(cell, log2_free) : 0u;", "? rx_look(cell, log2_free) : 1u;", "tree64"),
+        (
+            "internal/layouts/tree64",
+            "log2_free = rx_free_octet(leaf, voxel) ? 1u : 0u;\n            return 0u;",
+            "log2_free = 0u;\n            return 1u;",
+            "tree64",
+        ),
+    ];
+    for (file, right, wrong, row) in faults {
+        let project = Project::empty();
+        let path = format!("shaders/include/raxel/{file}.glsl");
+        let text = std::fs::read_to_string(repository().join(&path)).unwrap();
+        assert!(text.contains(right), "{path} has no `{right}`");
+        project.write(&path, text.replace(right, wrong));
+        let scope =
+            ["stress", "--scenes", "gravel", "--sets", "parallel,parallel-edges", "--rays", "2e4", "--layouts", row];
+        let run = project.raxel(&[&scope[..], &["--format", "json"]].concat()).exits(1);
+        let found = rows(&run);
+        assert!(found[row]["total"]["wrong"].as_u64().unwrap() > 50, "{wrong}: {}", found[row]);
+    }
 }
 
 /// Packets that lose what they should hand on.

@@ -26,6 +26,11 @@ impl Fault {
         (before.matches('\n').count() + 1, text.trim())
     }
 
+    /// Where it begins in its line, in bytes from 1.
+    pub fn column(&self, source: &str) -> usize {
+        self.range.start - source[..self.range.start].rfind('\n').map_or(0, |end| end + 1) + 1
+    }
+
     /// The name of the function that it is in.
     pub fn function<'a>(&self, source: &'a str) -> Option<&'a str> {
         // Functions begin and end at the first column.

@@ -85,6 +85,12 @@ pub const ALL: &[Scene] = &[
         solid: Solid::Boxes(90),
     },
     Scene {
+        name: "cubes",
+        about: "two full cubes of 64³, which are nodes where the scene is at an end of the coordinates: filled nodes of filled nodes",
+        size: 128,
+        solid: Solid::Cells(|c, _| u16::from(c.x >> 6 == c.y >> 6 && c.x >> 6 == c.z >> 6)),
+    },
+    Scene {
         name: "corners",
         about: "single voxels in the corners of a large box: long steps over nothing",
         size: 256,

@@ -207,6 +207,16 @@ pub const ALL: &[RaySet] = &[
         make: Make::Tiles(tiles::skimming_tile),
     },
     RaySet {
+        name: "hidden-tiles",
+        about: "8 × 8 pixels of which a near solid voxel hides a corner, some rows or some columns, the others look past it",
+        make: Make::Tiles(tiles::hidden_tile),
+    },
+    RaySet {
+        name: "parallel-edges",
+        about: "8 × 8 rays of one direction in a fine grid around an edge of a solid voxel; some begin off the grid",
+        make: Make::Grids(tiles::parallel_edges),
+    },
+    RaySet {
         name: "unit-ties",
         about: "two planes that are crossed one unit of the lattice apart, the least there is, beside a solid",
         make: Make::Rays(rays::unit_ties),

@@ -42,8 +42,8 @@ impl InstanceBuffer {
             models.push(ModelTree { header, at: trees.len() / QUAD });
             let first = trees.len();
             trees.extend_from_slice(body);
-            // The unused word of a material says which one of the world's it is.
-            for (index, &of_world) in model.materials.iter().enumerate() {
+            // The unused word of a material says which one of the world's it is. Behind the palette are the nodes.
+            for (index, &of_world) in model.materials.iter().take(model.voxels.materials().len()).enumerate() {
                 trees[first + 8 * index + 7] = u32::from(of_world);
             }
             trees.resize(trees.len().next_multiple_of(QUAD), 0);
@@ -152,5 +152,27 @@ impl InstanceBuffer {
             member("unused1", 12),
             BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::IVec3;
+    use raxel_world::{Material, MaterialIndex, World};
+
+    use super::super::{InstanceModel, Instances};
+
+    #[test]
+    fn materials_behind_the_palette_of_a_model_change_nothing() {
+        let palette = vec![Material::air(), Material::matt("a", [0.5; 3])];
+        let voxels = Arc::new(World::from_voxels(palette, [(IVec3::ZERO, 1)]));
+        let words = |materials: &[MaterialIndex]| {
+            let models = vec![InstanceModel { voxels: voxels.clone(), materials: materials.into() }];
+            Instances { models, list: Vec::new() }.encode(u64::MAX).expect("it fits").words(&[])
+        };
+        assert_eq!(words(&[0, 9]), words(&[0, 9, 7, 7, 7, 7, 7, 7]));
+        assert_ne!(words(&[0, 9]), words(&[0, 8]));
     }
 }

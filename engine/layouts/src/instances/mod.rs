@@ -37,7 +37,7 @@ pub struct Instances {
 pub struct InstanceModel {
     /// Its voxels around its own origin.
     pub voxels: Arc<World>,
-    /// Palette index in the world, by the model's palette index.
+    /// Palette index in the world, by the model's palette index. What stands behind the model's palette is ignored.
     pub materials: Arc<[MaterialIndex]>,
 }
 

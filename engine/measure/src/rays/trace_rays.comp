@@ -6,6 +6,11 @@
 #include <raxel/world.glsl>
 #include <raxel/rivals/march.glsl>
 
+#ifdef RX_MARCH_PARALLEL_ANY
+#define RX_MARCH_PARALLEL
+#define RX_TILE_ANY_HIT
+#endif
+
 #if defined(RX_MARCH_PACKET) || defined(RX_MARCH_PARALLEL)
 layout(local_size_x = 32) in;
 #else
@@ -53,10 +58,28 @@ uint rx_most_rounds() {
     return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
 }
 
+// Whether rx_material says that nothing is in the cell that a ray came from, unless it came by an edge, and nothing outside of the world's cube.
+bool is_clear_around(uint i, RxHit hit) {
+    // Along one axis to three.
+    uint axes = i % 7u + 1u;
+    ivec3 size = ivec3(uvec3(axes, axes >> 1, axes >> 2) & 1u) << world.log2_size;
+    if (rx_material(hit.voxel + ((i & 8u) != 0u ? size : -size)) != 0u) return false;
+    bool by_face = hit.face < RX_FACE_INSIDE && all(greaterThan(hit.uv, vec2(1.0 / 64.0))) && all(lessThan(hit.uv, vec2(63.0 / 64.0)));
+    return !by_face || rx_material(hit.voxel + ivec3(rx_normal(hit.face))) == 0u;
+}
+
 void write_hit(uint i, bool found, RxHit hit) {
     uint state = found ? RX_HIT : hit.steps >= rx_most_rounds() ? RX_HANG : RX_MISS;
-    hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, found ? rx_material(hit.voxel) : 0u, floatBitsToUint(hit.t),
-                       floatBitsToUint(hit.uv), hit.steps, 0u);
+    uint looked_up = found ? rx_material(hit.voxel) : 0u;
+#ifndef RAXEL_MARCH_LINE_GLSL
+    // No material has this number.
+    if (found && !is_clear_around(i, hit)) looked_up = 0xffffffffu;
+#endif
+    hits[i] = HitWords(hit.voxel, state, hit.face, hit.material, looked_up, floatBitsToUint(hit.t), floatBitsToUint(hit.uv), hit.steps, 0u);
+}
+
+void write_miss(uint i) {
+    hits[i] = HitWords(ivec3(0), RX_MISS, 0u, 0u, 0u, 0u, uvec2(0u), 0u, 0u);
 }
 
 #if defined(RX_MARCH_ONWARD) || defined(RX_MARCH_INSTANCES_ONWARD)
@@ -75,19 +98,15 @@ vec3 direction_onward(uint i) {
 }
 #endif
 
-#if defined(RX_MARCH_PACKET)
-// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
-#include <raxel/packet.glsl>
+#if defined(RX_MARCH_PACKET) || defined(RX_MARCH_PARALLEL)
+uint line;    // where the first ray of the 8 x 8 has its hit
+ivec2 size;   // pixels of the output
+ivec2 first;  // the first pixel of the 8 x 8
+
+// Whether a pixel was named that is not of the tile, or not on the output, or has no ray.
+shared uint pixel_is_wrong;
 
 const int TILE = 8;
-
-uint line;  // where the first ray of the tile has its hit
-ivec3 camera_cell;
-vec3 camera_frac;
-mat4 view_to_world;
-vec2 tan_half_fov;
-ivec2 size;
-ivec2 first;
 
 uint line_of(ivec2 pixel) {
     ivec2 at = pixel - first;
@@ -99,19 +118,47 @@ bool wanted(ivec2 pixel) {
     return all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(TILE))) && line_of(pixel) < count;
 }
 
+void check_pixel(ivec2 pixel) {
+    if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, size)) || any(notEqual(pixel / 16, first / 16))) atomicOr(pixel_is_wrong, 1u);
+}
+
+void begin_tile() {
+    if (gl_LocalInvocationIndex == 0u) pixel_is_wrong = 0u;
+    barrier();
+}
+
+void end_tile() {
+    memoryBarrierBuffer();
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && pixel_is_wrong != 0u) hits[line].state = RX_WRONG;
+}
+#endif
+
+#if defined(RX_MARCH_PACKET)
+// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
+#include <raxel/packet.glsl>
+
+ivec3 camera_cell;
+vec3 camera_frac;
+mat4 view_to_world;
+vec2 tan_half_fov;
+
 RxRay ray_of(ivec2 pixel) {
     return rx_camera_ray(camera_cell, camera_frac, view_to_world, tan_half_fov, pixel, size);
 }
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
+    check_pixel(pixel);
     if (wanted(pixel)) write_hit(line_of(pixel), true, rx_hit_of(ray_of(pixel), voxel, face));
 }
 
 void rx_tile_miss(ivec2 pixel) {
-    if (wanted(pixel)) write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+    check_pixel(pixel);
+    if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void rx_tile_rest(ivec2 pixel, float t_free) {
+    check_pixel(pixel);
     if (!wanted(pixel)) return;
     RxHit hit;
     bool found = rx_trace_from(ray_of(pixel), t_free, hit);
@@ -128,22 +175,19 @@ void main() {
     tan_half_fov = uintBitsToFloat(rays[tile + 4u].frac.xy);
     size = rays[tile + 4u].cell.xy;
     first = ivec2(rays[tile + 4u].dir.xy);
+    begin_tile();
     rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
+    end_tile();
 }
 #elif defined(RX_MARCH_PARALLEL)
-// A subgroup traces 64 rays in a row as a tile of 8 x 8, those of them that have the direction of the first.
+// A subgroup traces 64 rays in a row, those of them that have the direction of the first, as 8 x 8 pixels of a tile of 16 x 16.
 #define RX_PARALLEL_NEAR 1.0e9
 #define RX_PARALLEL_AREA 1.0e9
 #define RX_PARALLEL_LEAVES 256u
 #include <raxel/parallel.glsl>
-
-const int TILE = 8;
-
-uint line;  // the first of the tile's
-
-uint line_of(ivec2 pixel) {
-    return line + uint(pixel.y * TILE + pixel.x);
-}
+#ifdef RX_TILE_ANY_HIT
+#include <raxel/box.glsl>
+#endif
 
 RxRay ray_of(uint i) {
     RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
@@ -151,45 +195,70 @@ RxRay ray_of(uint i) {
     return ray;
 }
 
-void trace_alone(uint i) {
-    RxHit hit;
-    bool found = rx_trace(ray_of(i), hit);
-    write_hit(i, found, hit);
+// Whether a ray is one of the tile's: it has no end, and the direction of the first.
+bool is_of_tile(uint i) {
+    return all(equal(rays[i].dir.xyz, rays[line].dir.xyz)) && uintBitsToFloat(rays[i].t_max) >= RX_FAR;
 }
 
 bool rx_tile_near(ivec2 pixel, out ivec3 cell) {
+    check_pixel(pixel);
     cell = rays[line].cell;
     return true;
 }
 
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac) {
-    uint i = line_of(pixel);
-    if (i >= count) return false;
-    RxRay ray = ray_of(i);
+    check_pixel(pixel);
+    if (!wanted(pixel) || !is_of_tile(line_of(pixel))) return false;
+    RxRay ray = ray_of(line_of(pixel));
     cell = ray.cell;
     frac = ray.frac;
-    if (all(equal(rays[i].dir.xyz, rays[line].dir.xyz)) && ray.t_max >= RX_FAR) return true;
-    trace_alone(i);
-    return false;
+    return true;
 }
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
-    write_hit(line_of(pixel), true, rx_hit_of(ray_of(line_of(pixel)), voxel, face));
+    check_pixel(pixel);
+    if (!wanted(pixel)) return;
+    uint i = line_of(pixel);
+#ifdef RX_TILE_ANY_HIT
+    // Any solid voxel that the ray passes through will do. The first one is judged.
+    bool last = any(equal(voxel, ivec3(0x7fffffff)));
+    RxHit hit;
+    bool found = rx_trace(ray_of(i), hit);
+    write_hit(i, found && face == RX_FACE_INSIDE && rx_material(voxel) != 0u && (last || rx_crosses_box(ray_of(i), voxel, voxel + 1, 0)), hit);
+#else
+    write_hit(i, true, rx_hit_of(ray_of(i), voxel, face));
+#endif
 }
 
 void rx_tile_miss(ivec2 pixel) {
-    write_hit(line_of(pixel), false, RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u));
+    check_pixel(pixel);
+    if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void main() {
-    line = gl_WorkGroupID.x * 64u;
-    // Places of pixels, from what the last one of the first row and of the first column are away.
-    RxRay first = ray_of(line), across = ray_of(min(line + 7u, count - 1u)), down = ray_of(min(line + 56u, count - 1u));
-    vec3 u = (vec3(across.cell - first.cell) + (across.frac - first.frac)) / 7.0, v = (vec3(down.cell - first.cell) + (down.frac - first.frac)) / 7.0;
-    float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), area = uu * vv - uv * uv;
-    vec4 view[3] = vec4[](vec4((u * vv - v * uv) / area, 0.0), vec4((v * uu - u * uv) / area, 0.0), vec4(0.0, 0.0, 0.0, 1.0));
-    uint rest = rx_trace_parallel(ivec2(0), ivec2(TILE), first.dir, first.cell, first.frac, view);
-    for (; rest != 0u; rest &= rest - 1u) trace_alone(line_of(rx_tile_pixel(ivec2(0), uint(findLSB(rest)))));
+    uint group = gl_WorkGroupID.x;
+    line = group * 64u;
+    // Each of the four 8 x 8 of a tile, in tiles anywhere; the output ends behind them, with the tile or later.
+    ivec2 tile = ivec2(group >> 2, group >> 4) & 3;
+    first = tile * RX_TILE + TILE * (ivec2(group, group >> 1) & 1);
+    size = (group & 64u) != 0u ? first + TILE : (tile + 1 + ivec2(group >> 7 & 1u)) * RX_TILE;
+    // Places of pixels, from what the last one of the first row and of the first column are away; `w` is any number from 1 on.
+    RxRay ray = ray_of(line), across = ray_of(min(line + 7u, count - 1u)), down = ray_of(min(line + 56u, count - 1u));
+    vec3 u = (vec3(across.cell - ray.cell) + (across.frac - ray.frac)) / 7.0, v = (vec3(down.cell - ray.cell) + (down.frac - ray.frac)) / 7.0;
+    float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), area = uu * vv - uv * uv, w = float(1u + group % 3u);
+    vec4 view[3] = vec4[](vec4((u * vv - v * uv) / area, first.x) * w, vec4((v * uu - u * uv) / area, first.y) * w, vec4(0.0, 0.0, 0.0, w));
+    begin_tile();
+    uint rest = rx_trace_parallel(tile, size, ray.dir, ray.cell, ray.frac, view);
+    for (uint s = 0u; s < 8u; ++s) {
+        ivec2 pixel = rx_tile_pixel(tile, s);
+        bool handed_on = ((rest >> s) & 1u) != 0u;
+        if (handed_on) check_pixel(pixel);
+        if (!wanted(pixel) || (!handed_on && is_of_tile(line_of(pixel)))) continue;
+        RxHit hit;
+        bool found = rx_trace(ray_of(line_of(pixel)), hit);
+        write_hit(line_of(pixel), found, hit);
+    }
+    end_tile();
 }
 #elif defined(RX_MARCH_BEAM)
 // A group traces a tile of 8 x 8 pixels. It has five lines, which hold its camera: see rays/words.rs.
@@ -253,6 +322,12 @@ void main() {
     bool found = rx_trace_scene(rx_scene_ray(ray), hit);
 #endif
     write_scene_hit(i, found, hit);
+#ifndef RX_MARCH_INSTANCES_ONWARD
+    // A ray that ends a little before its hit hits nothing behind its end.
+    RxSceneHit before;
+    ray.t_max = hit.at.t * 0.99998;
+    if (found && rx_trace_scene(rx_scene_ray(ray), before) && before.at.t > ray.t_max) hits[i].state = RX_WRONG;
+#endif
 }
 #elif defined(RX_MARCH_ONWARD)
 #include <raxel/box.glsl>
@@ -261,6 +336,22 @@ void main() {
 bool meets(RxRay ray, ivec3 voxel) {
     ivec3 beside = voxel + mix(ivec3(2), ivec3(-2), greaterThanEqual(voxel, ivec3(0)));
     return rx_crosses_box(ray, beside, beside + 1, 2) && (any(equal(voxel, ivec3(0x7fffffff))) || rx_crosses_box(ray, voxel, voxel + 1, 0));
+}
+
+// Whether a ray is said to meet none of the boxes that it moves away from, or is beside all the time. They are within the range of coordinates.
+bool passes(RxRay ray) {
+    if (any(greaterThan(abs(ray.cell), ivec3(0x7fffff00)))) return true;
+    vec3 dir = rx_lattice_direction(ray);
+    for (int a = 0; a < 3; ++a) {
+        ivec3 low = ray.cell - 64, end = ray.cell + 64;
+        bool down = dir[a] < 0.0;
+        float behind = down ? 1.0 - ray.frac[a] : ray.frac[a];
+        // Along an axis that the ray does not move along, the second cell beside its own; else the cell behind it.
+        low[a] = ray.cell[a] + (dir[a] == 0.0 ? 2 : down ? 1 : -1);
+        end[a] = low[a] + 1;
+        if ((dir[a] == 0.0 || (abs(dir[a]) >= 1.0 && behind > 0.125)) && rx_crosses_box(ray, low, end, 0)) return false;
+    }
+    return true;
 }
 
 void main() {
@@ -272,6 +363,7 @@ void main() {
     bool found = rx_trace(ray, hit);
     // What the tracer keeps of its way must not change what another voxel is.
     if (rx_material(before.voxel) != rays[i].dir.w) hits[i].state = RX_WRONG;
+    else if (!passes(ray)) hits[i].state = RX_WRONG;
     else write_hit(i, found && meets(ray, hit.voxel), hit);
 }
 #elif defined(RX_MARCH_STORE)

@@ -136,7 +136,7 @@ impl Tracer {
     ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
         // Tiles of rays are traced by the same code where subgroups are neither 32 nor 64 wide, slower.
-        let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel"));
+        let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel" | "parallel_any"));
         let slow = (tiles && !device.capabilities().traces_packets()).then_some("RX_TILE_BY_SHARED_MEMORY");
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();

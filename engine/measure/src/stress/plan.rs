@@ -73,6 +73,9 @@ impl Row {
     /// decide ray by ray.
     pub const PARALLEL: &str = "parallel";
 
+    /// The same as for shadows: whether a ray hits anything.
+    pub const PARALLEL_ANY: &str = "parallel_any";
+
     /// The marcher that traces the period rays next to the rays (`shaders/include/raxel/period.glsl`), over the layout `flat64`.
     pub const PERIOD: &str = "period";
 
@@ -95,11 +98,12 @@ impl Row {
     pub const STREAMED: &str = "streamed";
 
     /// Every marcher that is another way to call an exact tracer.
-    pub const WAYS: [&str; 11] = [
+    pub const WAYS: [&str; 12] = [
         Self::AHEAD,
         Self::BEAM,
         Self::PACKET,
         Self::PARALLEL,
+        Self::PARALLEL_ANY,
         Self::PERIOD,
         Self::REFILL,
         Self::INSTANCES,
@@ -151,7 +155,7 @@ impl Row {
     /// How many steps it can have taken to a hit. Those of an exact tracer are cells on the ray, but those of `bvh` are nodes beside it, too, and
     /// packets count none.
     pub fn steps(&self, ray: &Ray, hit: &Hit) -> RangeInclusive<u64> {
-        let packet = matches!(self.marcher(), Some(Self::PACKET | Self::PARALLEL));
+        let packet = matches!(self.marcher(), Some(Self::PACKET | Self::PARALLEL | Self::PARALLEL_ANY));
         let nodes = matches!(self, Row::Device(method) if method.layout == raxel_rivals::BVH);
         let most = if self.exact() && !packet && !nodes { most_steps(ray, hit) } else { u64::MAX };
         u64::from(!packet)..=most

@@ -202,7 +202,7 @@ pub(super) fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {
 
 pub(super) fn longest(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
-    let length = (100.0 + 27.0 * random.unit()).exp2();
+    let length = (100.0 + 27.99 * random.unit()).exp2();
     ray.dir = ray.dir.map(|d| d * length);
     ray
 }

@@ -38,7 +38,9 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let up = if up.cross(forward).length_squared() > 0.01 { up } else { forward.any_orthogonal_vector() };
     let right = forward.cross(up).normalize();
     let up = right.cross(forward);
+    // Outputs of any size: the last tiles of a row or a column have any number of pixels.
     let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.index(5)];
+    let size = size.map(|side| side + random.below(16) as u32);
     let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.index(5)];
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
     tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
@@ -174,8 +176,44 @@ pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
         let [right, up, forward] = [right, up, forward].map(|axis| f64::from(axis[i]));
         0.5 + across * right + height * up - 0.5 * forward - distance * (forward + rise * up + aside * right)
     });
-    tile.camera.cell = clamped(std::array::from_fn(|i| target[i] + place[i].floor() as i64)).into();
-    tile.camera.frac = place.map(|p| ((p - p.floor()) as f32).min(1.0 - f32::EPSILON)).into();
+    let (cell, frac) = at_place(target, place);
+    (tile.camera.cell, tile.camera.frac) = (clamped(cell).into(), frac.into());
+    tile
+}
+
+/// Cell and fraction, below 1, of a place relative to a cell.
+fn at_place(cell: [i64; 3], place: [f64; 3]) -> ([i64; 3], [f32; 3]) {
+    let whole = std::array::from_fn(|i| cell[i] + place[i].floor() as i64);
+    (whole, place.map(|p| ((p - p.floor()) as f32).min(1.0 - f32::EPSILON)))
+}
+
+/// Tiles of which a solid voxel near the camera hides a corner, some rows or some columns; the other pixels look past it.
+pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let [right, up, forward] = along_axes(random);
+    let target = targets.solid(random);
+    let size = [[16, 16], [40, 24], [328, 184], [1280, 720]][random.index(4)];
+    let half_height = [0.18, 0.58, 1.2][random.index(3)];
+    let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
+    let mut tile = tile_of((target, [0.0; 3]), [right, up, forward], size, half_height, first);
+    let half = tile.camera.tan_half_fov;
+    // The border of two pixels in a tile of 16 × 16 around.
+    let [column, row] = first.map(|first| f64::from(first / 16 * 16) + 4.0 * random.below(5) as f64);
+    let aside = (2.0 * column / f64::from(size[0]) - 1.0) * f64::from(half.x);
+    let rise = (1.0 - 2.0 * row / f64::from(size[1])) * f64::from(half.y);
+    // What is seen there: a corner of the face towards the camera, or some place on one of its edges.
+    let mut side = || if random.below(2) == 0 { 0.5 } else { -0.5 };
+    let mut place = [side(), side()];
+    if let edge @ 0..2 = random.index(3) {
+        place[edge] = f64::from(random.unit()) - 0.5;
+    }
+    let distance = [0.6, 4.0, 30.0][random.index(3)];
+    let camera: [f64; 3] = std::array::from_fn(|i| {
+        let [right, up, forward] = [right, up, forward].map(|axis| f64::from(axis[i]));
+        let seen = 0.5 + place[0] * right + place[1] * up - 0.5 * forward;
+        seen - distance * (forward + rise * up + aside * right)
+    });
+    let (cell, frac) = at_place(target, camera);
+    (tile.camera.cell, tile.camera.frac) = (clamped(cell).into(), frac.into());
     tile
 }
 
@@ -233,4 +271,26 @@ pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; 
     let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.index(3)]);
     let places = grid(random.cell(around(&targets.bounds)), first, along);
     places.map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
+}
+
+/// Fine grids around an edge, a corner or any place of a solid voxel, from beside it or from far off: of neighbouring rays one meets it and the next one passes.
+/// In half of the grids one ray in eight begins elsewhere.
+pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let mut dir = random.direction();
+    for _ in 0..random.below(3) {
+        dir[random.index(3)] *= [1e-1, 1e-2, 1e-4][random.index(3)];
+    }
+    let aim: [f64; 3] = std::array::from_fn(|_| [0.0, 1.0, f64::from(random.unit())][random.index(3)]);
+    let apart = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 8.0, 1.3][random.index(4)];
+    let distance = [1.5, 60.0, 900.0, 4000.0][random.index(4)];
+    let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
+    let first = std::array::from_fn(|a| aim[a] - distance * f64::from(dir[a]) - 3.5 * (along[0][a] + along[1][a]));
+    let moves = random.below(2) == 0;
+    grid(target, first, along).map(|(cell, frac)| {
+        let away = if moves && random.below(8) == 0 { [0.02, 1.0, 20.0][random.index(3)] } else { 0.0 };
+        let by = random.direction();
+        let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) + away * f64::from(by[a])));
+        Ray::new(clamped(cell), frac, dir)
+    })
 }

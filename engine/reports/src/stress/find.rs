@@ -95,7 +95,8 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         let mut rows: Vec<Row> = [Row::default_tracer(), Row::Port].into();
         rows.extend(layouts.filter(|row| *row != Row::default_tracer()));
         rows.extend(raxel_rivals::LAYOUTS.iter().map(|&layout| marched(layout, Row::AHEAD)));
-        rows.extend([Row::BEAM, Row::PACKET, Row::PARALLEL].map(|marcher| marched(Layout::TREE64, marcher)));
+        let tiles = [Row::BEAM, Row::PACKET, Row::PARALLEL, Row::PARALLEL_ANY];
+        rows.extend(tiles.map(|marcher| marched(Layout::TREE64, marcher)));
         rows.extend(Row::PERIODS.map(|marcher| marched(Layout::FLAT64, marcher)));
         let over_tree64 = [Row::INSTANCES, Row::ONWARD, Row::INSTANCES_ONWARD, Row::STREAMED];
         rows.extend(over_tree64.map(|marcher| marched(Layout::TREE64, marcher)));
