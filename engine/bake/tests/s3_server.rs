@@ -112,13 +112,13 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     let server = Server::start();
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    bake(&*land, &plan, Part::Whole, &Directory::new(folder.path()), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, Part::Whole, &Directory::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
     let whole: BTreeMap<_, _> = files(folder.path()).into_iter().collect();
 
     // Two tasks at once; after each shard the server is away for a while.
     let slowly = |part: Part| {
-        let wait = &mut |_, _| std::thread::sleep(2 * AWAY);
-        bake(&*land, &plan, part, &server.open(Patience::default()), wait).map(|done| done.written)
+        let store = server.open(Patience::default());
+        bake(&*land, &plan, part, &store, &mut |_, _| std::thread::sleep(2 * AWAY)).map(|done| done.written)
     };
     let written = restarted(&server, || {
         std::thread::scope(|scope| {
@@ -128,7 +128,7 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     });
     let restarts = server.restarts.swap(0, Ordering::Relaxed);
     assert!(restarts > 3, "{restarts}");
-    assert_eq!(written.iter().sum::<usize>(), 16);
+    assert_eq!(written.iter().sum::<u64>(), 16);
     assert!(server.objects() == whole);
     // What is there is not made again.
     let again = bake(&*land, &plan, Part::Whole, &server.open(Patience::default()), &mut |_, _| {}).unwrap();
