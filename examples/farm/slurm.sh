@@ -118,7 +118,10 @@ stop() {
 
 case $verb in
     start) start "${3:-3}" ;;
-    lose) [ $# -eq 3 ] && end_node "$3" || usage ;;
+    lose)
+        [ $# -eq 3 ] || usage
+        end_node "$3"
+        ;;
     stop) stop ;;
     *) usage ;;
 esac
