@@ -37,7 +37,7 @@ struct Cluster {
 impl Cluster {
     fn start() -> Self {
         let cluster = Self { folder: tempfile::tempdir().unwrap() };
-        cluster.script(&["start", cluster.root().to_str().unwrap()]).exits(0);
+        Self::script(&["start", cluster.root().to_str().unwrap()]).exits(0);
         let program = env!("CARGO_BIN_EXE_raxel");
         let hold = cluster.path("raxel");
         fs::write(&hold, HOLD.replace("RAXEL", program).replace("HELD", &HELD.to_string())).unwrap();
@@ -45,7 +45,7 @@ impl Cluster {
         cluster
     }
 
-    fn script(&self, arguments: &[&str]) -> Run {
+    fn script(arguments: &[&str]) -> Run {
         output(Command::new(repository().join("examples/farm/slurm.sh")).args(arguments)).into()
     }
 
@@ -109,7 +109,7 @@ impl Cluster {
 
 impl Drop for Cluster {
     fn drop(&mut self) {
-        let stopped = self.script(&["stop", self.root().to_str().unwrap()]);
+        let stopped = Self::script(&["stop", self.root().to_str().unwrap()]);
         if !std::thread::panicking() {
             stopped.exits(0);
         }
@@ -174,7 +174,7 @@ fn a_bake_on_slurm_is_the_bake_of_one_machine_whatever_ends_a_task() {
     let job = cluster.submit("bake.sbatch", &[&BAKE[..], &[("OUT", &text(&lost)), ("HOLD", &text(&hold))]].concat());
     let held = cluster.held(&job, &hold);
     let before = files(&lost);
-    cluster.script(&["lose", cluster.root().to_str().unwrap(), &held[0]]).exits(0);
+    Cluster::script(&["lose", cluster.root().to_str().unwrap(), &held[0]]).exits(0);
     cluster.done(&job);
     let after = files(&lost);
     for (name, was) in &before {
@@ -202,7 +202,7 @@ fn a_film_on_slurm_is_the_film_of_one_machine_whatever_ends_a_task() {
     let hold = cluster.path("hold");
     let job = cluster.submit("film.sbatch", &[&film[..], &[("OUT", &text(&parts)), ("HOLD", &text(&hold))]].concat());
     let held = cluster.held(&job, &hold);
-    cluster.script(&["lose", cluster.root().to_str().unwrap(), &held[0]]).exits(0);
+    Cluster::script(&["lose", cluster.root().to_str().unwrap(), &held[0]]).exits(0);
     cluster.done(&job);
     assert!(bytes(&parts) == bytes(&whole));
 
