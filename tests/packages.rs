@@ -94,6 +94,11 @@ fn every_crate_says_what_a_registry_asks_for() {
         for key in ["license", "version", "rust-version"] {
             assert!(package.get(key).is_some(), "{name} has no {key}");
         }
+        // crates.io refuses more keywords, and longer ones.
+        let keywords = package.get("keywords").and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
+        let short = |keyword: &toml::Value| keyword.as_str().is_some_and(|keyword| keyword.len() <= 20);
+        assert!(keywords.len() <= 5 && keywords.iter().all(short), "{name}: {keywords:?}");
+        assert!(name != "raxel" || !keywords.is_empty(), "the façade is to be found");
         // In tests the crates need each other in circles: by path alone, so that no package does.
         for (of, dependency) in manifest.get("dev-dependencies").and_then(toml::Value::as_table).into_iter().flatten() {
             let inherits = of.starts_with("raxel-") && dependency.get("path").is_none();

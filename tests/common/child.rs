@@ -15,14 +15,14 @@ pub const LIMIT: Duration = Duration::from_secs(600);
 #[track_caller]
 pub fn output(command: &mut Command) -> Output {
     let mut child = Running::start(command.stdout(Stdio::piped()).stderr(Stdio::piped()));
-    let [stdout, stderr] = [read(child.0.stdout.take()), read(child.0.stderr.take())];
+    let [stdout, stderr] = [read_all(child.0.stdout.take()), read_all(child.0.stderr.take())];
     let status = child.finish();
     let [stdout, stderr] = [stdout, stderr].map(|reader| reader.join().expect("it only reads"));
     Output { status, stdout, stderr }
 }
 
 /// Reads a pipe while the child runs: a child whose pipe is full waits.
-fn read(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+pub fn read_all(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
@@ -56,6 +56,11 @@ impl<T: Send + 'static> Said<T> {
 }
 
 impl<T> Said<T> {
+    /// The next piece, unless it takes longer; the error says whether the child is silent, else its pipe has ended.
+    pub fn within(&self, limit: Duration) -> Result<T, bool> {
+        self.0.recv_timeout(limit).map_err(|error| error == RecvTimeoutError::Timeout)
+    }
+
     /// All that is left, once the child has ended.
     #[track_caller]
     pub fn rest(&self) -> Vec<T> {

@@ -19,77 +19,116 @@ pub enum Fault {
     DeviceLost = -4,
     /// `VK_ERROR_MEMORY_MAP_FAILED`.
     MemoryMap = -5,
+    /// `VK_ERROR_LAYER_NOT_PRESENT`.
+    LayerNotPresent = -6,
+    /// `VK_ERROR_EXTENSION_NOT_PRESENT`.
+    ExtensionNotPresent = -7,
+    /// `VK_ERROR_FEATURE_NOT_PRESENT`.
+    FeatureNotPresent = -8,
+    /// `VK_ERROR_INCOMPATIBLE_DRIVER`.
+    IncompatibleDriver = -9,
     /// `VK_ERROR_TOO_MANY_OBJECTS`.
     TooManyObjects = -10,
+    /// `VK_ERROR_FORMAT_NOT_SUPPORTED`.
+    FormatNotSupported = -11,
     /// `VK_ERROR_FRAGMENTED_POOL`.
     FragmentedPool = -12,
+    /// `VK_ERROR_UNKNOWN`: any call may answer it.
+    Unknown = -13,
     /// `VK_ERROR_SURFACE_LOST_KHR`.
     SurfaceLost = -1_000_000_000,
+    /// `VK_ERROR_NATIVE_WINDOW_IN_USE_KHR`.
+    WindowInUse = -1_000_000_001,
     /// `VK_ERROR_OUT_OF_DATE_KHR`.
     OutOfDate = -1_000_001_004,
     /// `VK_ERROR_OUT_OF_POOL_MEMORY`.
     PoolMemory = -1_000_069_000,
+    /// `VK_ERROR_FRAGMENTATION`.
+    Fragmentation = -1_000_161_000,
     /// `VK_SUBOPTIMAL_KHR`: the call has done its work.
     Suboptimal = 1_000_001_003,
 }
 
 use Fault::{
-    DeviceLost, DeviceMemory, FragmentedPool, HostMemory, Initialization, MemoryMap, OutOfDate, PoolMemory, Suboptimal,
-    SurfaceLost, TooManyObjects,
+    DeviceLost, DeviceMemory, ExtensionNotPresent, FeatureNotPresent, FormatNotSupported, Fragmentation,
+    FragmentedPool, HostMemory, IncompatibleDriver, Initialization, LayerNotPresent, MemoryMap, OutOfDate, PoolMemory,
+    Suboptimal, SurfaceLost, TooManyObjects, Unknown, WindowInUse,
 };
 
 /// Every call that raxel makes and that may fail, with what it may answer (the reference pages of Vulkan 1.3, "Return Codes").
 pub const CALLS: &[(&str, &[Fault])] = &[
-    ("vkCreateInstance", &[HostMemory, DeviceMemory, Initialization]),
-    ("vkCreateDebugUtilsMessengerEXT", &[HostMemory]),
-    ("vkEnumeratePhysicalDevices", &[HostMemory, DeviceMemory, Initialization]),
-    ("vkEnumerateDeviceExtensionProperties", &[HostMemory, DeviceMemory]),
-    ("vkCreateDevice", &[HostMemory, DeviceMemory, Initialization, TooManyObjects, DeviceLost]),
-    ("vkCreateSemaphore", &[HostMemory, DeviceMemory]),
-    ("vkCreateFence", &[HostMemory, DeviceMemory]),
-    ("vkCreateCommandPool", &[HostMemory, DeviceMemory]),
-    ("vkAllocateCommandBuffers", &[HostMemory, DeviceMemory]),
-    ("vkResetCommandPool", &[DeviceMemory]),
-    ("vkBeginCommandBuffer", &[HostMemory, DeviceMemory]),
-    ("vkEndCommandBuffer", &[HostMemory, DeviceMemory]),
-    ("vkCreateBuffer", &[HostMemory, DeviceMemory]),
-    ("vkCreateImage", &[HostMemory, DeviceMemory]),
-    ("vkCreateImageView", &[HostMemory, DeviceMemory]),
-    ("vkCreateSampler", &[HostMemory, DeviceMemory, TooManyObjects]),
-    ("vkAllocateMemory", &[HostMemory, DeviceMemory, TooManyObjects]),
-    ("vkMapMemory", &[HostMemory, DeviceMemory, MemoryMap]),
-    ("vkBindBufferMemory", &[HostMemory, DeviceMemory]),
-    ("vkBindImageMemory", &[HostMemory, DeviceMemory]),
-    ("vkCreateShaderModule", &[HostMemory, DeviceMemory]),
-    ("vkCreateDescriptorSetLayout", &[HostMemory, DeviceMemory]),
-    ("vkCreatePipelineLayout", &[HostMemory, DeviceMemory]),
-    ("vkCreatePipelineCache", &[HostMemory, DeviceMemory]),
-    ("vkCreateComputePipelines", &[HostMemory, DeviceMemory]),
-    ("vkCreateGraphicsPipelines", &[HostMemory, DeviceMemory]),
-    ("vkGetPipelineCacheData", &[HostMemory, DeviceMemory]),
-    ("vkCreateDescriptorPool", &[HostMemory, DeviceMemory]),
-    ("vkAllocateDescriptorSets", &[HostMemory, DeviceMemory, FragmentedPool, PoolMemory]),
-    ("vkCreateQueryPool", &[HostMemory, DeviceMemory]),
-    ("vkGetQueryPoolResults", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkQueueSubmit2", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkWaitSemaphores", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkGetSemaphoreCounterValue", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkWaitForFences", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkDeviceWaitIdle", &[HostMemory, DeviceMemory, DeviceLost]),
-    ("vkCreateXlibSurfaceKHR", &[HostMemory, DeviceMemory]),
-    ("vkCreateXcbSurfaceKHR", &[HostMemory, DeviceMemory]),
-    ("vkGetPhysicalDeviceSurfaceSupportKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
-    ("vkGetPhysicalDeviceSurfaceFormatsKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
-    ("vkGetPhysicalDeviceSurfacePresentModesKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
-    ("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", &[HostMemory, DeviceMemory, SurfaceLost]),
-    ("vkCreateSwapchainKHR", &[HostMemory, DeviceMemory, DeviceLost, SurfaceLost, Initialization]),
-    ("vkGetSwapchainImagesKHR", &[HostMemory, DeviceMemory]),
-    ("vkAcquireNextImageKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory]),
-    ("vkQueuePresentKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory]),
+    ("vkEnumerateInstanceExtensionProperties", &[HostMemory, DeviceMemory, LayerNotPresent, Unknown]),
+    ("vkEnumerateInstanceLayerProperties", &[HostMemory, DeviceMemory, Unknown]),
+    (
+        "vkCreateInstance",
+        &[HostMemory, DeviceMemory, Initialization, LayerNotPresent, ExtensionNotPresent, IncompatibleDriver, Unknown],
+    ),
+    ("vkCreateDebugUtilsMessengerEXT", &[HostMemory, Unknown]),
+    ("vkEnumeratePhysicalDevices", &[HostMemory, DeviceMemory, Initialization, Unknown]),
+    ("vkEnumerateDeviceExtensionProperties", &[HostMemory, DeviceMemory, LayerNotPresent, Unknown]),
+    ("vkGetPhysicalDeviceImageFormatProperties", &[HostMemory, DeviceMemory, FormatNotSupported, Unknown]),
+    (
+        "vkCreateDevice",
+        &[
+            HostMemory,
+            DeviceMemory,
+            Initialization,
+            TooManyObjects,
+            DeviceLost,
+            ExtensionNotPresent,
+            FeatureNotPresent,
+            Unknown,
+        ],
+    ),
+    ("vkSetDebugUtilsObjectNameEXT", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateSemaphore", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateFence", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateCommandPool", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkAllocateCommandBuffers", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkResetCommandPool", &[DeviceMemory, Unknown]),
+    ("vkBeginCommandBuffer", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkEndCommandBuffer", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateBuffer", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateImage", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateImageView", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateSampler", &[HostMemory, DeviceMemory, TooManyObjects, Unknown]),
+    ("vkAllocateMemory", &[HostMemory, DeviceMemory, TooManyObjects, Unknown]),
+    ("vkMapMemory", &[HostMemory, DeviceMemory, MemoryMap, Unknown]),
+    ("vkBindBufferMemory", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkBindImageMemory", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateShaderModule", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateDescriptorSetLayout", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreatePipelineLayout", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreatePipelineCache", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateComputePipelines", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateGraphicsPipelines", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkGetPipelineCacheData", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateDescriptorPool", &[HostMemory, DeviceMemory, Fragmentation, Unknown]),
+    ("vkAllocateDescriptorSets", &[HostMemory, DeviceMemory, FragmentedPool, PoolMemory, Unknown]),
+    ("vkCreateQueryPool", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkGetQueryPoolResults", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkQueueSubmit2", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkWaitSemaphores", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkGetSemaphoreCounterValue", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkWaitForFences", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkDeviceWaitIdle", &[HostMemory, DeviceMemory, DeviceLost, Unknown]),
+    ("vkCreateXlibSurfaceKHR", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkCreateXcbSurfaceKHR", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkGetPhysicalDeviceSurfaceSupportKHR", &[HostMemory, DeviceMemory, SurfaceLost, Unknown]),
+    ("vkGetPhysicalDeviceSurfaceFormatsKHR", &[HostMemory, DeviceMemory, SurfaceLost, Unknown]),
+    ("vkGetPhysicalDeviceSurfacePresentModesKHR", &[HostMemory, DeviceMemory, SurfaceLost, Unknown]),
+    ("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", &[HostMemory, DeviceMemory, SurfaceLost, Unknown]),
+    (
+        "vkCreateSwapchainKHR",
+        &[HostMemory, DeviceMemory, DeviceLost, SurfaceLost, Initialization, WindowInUse, Unknown],
+    ),
+    ("vkGetSwapchainImagesKHR", &[HostMemory, DeviceMemory, Unknown]),
+    ("vkAcquireNextImageKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory, Unknown]),
+    ("vkQueuePresentKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory, Unknown]),
 ];
 
 /// The library. Every call of the table goes through `call`, which looks at the file `order`: a number, the name of a call, how many of them
-/// are let through, what the next one answers. All words of a call have the size of a pointer in the calling conventions that this runs on.
+/// are let through, what the next one answers, and whether all later ones do so, too. All words of a call have the size of a pointer in the calling conventions that this runs on.
 const LIBRARY: &str = r#"
 #include <fcntl.h>
 #include <pthread.h>
@@ -99,7 +138,7 @@ typedef int (*Call)(Word, Word, Word, Word, Word, Word, Word, Word);
 enum { LOST = -4, OUT_OF_DATE = -1000001004, SURFACE_LOST = -1000000000, CALLS = sizeof names / sizeof *names };
 static Call found_calls[CALLS];
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static int order = -1, seen = -1, number, left, answer, armed;
+static int order = -1, seen = -1, number, left, answer, armed, always;
 static char wanted[64];
 static Word lost, queues[64], devices[64];
 static unsigned made;
@@ -127,16 +166,16 @@ static int call(int n, Word a, Word b, Word c, Word d, Word e, Word f, Word g, W
     if (order < 0) order = open(getenv("FAULTS_ORDER"), O_RDONLY | O_CLOEXEC);
     if (seen < 0) seen = open(getenv("FAULTS_SEEN"), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     if (pread(order, text, sizeof text - 1, 0) > 0) {
-        int other = 0, skip = 0, code = 0;
+        int other = 0, skip = 0, code = 0, more = 0;
         char which[64] = {0};
-        if (sscanf(text, "%d %63s %d %d", &other, which, &skip, &code) == 4 && other != number) {
-            number = other; left = skip; answer = code; armed = code != 0;
+        if (sscanf(text, "%d %63s %d %d %d", &other, which, &skip, &code, &more) == 5 && other != number) {
+            number = other; left = skip; answer = code; armed = code != 0; always = more;
             strcpy(wanted, which);
         }
     }
-    if (armed && !strcmp(name, wanted) && left-- == 0) {
+    if (armed && !strcmp(name, wanted) && left-- <= 0) {
         fail = answer;
-        armed = 0;
+        armed = always;
         if (fail == LOST && strcmp(name, "vkCreateDevice")) lost = device_of(a);
     }
     if (!fail && can_lose[n] && is_lost(a)) fail = LOST;
@@ -216,7 +255,7 @@ static Function ours(const char *name, Function found) {{
             seen: project.path("faults.seen"),
             number: std::cell::Cell::new(0),
         };
-        faults.write("none 0 0");
+        faults.write("none 0 0 0");
         fs::write(&faults.seen, "").unwrap();
         faults
     }
@@ -237,12 +276,18 @@ static Function ours(const char *name, Function found) {{
     pub fn arm(&self, call: &str, skip: usize, fault: Fault) {
         // What was seen before is of no use any more.
         fs::write(&self.seen, "").unwrap();
-        self.write(&format!("{call} {skip} {}", fault as i32));
+        self.write(&format!("{call} {skip} {} 0", fault as i32));
+    }
+
+    /// Every call of this name fails.
+    pub fn arm_always(&self, call: &str, fault: Fault) {
+        fs::write(&self.seen, "").unwrap();
+        self.write(&format!("{call} 0 {} 1", fault as i32));
     }
 
     /// From here on nothing fails. What was called since the last order: names, and what they answered where they were made to fail.
     pub fn disarm(&self) -> Vec<(String, i32)> {
-        self.write("none 0 0");
+        self.write("none 0 0 0");
         let seen = fs::read_to_string(&self.seen).unwrap();
         let before = (self.number.get() - 1).to_string();
         let line = |line: &str| {

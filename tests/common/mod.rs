@@ -12,7 +12,7 @@ mod vulkan;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-pub use child::{LIMIT, Running, Said, line, output};
+pub use child::{LIMIT, Running, Said, line, output, read_all};
 pub use display::{Display, eventually};
 pub use faults::{CALLS, Fault, Faults};
 pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SLOW_DRIVER, SMALL};

@@ -53,13 +53,13 @@ impl Buffer {
             return Err(Error::TooLarge { name: name.to_owned(), size: info.size, limit });
         }
         // SAFETY: the info is plain data.
-        let raw = unsafe { device.raw.create_buffer(&create_info(info), None) }.named("vkCreateBuffer")?;
+        let raw = unsafe { device.raw.create_buffer(&create_info(info), None) }.making(name, "vkCreateBuffer")?;
         // SAFETY: the buffer was just made.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
         let held =
             Held::find(device, name, requirements, backing, info.location, true).and_then(|(held, memory, at)| {
                 // SAFETY: memory and offset suit the requirements; the memory is held as long as the buffer.
-                unsafe { device.raw.bind_buffer_memory(raw, memory, at) }.named("vkBindBufferMemory")?;
+                unsafe { device.raw.bind_buffer_memory(raw, memory, at) }.making(name, "vkBindBufferMemory")?;
                 Ok(held)
             });
         match held {

@@ -77,13 +77,13 @@ impl Image {
             });
         }
         // SAFETY: the info is plain data and the device supports it.
-        let raw = unsafe { device.raw.create_image(&info.create_info(), None) }.named("vkCreateImage")?;
+        let raw = unsafe { device.raw.create_image(&info.create_info(), None) }.making(name, "vkCreateImage")?;
         // SAFETY: the image was just made.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
         let held =
             Held::find(device, name, requirements, backing, Location::Device, false).and_then(|(held, memory, at)| {
                 // SAFETY: memory and offset suit the requirements; the memory is held as long as the image.
-                unsafe { device.raw.bind_image_memory(raw, memory, at) }.named("vkBindImageMemory")?;
+                unsafe { device.raw.bind_image_memory(raw, memory, at) }.making(name, "vkBindImageMemory")?;
                 Ok(held)
             });
         match held {

@@ -155,7 +155,7 @@ impl ComputePipeline {
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw).push_next(&mut wanted)];
         // SAFETY: module and layout are alive; the cache is internally synchronised; the feedback lives until the call returns.
         let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw, &create, None) };
-        let raw = device.watch(made.map_err(|(_, result)| result).named("vkCreateComputePipelines"))?[0];
+        let raw = device.watch(made.map_err(|(_, result)| result).making(name, "vkCreateComputePipelines"))?[0];
         device.pipelines.count(feedback);
         device.name(raw, name);
         Ok(ComputePipeline { raw, layout, device: device.clone() })
@@ -220,7 +220,7 @@ impl ShaderModule {
         modules::check(&device.capabilities().shaders, spirv, name)?;
         let create = vk::ShaderModuleCreateInfo::default().code(spirv);
         // SAFETY: the shader compiler has parsed the module; the driver is given nothing it has not seen whole.
-        let raw = unsafe { device.raw.create_shader_module(&create, None) }.named("vkCreateShaderModule")?;
+        let raw = unsafe { device.raw.create_shader_module(&create, None) }.making(name, "vkCreateShaderModule")?;
         Ok(ShaderModule { raw, device: device.clone() })
     }
 }

@@ -140,6 +140,16 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// The driver does not make an object, although the device can by what it says of itself.
+    #[error("the driver does not make `{name}`: {call}: {result}")]
+    NotMade {
+        /// Name of the object.
+        name: String,
+        /// Name of the call.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
     /// Anything else a Vulkan call says.
     #[error("{call}: {result}")]
     Vulkan {
@@ -168,6 +178,9 @@ fn list(candidates: &[String]) -> String {
 /// Turns a failed call into an [`Error`] that names the call.
 pub(crate) trait Named<T> {
     fn named(self, call: &'static str) -> Result<T>;
+
+    /// For a call that makes an object: names that, too.
+    fn making(self, name: &str, call: &'static str) -> Result<T>;
 }
 
 impl<T> Named<T> for std::result::Result<T, vk::Result> {
@@ -176,6 +189,13 @@ impl<T> Named<T> for std::result::Result<T, vk::Result> {
             vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost,
             vk::Result::ERROR_SURFACE_LOST_KHR => Error::SurfaceLost,
             result => Error::Vulkan { call, result },
+        })
+    }
+
+    fn making(self, name: &str, call: &'static str) -> Result<T> {
+        self.named(call).map_err(|error| match error {
+            Error::Vulkan { call, result } => Error::NotMade { name: name.to_owned(), call, result },
+            error => error,
         })
     }
 }

@@ -16,6 +16,12 @@ impl From<&Error> for Failure {
         let text = error.to_string();
         let (advice, message): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with("help: "));
         let failure = Failure::new(exit, message.join("\n"));
+        let failure = match error {
+            Error::NotMade { .. } => failure.help(
+                "a newer driver may make it; `raxel doctor` lists the devices, and `--device` chooses another one",
+            ),
+            _ => failure,
+        };
         advice.into_iter().fold(failure, |failure, line| failure.help(line.trim_start_matches("help: ")))
     }
 }
@@ -30,9 +36,12 @@ impl From<ExecuteError> for Failure {
     fn from(error: ExecuteError) -> Self {
         match error {
             ExecuteError::Gpu(error) => error.into(),
-            ExecuteError::DeviceLost { timed_out, .. } => {
-                let failure = Failure::new(Exit::DeviceLost, error.to_string())
-                    .help("a loop in the pass named above may not end, or run too long for the driver");
+            ExecuteError::DeviceLost { timed_out, ref suspect } => {
+                let mut failure = Failure::new(Exit::DeviceLost, error.to_string());
+                if suspect.is_some() {
+                    failure =
+                        failure.help("a loop in the pass named above may not end, or run too long for the driver");
+                }
                 if timed_out {
                     failure.help("a slow or busy machine may need more time: `--watchdog SECONDS` gives it")
                 } else {
@@ -74,5 +83,11 @@ mod tests {
         assert!(failure.help[0].contains("apt-get install"), "{failure:?}");
         assert!(!failure.message.unwrap().contains("help"));
         assert_eq!(Failure::from(Error::DeviceLost).exit, Exit::DeviceLost);
+    }
+
+    #[test]
+    fn a_loss_without_a_suspect_blames_no_pass() {
+        let lost = ExecuteError::DeviceLost { suspect: None, timed_out: false };
+        assert_eq!(Failure::from(lost).help, Vec::<String>::new());
     }
 }

@@ -1,0 +1,349 @@
+//! Vulkan fails under `raxel render`, `raxel control` and `raxel stress`: one call of one run fails, with each error that it may answer. A run goes
+//! on and gives the same results, or ends with one error and its exit code. It never panics, hangs, or makes the validation layer speak.
+//!
+//! The suite tries a few calls, chosen by the seed `RAXEL_FAULTS_SEED`. `-- --ignored` tries all calls with all
+//! errors, up to [`MOST`] calls of one name.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::Write;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use common::{CALLS, Fault, Faults, Project, Run, Running, Said, command, line, read_all};
+use serde_json::{Value, json};
+use wait_timeout::ChildExt;
+
+/// Many times what the longest run takes.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// As many calls of one name fail, each in a run of its own.
+const MOST: usize = 12;
+
+const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verb {
+    /// Two frames, to files.
+    Render,
+    /// A frame, a read, an edit of the graph, a frame, a read. A request that is refused is sent again.
+    Control,
+    /// A few rays through one layout.
+    Stress,
+}
+
+const VERBS: [Verb; 3] = [Verb::Render, Verb::Control, Verb::Stress];
+
+/// One call that fails: which of its name, from 0, with what.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    verb: Verb,
+    call: &'static str,
+    skip: usize,
+    fault: Fault,
+}
+
+/// What a run gave besides its exit code.
+#[derive(Debug, Default, PartialEq)]
+struct Results(Vec<Vec<u8>>);
+
+/// A project behind the library, for one run at a time.
+struct Stage {
+    project: Project,
+    faults: Faults,
+    graph: String,
+}
+
+impl Stage {
+    fn new() -> Self {
+        let project = Project::shipped();
+        let faults = Faults::new(&project);
+        let graph = fs::read_to_string(project.path(SCENE[0])).unwrap();
+        Self { project, faults, graph }
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command(self.project.root(), &[arguments, &["--validate"]].concat());
+        command.envs(self.faults.variables()).env("RAXEL_CACHE", self.project.path("cache"));
+        command
+    }
+
+    /// Runs the verb; a run that does not end is an error.
+    fn run(&self, verb: Verb) -> Result<(Run, Results), String> {
+        match verb {
+            Verb::Render => self.render(),
+            Verb::Control => self.control(),
+            Verb::Stress => self.stress(),
+        }
+    }
+
+    fn render(&self) -> Result<(Run, Results), String> {
+        let out = self.project.path("out");
+        let _ = fs::remove_dir_all(&out);
+        fs::create_dir(&out).unwrap();
+        let run =
+            finish(&mut self.command(&[&["render"], &SCENE[..], &["--frames", "2", "-o", "out/%d.png"]].concat()))?;
+        // Frames that were done before the fault stay, and are whole; nothing else is left.
+        let mut names: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        let whole = ["0.png", "1.png"];
+        if !whole[..names.len().min(2)].iter().eq(names.iter()) || (run.code == 0 && names.len() < 2) {
+            return Err(format!("exit code {} leaves {names:?}\n{}", run.code, run.stderr));
+        }
+        Ok((run, Results(names.iter().map(|name| fs::read(out.join(name)).unwrap()).collect())))
+    }
+
+    fn stress(&self) -> Result<(Run, Results), String> {
+        let rays = ["--scenes", "menger@near", "--rays", "2000"];
+        let arguments = [&["stress", "--layouts", "tree64"], &rays[..], &["-o", "counts.csv"]].concat();
+        let counts = self.project.path("counts.csv");
+        let _ = fs::remove_file(&counts);
+        let run = finish(&mut self.command(&arguments))?;
+        // Times are the only thing that differs between runs.
+        let text = fs::read_to_string(&counts).unwrap_or_default();
+        let columns: Vec<usize> = text
+            .lines()
+            .take(1)
+            .flat_map(|head| head.split(',').enumerate())
+            .filter(|(_, name)| !["seconds", "mrays", "device", "driver"].iter().any(|word| name.contains(word)))
+            .map(|(column, _)| column)
+            .collect();
+        let line = |line: &str| {
+            let cells: Vec<&str> = line.split(',').collect();
+            columns.iter().map(|column| cells[*column]).collect::<Vec<_>>().join(",").into_bytes()
+        };
+        let lines = text.lines().map(line).collect();
+        Ok((run, Results(lines)))
+    }
+
+    fn control(&self) -> Result<(Run, Results), String> {
+        fs::write(self.project.path(SCENE[0]), &self.graph).unwrap();
+        let mut command = self.command(&[&["control"], &SCENE[..]].concat());
+        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()));
+        let said = read_all(child.0.stderr.take());
+        let answers = Said::by(child.0.stdout.take().unwrap(), line);
+        let talk = talk(&mut child, &answers, &mut |turn| {
+            // Another image, and another text each time.
+            let edited = self.graph.replacen("[targets.depth]", "[targets.depth]\nhistory = 1", 1) + &"\n".repeat(turn);
+            fs::write(self.project.path(SCENE[0]), edited).unwrap();
+        });
+        let status = child.0.wait_timeout(LIMIT).unwrap();
+        let code = status.map(|status| status.code().unwrap_or(-1));
+        drop(child);
+        let stderr = String::from_utf8(said.join().unwrap()).unwrap();
+        let code = code.ok_or_else(|| format!("it does not end\n{stderr}"))?;
+        let run = Run { code, stdout: String::new(), stderr };
+        match talk {
+            Ok(values) => Ok((run, Results(values))),
+            // It ended before it was asked to.
+            Err(None) if run.code != 0 => Ok((run, Results::default())),
+            Err(reason) => Err(format!("exit code {}, {reason:?}\n{}", run.code, run.stderr)),
+        }
+    }
+}
+
+/// The requests of a session that a program drives; the values of its reads. `Err(None)` when the program ends before `quit`.
+fn talk(
+    child: &mut Running,
+    answers: &Said<String>,
+    edit: &mut dyn FnMut(usize),
+) -> Result<Vec<Vec<u8>>, Option<String>> {
+    let mut requests = child.0.stdin.take().unwrap();
+    let next = || -> Result<Value, Option<String>> {
+        loop {
+            let line = answers.within(LIMIT).map_err(|silent| silent.then(|| "no answer".to_owned()))?;
+            let line: Value = serde_json::from_str(&line).map_err(|error| Some(format!("{error}: {line}")))?;
+            if line.get("event").is_none_or(|event| event == "ready") {
+                return Ok(line);
+            }
+        }
+    };
+    next()?;
+    let mut values = Vec::new();
+    for (what, request) in [
+        ("step", json!({ "do": "step" })),
+        ("pixel", json!({ "do": "pixel", "target": "depth", "x": 16, "y": 9 })),
+        ("edit", json!({ "do": "wait_reload", "seconds": 60 })),
+        ("step", json!({ "do": "step" })),
+        ("pixel", json!({ "do": "pixel", "target": "depth", "x": 16, "y": 9 })),
+        ("quit", json!({ "do": "quit" })),
+    ] {
+        let mut refused = Vec::new();
+        loop {
+            if writeln!(requests, "{request}").is_err() {
+                return Err(None);
+            }
+            if what == "edit" {
+                edit(refused.len());
+            }
+            let answer = next()?;
+            if answer["ok"] == json!(true) && (what != "edit" || answer["reloaded"] == json!(true)) {
+                values.extend(answer.get("bits").map(|bits| bits.to_string().into_bytes()));
+                break;
+            }
+            refused.push(answer.to_string());
+            if refused.len() == 3 {
+                return Err(Some(format!("{what} is refused each time: {refused:?}")));
+            }
+            // A device that is lost is opened again by the next frame.
+            if what == "pixel" && refused.len() == 1 {
+                let _ = writeln!(requests, "{}", json!({ "do": "step" }));
+                next()?;
+            }
+        }
+    }
+    Ok(values)
+}
+
+fn finish(command: &mut Command) -> Result<Run, String> {
+    let mut child = Running::start(command.stdout(Stdio::piped()).stderr(Stdio::piped()));
+    let (stdout, stderr) = (read_all(child.0.stdout.take()), read_all(child.0.stderr.take()));
+    let status = child.0.wait_timeout(LIMIT).unwrap();
+    drop(child);
+    let [stdout, stderr] = [stdout, stderr].map(|pipe| String::from_utf8(pipe.join().unwrap()).unwrap());
+    let status = status.ok_or_else(|| format!("it does not end\n{stderr}"))?;
+    Ok(Run { code: status.code().unwrap_or(-1), stdout, stderr })
+}
+
+/// What is wrong with how a run ended.
+fn judge(run: &Run, results: &Results, whole: &Results) -> Option<String> {
+    let errors = run.stderr.lines().filter(|line| line.starts_with("error")).count();
+    let wrong = if run.stderr.contains("panicked") || run.stderr.contains("bug in raxel") {
+        "it panics"
+    } else if run.stderr.contains("validation ") {
+        "the validation layer speaks"
+    } else if !results.0.iter().zip(&whole.0).all(|(now, whole)| now == whole) {
+        "the results are others"
+    } else {
+        match run.code {
+            0 if results.0.len() == whole.0.len() => return None,
+            0 => "results are missing",
+            3..=5 if errors == 1 => return None,
+            3..=5 => "it says not one error",
+            _ => "another exit code",
+        }
+    };
+    Some(format!("{wrong}: exit code {}\n{}", run.code, run.stderr))
+}
+
+/// Every case of these verbs, from a run of each in which nothing fails.
+fn every_case(stage: &Stage) -> (Vec<Case>, BTreeMap<&'static str, Results>) {
+    let (mut cases, mut whole) = (Vec::new(), BTreeMap::new());
+    for verb in VERBS {
+        let right = |(run, results): (Run, Results)| {
+            assert_eq!(run.code, 0, "{verb:?}: {}", run.stderr);
+            results
+        };
+        // The first run fills the cache.
+        right(stage.run(verb).unwrap());
+        stage.faults.disarm();
+        whole.insert(name(verb), right(stage.run(verb).unwrap()));
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        for (call, _) in stage.faults.disarm() {
+            *counts.entry(call).or_default() += 1;
+        }
+        let before = cases.len();
+        for (call, answers) in CALLS {
+            let count = counts.get(*call).copied().unwrap_or(0);
+            // The first and the last, and others in equal steps.
+            let most = count.min(MOST);
+            for skip in (0..most).map(|turn| if most < 2 { 0 } else { turn * (count - 1) / (most - 1) }) {
+                cases.extend(answers.iter().map(|fault| Case { verb, call, skip, fault: *fault }));
+            }
+        }
+        println!("{verb:?}: {} cases of {counts:?}", cases.len() - before);
+    }
+    (cases, whole)
+}
+
+fn name(verb: Verb) -> &'static str {
+    match verb {
+        Verb::Render => "render",
+        Verb::Control => "control",
+        Verb::Stress => "stress",
+    }
+}
+
+/// Tries cases on all cores; what is wrong.
+fn try_each(first: Stage, cases: Vec<Case>, whole: &BTreeMap<&'static str, Results>) {
+    let count = cases.len();
+    let threads = std::thread::available_parallelism().map_or(2, |cores| cores.get().max(2));
+    let stages: Vec<Stage> = std::iter::once(first).chain((1..threads.min(count)).map(|_| Stage::new())).collect();
+    let (cases, wrong) = (Mutex::new(cases), Mutex::new(Vec::new()));
+    let ends: Mutex<BTreeMap<String, usize>> = Mutex::default();
+    let said: Mutex<BTreeSet<String>> = Mutex::default();
+    let try_case = |stage: &Stage, case: Case| {
+        stage.faults.arm(case.call, case.skip, case.fault);
+        let ran = stage.run(case.verb);
+        let reached = stage.faults.disarm().into_iter().any(|(_, answer)| answer == case.fault as i32);
+        let end = match &ran {
+            Ok((run, _)) => format!("{:?} ends with {}", case.verb, run.code),
+            Err(_) => format!("{:?} is wrong", case.verb),
+        };
+        *ends.lock().unwrap().entry(if reached { end } else { "not reached".to_owned() }).or_default() += 1;
+        if let Ok((run, _)) = &ran {
+            let errors = run.stderr.lines().filter(|line| line.starts_with("error")).map(str::to_owned);
+            said.lock().unwrap().extend(errors);
+        }
+        let found = match ran {
+            Ok((run, results)) => judge(&run, &results, &whole[name(case.verb)]),
+            Err(reason) => Some(reason),
+        };
+        wrong.lock().unwrap().extend(found.map(|found| format!("{case:?} (reached: {reached}): {found}")));
+    };
+    std::thread::scope(|scope| {
+        for stage in stages {
+            let (cases, try_case) = (&cases, &try_case);
+            scope.spawn(move || {
+                while let Some(case) = { cases.lock().unwrap().pop() } {
+                    try_case(&stage, case);
+                }
+            });
+        }
+    });
+    let (wrong, ends) = (wrong.into_inner().unwrap(), ends.into_inner().unwrap());
+    println!("{count} cases: {ends:?}\n{}", Vec::from_iter(said.into_inner().unwrap()).join("\n"));
+    // How often a program waits depends on time: the last call of one run may not be in another.
+    let missed = ends.get("not reached").copied().unwrap_or(0);
+    assert!(wrong.is_empty(), "{} are wrong\n{}", wrong.len(), wrong.join("\n"));
+    assert!(10 * missed < count, "{missed} of {count} calls were not made");
+}
+
+/// As many of the cases, in an order that follows from the seed alone.
+fn chosen(cases: Vec<Case>, most: usize) -> Vec<Case> {
+    let seed = std::env::var("RAXEL_FAULTS_SEED").map_or(1, |seed| seed.parse().expect("a number"));
+    // SplitMix64 (Steele, Lea, Flood 2014).
+    let mix = |mut z: u64| {
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let mut keyed: Vec<(u64, Case)> =
+        (1u64..).map(|i| mix(seed ^ i.wrapping_mul(0x9e37_79b9_7f4a_7c15))).zip(cases).collect();
+    keyed.sort_by_key(|(key, _)| *key);
+    keyed.into_iter().take(most).map(|(_, case)| case).collect()
+}
+
+#[test]
+fn a_verb_goes_on_or_ends_with_one_error_after_some_call_has_failed() {
+    let stage = Stage::new();
+    let (cases, whole) = every_case(&stage);
+    assert!(cases.len() > 1000, "calls are made: {}", cases.len());
+    try_each(stage, chosen(cases, 60), &whole);
+}
+
+/// `RAXEL_FAULTS` chooses cases by a part of their text, such as `Render`, `vkQueueSubmit2` or `DeviceLost`.
+#[test]
+#[ignore = "an hour of processor time at most: every call with every error"]
+fn a_verb_goes_on_or_ends_with_one_error_after_any_call_has_failed() {
+    let stage = Stage::new();
+    let (mut cases, whole) = every_case(&stage);
+    if let Ok(part) = std::env::var("RAXEL_FAULTS") {
+        cases.retain(|case| format!("{case:?}").contains(&part));
+    }
+    try_each(stage, cases, &whole);
+}
