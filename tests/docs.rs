@@ -290,7 +290,10 @@ fn every_diagnostic_is_in_the_index() {
         let page = std::fs::read_to_string(repository().join(format!("docs/errors/{code}.md"))).unwrap();
         let (heading, body) = page.split_once("\n\n").unwrap();
         assert_eq!(heading, format!("# {code}: {title}"));
-        assert!(!body.starts_with("```") && body.contains("```"), "{code}: a page says what is wrong, and has an example");
+        assert!(
+            !body.starts_with("```") && body.contains("```"),
+            "{code}: a page says what is wrong, and has an example"
+        );
     }
     settle("docs/errors/README.md", &text);
 }

@@ -224,10 +224,9 @@ impl WorldStream {
         if dark && !frames.told.dark && !self.complete {
             frames.told.dark = true;
             let message = "there are more lamps around the camera than `lamp_memory` has room for";
-            return Some(
-                Diagnostic::warning(codes::world::STREAM_LAMPS, message)
-                    .help("raise `lamp_memory`; the other lamps stay visible, but only rays that hit them find their light"),
-            );
+            return Some(Diagnostic::warning(codes::world::STREAM_LAMPS, message).help(
+                "raise `lamp_memory`; the other lamps stay visible, but only rays that hit them find their light",
+            ));
         }
         let changed = reason.is_some() != frames.told.failing;
         frames.told.failing = reason.is_some();

@@ -117,10 +117,7 @@ impl Scope<'_> {
             (None, None) => {
                 if !buffer.flawed {
                     let whose = format!("`buffers.{}`", name.value);
-                    found.push(
-                        missing(&whose, "size", &name.span)
-                            .help("or `source`, or `values`"),
-                    );
+                    found.push(missing(&whose, "size", &name.span).help("or `source`, or `values`"));
                 }
                 (None, None)
             }
