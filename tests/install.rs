@@ -233,7 +233,7 @@ fn assert_stands_in_the_middle(user: &User, project: &Path) {
         let run = user.raxel_in(project, &["world", "info", "worlds/part.toml", "--format", "json"]).exits(0);
         let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         let corner = |name: &str, axis: usize| info["info"]["bounds"][name][axis].as_f64().unwrap();
-        [0, 1, 2].map(|axis| (corner("min", axis) + corner("max", axis)) / 2.0)
+        [0, 1, 2].map(|axis| corner("min", axis).midpoint(corner("max", axis)))
     };
     let at = middle(&format!("{before}[[build]]\n{model}"));
     let around = middle(&world);
