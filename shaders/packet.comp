@@ -1,4 +1,4 @@
-// The first hit of each pixel, found for tiles of 16 x 16 pixels at a time; pixels that are not decided so go into a queue.
+// The first hit of each pixel, found for tiles of 16 x 16 pixels at a time; pixels that packets cannot decide go into a queue.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/packet.glsl>

@@ -1,4 +1,4 @@
-// Whether the sun is seen from what each pixel sees, for tiles of 16 x 16 pixels whose rays lie close together; pixels that are not decided so go into a queue.
+// Whether the sun is seen from what each pixel sees, for tiles of 16 x 16 pixels whose rays lie close together; pixels that packets cannot decide go into a queue.
 #version 460
 #include <raxel/world.glsl>
 #define RX_TILE_ANY_HIT

@@ -258,6 +258,37 @@ const SUBJECTS: [(&str, &str); 5] = [
     ("RX04", "Projects, demos, instances, stores and runs"),
 ];
 
+/// `./raxel test` runs clippy with warnings as errors, so a public item without docs fails it in every crate.
+#[test]
+fn public_items_have_docs_in_every_crate() {
+    let manifest = |path: &Path| std::fs::read_to_string(path).unwrap().parse::<toml::Table>().unwrap();
+    let workspace = manifest(&repository().join("Cargo.toml"));
+    assert_eq!(workspace["workspace"]["lints"]["rust"]["missing_docs"].as_str(), Some("warn"));
+    let launcher = std::fs::read_to_string(repository().join("raxel")).unwrap();
+    assert!(launcher.contains("cargo clippy --profile checked \"$@\" --all-targets --quiet -- -D warnings"));
+    let folders = std::fs::read_dir(repository().join("engine")).unwrap().map(|entry| entry.unwrap().path());
+    let manifests: Vec<_> = folders.map(|folder| folder.join("Cargo.toml")).filter(|path| path.is_file()).collect();
+    assert!(manifests.len() > 30, "{manifests:?}");
+    for path in manifests {
+        let lints = manifest(&path).get("lints").and_then(|lints| lints.get("workspace")?.as_bool());
+        assert_eq!(lints, Some(true), "{}", path.display());
+    }
+}
+
+#[test]
+fn every_verb_is_on_the_page_of_the_command_line() {
+    let help = common::raxel(&["help"]).exits(0).stdout;
+    let (_, verbs) = help.split_once("Commands:\n").unwrap();
+    let verbs = verbs.lines().take_while(|line| !line.is_empty()).filter_map(|line| line.split_whitespace().next());
+    let verbs: Vec<&str> = verbs.filter(|verb| *verb != "help").collect();
+    assert!(verbs.len() > 20, "{verbs:?}");
+    let page = std::fs::read_to_string(repository().join("docs/book/look-up/commands.md")).unwrap();
+    let (_, table) = page.split_once("## Verbs\n").unwrap();
+    let (table, _) = table.split_once("\n## ").unwrap();
+    let left_out: Vec<&&str> = verbs.iter().filter(|verb| !table.contains(&format!("`{verb}"))).collect();
+    assert!(left_out.is_empty(), "docs/book/look-up/commands.md leaves out {left_out:?}");
+}
+
 #[test]
 fn every_diagnostic_is_in_the_index() {
     let listed = common::raxel(&["explain"]).exits(0).stdout;
@@ -276,6 +307,13 @@ fn every_diagnostic_is_in_the_index() {
             let _ = write!(text, "\n## {about}\n\n");
         }
         let _ = writeln!(text, "* [{code}]({code}.md) {title}");
+        let page = std::fs::read_to_string(repository().join(format!("docs/errors/{code}.md"))).unwrap();
+        let (heading, body) = page.split_once("\n\n").unwrap();
+        assert_eq!(heading, format!("# {code}: {title}"));
+        assert!(
+            !body.starts_with("```") && body.contains("```"),
+            "{code}: a page says what is wrong, and has an example"
+        );
     }
     settle("docs/errors/README.md", &text);
 }

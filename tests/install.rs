@@ -206,6 +206,7 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
         assert_shows_something(&project.join("p.png"), [64, 36]);
         let info = user.raxel_in(&project, &["world", "info"]).exits(0).stdout;
         assert!(info.contains("worlds/My_Hut.toml"), "{info}");
+        assert_stands_in_the_middle(&user, &project);
     }
     // What cannot be makes no project.
     fs::write(user.path("here/broken.vox"), "VOX?").unwrap();
@@ -219,6 +220,29 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
     refused(&["--model", "My Hut.vox", "--template", "minimal"], 2, "--template beauty");
     fs::copy(user.path("here/My Hut.vox"), user.path("here/tree.vox")).unwrap();
     refused(&["--model", "tree.vox"], 2, "give the model another name");
+}
+
+/// The camera looks at the middle of the model, and the floor reaches as far on each side of it.
+#[track_caller]
+fn assert_stands_in_the_middle(user: &User, project: &Path) {
+    let world = fs::read_to_string(project.join("worlds/My_Hut.toml")).unwrap();
+    let (before, floor) = world.split_once("[[build]]\n").unwrap();
+    let (_, model) = floor.split_once("[[build]]\n").unwrap();
+    let middle = |text: &str| {
+        fs::write(project.join("worlds/part.toml"), text).unwrap();
+        let run = user.raxel_in(project, &["world", "info", "worlds/part.toml", "--format", "json"]).exits(0);
+        let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let corner = |name: &str, axis: usize| info["info"]["bounds"][name][axis].as_f64().unwrap();
+        [0, 1, 2].map(|axis| corner("min", axis).midpoint(corner("max", axis)))
+    };
+    let at = middle(&format!("{before}[[build]]\n{model}"));
+    let around = middle(&world);
+    let look_at = world.parse::<toml::Table>().unwrap()["camera"]["look_at"].as_array().unwrap().clone();
+    for axis in 0..3 {
+        let look_at = look_at[axis].as_float().unwrap();
+        assert!((look_at - at[axis]).abs() <= 0.5, "the camera looks at {look_at} on axis {axis}, not at {}", at[axis]);
+        assert!(axis == 1 || (around[axis] - at[axis]).abs() <= 0.5, "the floor is around {around:?}, not {at:?}");
+    }
 }
 
 #[test]

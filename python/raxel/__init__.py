@@ -8,9 +8,9 @@
         depth = session.texels("depth")        # a numpy array, height × width × channels
         session.screenshot("a.png")
 
-It speaks to `raxel control` through a pipe; docs/control.md tells the protocol. Without numpy, arrays are memoryviews of the same shape.
+It speaks to `raxel control` through a pipe; docs/control.md has the protocol. Without numpy, arrays are memoryviews of the same shape.
 """
 
-from .session import Disconnected, Refused, Session, open
+from .session import Disconnected, Picture, Refused, Session, open
 
-__all__ = ["Disconnected", "Refused", "Session", "open"]
+__all__ = ["Disconnected", "Picture", "Refused", "Session", "open"]

@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import pathlib
 import subprocess
 import tempfile
 
@@ -22,6 +23,16 @@ class Refused(Exception):
         super().__init__("; ".join([error, *help]))
         self.error = error
         self.help = help
+
+
+class Picture:
+    """A picture that a notebook displays; `png` has the bytes of the file."""
+
+    def __init__(self, png):
+        self.png = png
+
+    def _repr_png_(self):
+        return self.png
 
 
 class Disconnected(Exception):
@@ -192,6 +203,13 @@ class Session:
     def screenshot(self, path):
         """Writes the picture of the last frame; the extension says the form."""
         return self.ask("screenshot", path=os.fspath(path))
+
+    def show(self):
+        """The picture of the last frame as a `Picture`: a notebook displays it."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "picture.png")
+            self.screenshot(path)
+            return Picture(path.read_bytes())
 
     def picture(self):
         """The picture of the last frame: height × width × 4 bytes, sRGB."""

@@ -1,6 +1,6 @@
 // What every pixel sees of the world and its instances, lit by the sun and the sky.
 //
-// The ray to the sun takes its turn in the same loop: every call in GLSL is inlined, and so the tracer is compiled once.
+// The ray to the sun takes its turn in the same loop. GLSL inlines every call, so this compiles the tracer once.
 #version 460
 #include <raxel/instances.glsl>
 #include <raxel/camera.glsl>

@@ -28,7 +28,7 @@ void main() {
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, int(hit.material << 3 | hit.face)) : ivec4(0));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, 0.0, 0.0) : vec4(0.0));
     if (!found) return;
-    // Nothing is spent on counting what found no room as long as all have: here, a queue for every pixel of the picture.
+    // `lost` costs nothing while the queue has room, and this one has room for every pixel of the picture.
     uint at = atomicAdd(count, 1u);
     if (at < pixels.length()) pixels[at] = uint(pixel.y * size.x + pixel.x);
     else atomicAdd(lost, 1u);

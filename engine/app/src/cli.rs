@@ -33,11 +33,11 @@ pub(crate) struct Cli {
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto, value_name = "WHEN")]
     pub color: Color,
 
-    /// Write where the time of the CPU's threads and of the GPU's passes goes: a file for ui.perfetto.dev.
+    /// Write a trace of the CPU's threads and the GPU's passes; ui.perfetto.dev shows it.
     #[arg(long, global = true, value_name = "FILE.json")]
     pub trace: Option<PathBuf>,
 
-    /// Say more: the device chosen and why, what is compiled, what is reused.
+    /// Print more: which device was chosen and why, what is compiled, what comes from the cache.
     #[arg(long, short, global = true)]
     pub verbose: bool,
 }

@@ -48,12 +48,12 @@ impl OwnModel {
     /// A floor around the model, and a camera that sees all of the model.
     fn world(&self) -> String {
         let Self { name, size, .. } = self;
-        // `origin` below is where the smallest corner of the model goes.
+        // `origin` below is where the middle of the model's lowest layer goes.
         let [width, height, depth] = size.map(|side| side as f64);
-        let middle = [width / 2.0, height / 2.0, depth / 2.0];
-        // Half of the diagonal is the model's radius; at 45 degrees a distance of three radii leaves room around it.
+        let middle = [0.0, height / 2.0, 0.0];
+        // Half of the diagonal is the model's radius; at 45 degrees, 2.6 radii are just enough to see the whole sphere around it.
         let radius = (width * width + height * height + depth * depth).sqrt() / 2.0;
-        let eye = [middle[0] - 1.4 * radius, middle[1] + 1.2 * radius, middle[2] + 2.4 * radius];
+        let eye = [-1.25 * radius, middle[1] + radius, 2.1 * radius];
         let margin = (3.0 * width.max(depth)).min(256.0);
         let vector = |[x, y, z]: [f64; 3]| format!("[{x:.1}, {y:.1}, {z:.1}]");
         let corner = |[x, y, z]: [f64; 3]| format!("[{x:.0}, {y:.0}, {z:.0}]");
@@ -80,8 +80,8 @@ impl OwnModel {
              origin = [0, 0, 0]\n",
             vector(eye),
             vector(middle),
-            corner([-margin, -4.0, -margin]),
-            corner([width + margin, 0.0, depth + margin]),
+            corner([-width / 2.0 - margin, -4.0, -depth / 2.0 - margin]),
+            corner([width / 2.0 + margin, 0.0, depth / 2.0 + margin]),
         )
     }
 }

@@ -281,7 +281,7 @@ pub struct Buffer {
         shape = listed_values(),
         excludes(
             "size", "source", "copy", "clear", "init", "history", "warnings",
-            why = "what is written in the file has its size, and stays as it is"
+            why = "`values` give the size and the contents"
         )
     )]
     pub values: Option<Literal>,

@@ -78,11 +78,12 @@
 //!
 //! # What does not compile
 //!
-//! A type that cannot be a value, an attribute that does not exist, and a layer that could not be merged:
+//! A type that cannot be a value, an attribute that does not exist, a layer that could not be merged, and a key without a description:
 //!
 //! ```compile_fail
 //! #[derive(raxel_language::Keys)]
 //! struct Lamp {
+//!     /// Watts.
 //!     power: std::time::Duration,
 //! }
 //! ```
@@ -90,6 +91,7 @@
 //! ```compile_fail
 //! #[derive(raxel_language::Keys)]
 //! struct Lamp {
+//!     /// Watts.
 //!     #[keys(rnage = 0.0..=1.0)]
 //!     power: f64,
 //! }
@@ -101,7 +103,25 @@
 //! struct Lamp {
 //!     #[keys(entry)]
 //!     name: raxel_language::Spanned<String>,
+//!     /// Watts.
 //!     power: Option<f64>,
+//! }
+//! ```
+//!
+//! ```compile_fail
+//! #[derive(raxel_language::Keys)]
+//! struct Lamp {
+//!     power: f64,
+//! }
+//! ```
+//!
+//! With a description, the last of them compiles:
+//!
+//! ```
+//! #[derive(raxel_language::Keys)]
+//! struct Lamp {
+//!     /// Watts.
+//!     power: f64,
 //! }
 //! ```
 

@@ -542,6 +542,7 @@ struct Film {
 #[derive(Debug, Keys)]
 #[keys(context = Film, into = Cut)]
 struct CutInFile {
+    /// Seconds.
     #[keys(read = inside)]
     at: f64,
     #[keys(span)]
@@ -565,6 +566,7 @@ fn inside(node: &Node<'_, '_>, film: &Film) -> Option<f64> {
 #[derive(Debug, Keys)]
 #[keys(context = Film)]
 struct Cuts {
+    /// In order of time.
     cuts: Vec<Cut>,
 }
 

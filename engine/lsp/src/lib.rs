@@ -43,11 +43,13 @@ use self::publish::Publisher;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 
-/// Speaks the Language Server Protocol on stdin and stdout: what `raxel check` says, as you type; completion of keys, resources, params,
-/// builtins and the names of the shader library; hover texts; the file of a shader and the table of a name.
+/// Runs a language server for graphs, worlds, demos and shaders on stdin and stdout.
+///
+/// It has the diagnostics of `raxel check` as you type, completion, hover texts, definitions, references and rename. docs/editors.md says how to
+/// set up an editor.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Accepted for editors that say how they connect; there is no other way.
+    /// Accepted and ignored: some editors pass it, and stdin and stdout are the only way.
     #[arg(long)]
     stdio: bool,
 }

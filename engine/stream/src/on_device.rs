@@ -224,10 +224,9 @@ impl WorldStream {
         if dark && !frames.told.dark && !self.complete {
             frames.told.dark = true;
             let message = "there are more lamps around the camera than `lamp_memory` has room for";
-            return Some(
-                Diagnostic::warning(codes::world::STREAM_LAMPS, message)
-                    .help("raise `lamp_memory`; the others stay visible, but light only what rays hit them from"),
-            );
+            return Some(Diagnostic::warning(codes::world::STREAM_LAMPS, message).help(
+                "raise `lamp_memory`; the other lamps stay visible, but only rays that hit them find their light",
+            ));
         }
         let changed = reason.is_some() != frames.told.failing;
         frames.told.failing = reason.is_some();
@@ -511,7 +510,7 @@ fn too_small(streamed: &Streamed, needed: u64, bytes: u64) -> Diagnostic {
         codes::world::STREAM_BUDGET,
         format!("the world around the camera takes about {needed_text}, and there are {there} for it"),
     )
-    .label(streamed.place.clone(), "what is near and far has to fit in `gpu_memory`");
+    .label(streamed.place.clone(), "the tiles of `near` and `far` must fit in `gpu_memory`");
     if bytes < streamed.settings.gpu_memory {
         let wanted = mebibytes(streamed.settings.gpu_memory);
         diagnostic.note(format!("the device has no room for a buffer of {wanted}")).help("lower `near` or `far`")
@@ -524,7 +523,7 @@ fn too_small_on_host(streamed: &Streamed, needed: u64) -> Diagnostic {
     let (needed, there) = (mebibytes(needed), mebibytes(streamed.settings.cpu_memory));
     let message = format!("the chunks around the camera take about {needed} packed, and `cpu_memory` is {there}");
     Diagnostic::error(codes::world::STREAM_HOST_BUDGET, message)
-        .label(streamed.place.clone(), "what is near and far has to fit in `cpu_memory`")
+        .label(streamed.place.clone(), "the tiles of `near` and `far` must fit in `cpu_memory`")
         .help("raise `cpu_memory`, lower `near` or `far`, or keep nothing by `cpu_memory = 0`")
 }
 
@@ -546,7 +545,7 @@ fn incomplete(error: &StreamError) -> Diagnostic {
     if let StreamError::Unavailable { .. } = error {
         let message = format!("the streamed world is not complete: {error}");
         return Diagnostic::error(codes::world::STORE_FAILING, message)
-            .help("bake what is missing, or wait until the store answers again");
+            .help("bake the missing chunks, or wait until the store answers again");
     }
     let message = format!("the streamed world is not complete: {error}");
     if let StreamError::TooManyLamps { .. } = error {

@@ -31,7 +31,7 @@ pub struct What {
     #[arg(long, value_name = "WORLD")]
     pub world: Option<PathBuf>,
 
-    /// The debug target: NAME, or NAME@1 (a frame ago), and behind it any of `,mip=2` `,layer=3` `,after=PASS`.
+    /// The debug target: NAME, or NAME@1 (a frame ago), followed by any of `,mip=2` `,layer=3` `,after=PASS`.
     #[arg(long, value_name = "TARGET")]
     pub target: Option<String>,
 
@@ -51,7 +51,7 @@ pub struct What {
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
 
-    /// Give a frame up when the device has finished no pass for so many seconds (six times as many on a software device): it hangs.
+    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub watchdog: Duration,
 }

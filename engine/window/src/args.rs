@@ -25,20 +25,22 @@ pub struct Args {
     #[arg(long)]
     pub no_panels: bool,
 
-    /// Leave after so many frames.
+    /// Quit after so many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub frames: Option<u64>,
 
-    /// Show pictures as soon as they are made rather than with the screen.
+    /// Show each picture as soon as it is ready, without waiting for the screen.
     #[arg(long)]
     pub no_vsync: bool,
 
-    /// The device that presents the window: `own` is the one that makes the pictures, another (a part of its name, or its number in `raxel doctor`;
-    /// the same GPU may be named) keeps the panels alive while that one works. By default `own` on a GPU that can present there.
+    /// The device that draws the panels and presents the window: `own` for the one that renders, or a part of a name, or a number in `raxel doctor`.
+    ///
+    /// With another device, or the same GPU by its name, the panels answer while a slow pass runs. `own` is the default if that device is a GPU that
+    /// can present to the window.
     #[arg(long, value_name = "own|DEVICE", value_parser = present_with)]
     pub present_with: Option<PresentWith>,
 
-    /// Also look at the files now and then, where the system does not tell of changes (network folders).
+    /// Also check the files from time to time, for folders without change notifications (network folders).
     #[arg(long)]
     pub poll: bool,
 

@@ -128,7 +128,7 @@ pub(super) fn read(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Instanc
                     format!("the world has {wanted} instances or more; at most {MAX_INSTANCES} are allowed"),
                 )
                 .label(table.span().clone(), "this is too many")
-                .help("build what never moves into the world: [[build]] with op = \"model\" or \"scatter\""),
+                .help("build models that never move into the world: [[build]] with op = \"model\" or \"scatter\""),
             );
             break;
         }

@@ -320,7 +320,7 @@ fn opened(
             Diagnostic::error(codes::world::SOURCE_BUILD, message)
                 .label(operation.clone(), "this would build")
                 .label(at.clone(), "the voxels come from here")
-                .help("take [[build]] out, or `source`; edits change what comes from a source, too"),
+                .help("remove [[build]] or `source`; edits can change a world from a source, too"),
         ));
     }
     let opened = open(source).map_err(|error| Box::new(error.label(at.clone(), "named here")))?;

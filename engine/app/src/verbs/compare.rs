@@ -9,8 +9,9 @@ use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Exit, Failure, Result};
 use serde_json::json;
 
-/// Compares a picture with a reference: mean FLIP error (0 equal, 1 black for white), root mean square, largest difference. The exit code
-/// is 1 when one of them is over its threshold; without a threshold, when the pictures differ at all.
+/// Compares a picture with a reference: mean FLIP error (0 equal, 1 black for white), root mean square, largest difference.
+///
+/// The exit code is 1 if one of them is over its threshold; without a threshold, if the pictures differ at all.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Two folders are compared file by file; a file that is in one of them only is a difference.\n\n\

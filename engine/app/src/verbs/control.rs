@@ -9,8 +9,10 @@ use raxel_terminal::console::Console;
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::{What, print_validation, validated};
 
-/// Opens a session without a window and does what lines of JSON on stdin ask: set params, move the camera, run frames, read pixels and
-/// buffers, wait for edits. Each line has one answer on stdout; docs/control.md tells all. The Python package in `python/` speaks it.
+/// Runs a session that a program controls by lines of JSON on stdin.
+///
+/// A request sets params, moves the camera, runs frames, reads pixels and buffers, or waits for edits. Each gets one answer on stdout.
+/// docs/control.md has the protocol; the Python package in `python/` uses it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     printf '{\"do\":\"step\"}\\n{\"do\":\"screenshot\",\"path\":\"a.png\"}\\n' | raxel control graphs/primary.toml")]

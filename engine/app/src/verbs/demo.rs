@@ -16,7 +16,9 @@ use raxel_window as window;
 use super::render;
 use crate::unpacked::Unpacked;
 
-/// Shows a demo that raxel ships: in a window, or as a picture and a film where there is no display. It needs no project and no network.
+/// Shows a demo that raxel ships: in a window, or as a picture and a film if there is no display.
+///
+/// It needs no project and no network.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel demo\n  raxel demo fair --size 640x360\n  raxel demo valley --no-window -o pictures\n\n\
@@ -56,7 +58,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
 
-    /// Give a frame up when the device has finished no pass for so many seconds (six times as many on a software device): it hangs.
+    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     watchdog: Duration,
 

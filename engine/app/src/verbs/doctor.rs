@@ -147,16 +147,21 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             Grade::Good,
             "project",
             &format!(
-                "{}: {} graphs, {} worlds, {} demos",
+                "{}: {}, {}, {}",
                 project.root().display(),
-                project.graphs().len(),
-                project.worlds().len(),
-                project.demos().len()
+                counted(project.graphs().len(), "graph", "graphs"),
+                counted(project.worlds().len(), "world", "worlds"),
+                counted(project.demos().len(), "demo", "demos")
             ),
         ),
         Err(_) => report.line(Grade::Optional, "project", "none around this folder; `raxel new DIR` makes one"),
     }
     report.failure.map_or(Ok(()), Err)
+}
+
+/// A number of things in words, e.g. "1 graph" or "2 graphs".
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// Where compiled shaders and pipelines are kept.

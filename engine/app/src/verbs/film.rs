@@ -9,8 +9,9 @@ use raxel_terminal::failure::{Failure, Result};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::json;
 
-/// Makes a film of numbered frames through ffmpeg. The film is the same, byte for byte, as one that `raxel render` makes of the demo at
-/// once.
+/// Makes a film of numbered frames through ffmpeg.
+///
+/// It has the same bytes as a film that `raxel render` makes of the demo at once.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  raxel render worlds/valley.demo.toml --shard 1/2 -o frames/%04d.png\n  \
                         raxel render worlds/valley.demo.toml --shard 2/2 -o frames/%04d.png\n  \

@@ -10,7 +10,9 @@ use raxel_terminal::console::{self, Console};
 use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::{Conditions, OfflineProject, Paper};
 
-/// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers. Sizes of memory are estimates.
+/// Prints a graph's plan: order, culled passes, lifetimes, memory and barriers.
+///
+/// It runs nothing and needs no GPU. Sizes of memory are estimates.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel graph graphs/primary.toml --format dot | dot -Tsvg > plan.svg")]
 pub(crate) struct Args {
@@ -21,19 +23,19 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Form::Text)]
     pub format: Form,
 
-    /// The output size that the plan is made for, in pixels.
+    /// The output size to plan for, in pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     size: Size,
 
-    /// The debug target that the plan is made for; the graph's `present` by default.
+    /// The debug target to plan for; the graph's `present` by default.
     #[arg(long, value_name = "TARGET")]
     target: Option<String>,
 
-    /// Print what this phase of the compiler leaves behind instead: sizes, unroll, cull, order, lifetimes, varies, alias or barriers.
+    /// Print the result of this phase of the compiler instead of the plan: sizes, unroll, cull, order, lifetimes, varies, alias or barriers.
     #[arg(long, value_name = "PHASE", value_parser = phase, conflicts_with = "format")]
     phase: Option<Phase>,
 
-    /// The world that the plan is made for: its bounds, its materials, and what conditions of passes ask of it; the project's by default.
+    /// The world to plan for: bounds, materials and conditions of passes depend on it. The project's by default.
     #[arg(long, value_name = "WORLD")]
     world: Option<PathBuf>,
 }
@@ -69,6 +71,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let paper = Paper { output: args.size.0, present, over: &over, conditions: Conditions::AtStart };
     if let Some(phase) = args.phase {
         let text = paper.dump(&graph, phase).map_err(|found| console.stop_in(&found, &texts))?;
+        if text.is_empty() {
+            console.message(&format!("the phase `{}` has nothing to print for this graph", phase.name()));
+        }
         console::data(&text);
         return Ok(());
     }

@@ -36,7 +36,7 @@ pub(crate) struct Args {
     pub messages: Messages,
 }
 
-/// Makes a project of the current folder, beside the files that are there. None of them is changed.
+/// Makes a project of the current folder, and changes no file that is there.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: cd my-voxels && raxel init && raxel run")]
 pub(crate) struct InitArgs {

@@ -18,8 +18,9 @@ use raxel_terminal::prints::print_prints;
 use raxel_terminal::session::{What, frame_failure, print_messages, print_validation, validated};
 use serde_json::json;
 
-/// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout. Time is
-/// frame × step: the same command gives the same bytes.
+/// Renders to PNG or JPEG (as displayed), EXR or HDR (the target's own texels), numbered frames, a film, or stdout.
+///
+/// Time is frame × step: the same command gives the same bytes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  raxel render -o p.png\n  \
                         raxel render graphs/inspect.toml --world worlds/menger.toml --layers depth,normal -o layers.exr\n  \

@@ -11,8 +11,9 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
-/// Compiles the shaders of all passes of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv. A pass with bindings that only some worlds
-/// have has more: GRAPH.PASS.spv without them, GRAPH.PASS.1.spv with them
+/// Compiles the shaders of graphs to SPIR-V files, one for each pass: GRAPH.PASS.spv.
+///
+/// If a binding of a pass depends on the world, there are several: GRAPH.PASS.spv without it, GRAPH.PASS.1.spv with it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  raxel shaders -o spv && spirv-val spv/primary.trace.spv\n  \
                         raxel shaders --library raxel/camera.glsl    the text that `#include <raxel/camera.glsl>` reads")]

@@ -20,8 +20,9 @@ use raxel_terminal::offline::OfflineProject;
 use raxel_terminal::session::{frame_failure, open_failure, print_messages, print_validation, validated};
 use serde_json::json;
 
-/// Runs demos without a window, at their own size and frame rate, and checks what their `[[check]]`s claim: pictures against references by
-/// FLIP, GPU times of passes. The exit code is 1 when one does not hold.
+/// Runs the `[[check]]`s of demos: pictures against references by FLIP, GPU times of passes.
+///
+/// The demos run without a window, at their own size and frame rate. The exit code is 1 if a check fails.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example:\n  raxel test --write worlds/valley.demo.toml    look at the references that it wrote\n  \

@@ -381,7 +381,7 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
             )
             .label(pass.place.clone(), "pushed by this pass")
             .note(format!("the limit is `maxPushConstantsSize` = {limit}"))
-            .help("move what is large into a uniform block"),
+            .help("move large members into a uniform block"),
         );
     }
     for block in &pass.uniforms {

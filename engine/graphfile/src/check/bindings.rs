@@ -257,7 +257,7 @@ fn partial(
     }
     let diagnostic = Diagnostic::error(
         codes::graph::PARTIAL,
-        format!("the shader only reads `{}`, and `partial` is about what it stores", binding.name),
+        format!("the shader only reads `{}`, and `partial` is about stores", binding.name),
     )
     .label(partial.span.clone(), "nothing is stored through this binding");
     found.push(context.in_shader(diagnostic, binding.place.as_ref(), "declared here").help("take `partial` out"));
@@ -272,9 +272,9 @@ fn writable(context: &Context<'_>, binding: &Binding, entry: &Bind, found: &mut 
     let why = if age > 0 {
         "an earlier frame cannot be changed"
     } else if !resource.is_writable() {
-        "what comes from outside cannot be changed by a pass"
+        "no pass can change a resource with a `source`"
     } else if resource.kind.values().is_some() {
-        "what the file writes stays as it is"
+        "no pass can change `values` of the graph's file"
     } else {
         return;
     };

@@ -136,7 +136,7 @@ fn counts(
         return None;
     }
     if matches!(kind.size, BufferSize::Source(_)) {
-        let message = format!("`{name}` comes from outside, and {what} cannot be in it");
+        let message = format!("`{name}` has a `source`, so it cannot hold {what}");
         found.push(error(codes::graph::INDIRECT, message).label(declared.detail.clone(), "the source"));
         return None;
     }

@@ -31,7 +31,7 @@ fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<
     let written = graph.passes.iter().flat_map(|pass| &pass.accesses);
     let written = written.filter(|access| names.contains(&access.resource)).any(|access| access.access.writes());
     if let (Some(warning), false) = (resource.warnings.first(), written) {
-        let message = format!("no pass writes `{}`: what its warnings count stays as it is", resource.name);
+        let message = format!("no pass writes `{}`, so its warnings count nothing", resource.name);
         found.push(
             Diagnostic::warning(codes::graph::NEVER_WRITTEN, message)
                 .label(warning.place.clone(), "never counted")

@@ -54,9 +54,9 @@ fn report(context: &Context<'_>, a: &BoundAccess, b: &BoundAccess) -> Diagnostic
     let both = a.access.writes() && b.access.writes();
     match (image, both) {
         (true, _) => diagnostic.help(
-            "bind different mips or layers, e.g. `{ target = \"…\", mip = 1 }`, declare what is only read as `readonly`, or read the last frame with `@1`",
+            "bind different mips or layers, e.g. `{ target = \"…\", mip = 1 }`, declare bindings that the shader only reads as `readonly`, or read the last frame with `@1`",
         ),
-        (false, true) => diagnostic.help("declare what is only read as `readonly`, or use one binding"),
+        (false, true) => diagnostic.help("declare bindings that the shader only reads as `readonly`, or use one binding"),
         (false, false) => diagnostic.help("use one binding, two buffers or two passes"),
     }
 }

@@ -40,7 +40,7 @@ pub fn supplied_target(
         // A file may be brought into a shape that the graph says.
         let file = source.value.starts_with(FILE);
         for key in &all[..if file { 7 } else { all.len() }] {
-            table.conflict("source", key, "what a source is and holds comes from outside");
+            table.conflict("source", key, "the source gives the size and the contents");
         }
     }
     if copy.is_some() {

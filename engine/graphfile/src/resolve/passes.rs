@@ -195,7 +195,7 @@ fn reference(
                 codes::graph::HISTORY,
                 format!("`{}` is {age} frames old, but `{plain}` keeps {history}", name.value),
             )
-            .label(name.span.clone(), "older than what is kept")
+            .label(name.span.clone(), "older than the oldest copy")
             .label(declared.item.place.clone(), "declared here")
             .help(format!("give `{plain}` the key `history = {age}`")),
         ),

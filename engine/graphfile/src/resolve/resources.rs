@@ -117,10 +117,7 @@ impl Scope<'_> {
             (None, None) => {
                 if !buffer.flawed {
                     let whose = format!("`buffers.{}`", name.value);
-                    found.push(
-                        missing(&whose, "size", &name.span)
-                            .help("or `source`, for what comes from outside, or `values`"),
-                    );
+                    found.push(missing(&whose, "size", &name.span).help("or `source`, or `values`"));
                 }
                 (None, None)
             }
@@ -129,8 +126,8 @@ impl Scope<'_> {
             let message = format!("buffer `{}` has a `type` and no `values`", name.value);
             found.push(
                 Diagnostic::error(codes::files::CONFLICTING_KEYS, message)
-                    .label(ty.span.clone(), "the type of what?")
-                    .help("the shader says what is in a buffer; `type` is that of `values = […]`"),
+                    .label(ty.span.clone(), "nothing has this type")
+                    .help("`type` is for `values = […]`; the shader declares the type of any other buffer"),
             );
         }
         let mut fill = |literal: &Option<Literal>, key| pattern(&name.value, key, literal.as_ref()?, found);
@@ -254,7 +251,7 @@ fn values(buffer: &Buffer, found: &mut Vec<Diagnostic>) -> Option<checked::Value
         let mut diagnostic = Diagnostic::error(codes::graph::LITERAL, message).label(element.span.clone(), "");
         diagnostic = match &buffer.ty {
             Some(ty) => diagnostic.label(ty.span.clone(), "the type"),
-            None => diagnostic.help("say what they are, e.g. `type = \"vec4\"`; without `type` each is a float"),
+            None => diagnostic.help("give their type, e.g. `type = \"vec4\"`; without `type` each value is a float"),
         };
         if more > 0 {
             diagnostic = diagnostic.note(format!("{more} more of its values are none"));

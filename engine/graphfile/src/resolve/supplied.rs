@@ -121,7 +121,7 @@ impl Scope<'_> {
         match (known.collected, &buffer.copy) {
             (Some(bytes), None) => Some((checked::BufferSize::Bytes(bytes), Origin::Collected(known.name))),
             (Some(_), Some(copy)) => {
-                let message = format!("`{}` is what passes write, and there is nothing to copy", copy.value);
+                let message = format!("`{}` is written by passes, so there is nothing to copy", copy.value);
                 found.push(
                     Diagnostic::error(codes::graph::WRONG_KIND, message)
                         .label(copy.span.clone(), "a source that passes read is needed here")

@@ -228,6 +228,9 @@ impl Field {
             }
             Ok(())
         })?;
+        if found.role == Role::Key && found.about.is_empty() {
+            return Err(syn::Error::new(found.ident.span(), "a key has a description: write a doc comment above it"));
+        }
         Ok(found)
     }
 

@@ -10,8 +10,9 @@ use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::session::{What, frame_failure, print_validation, validated};
 use serde_json::json;
 
-/// Measures how fast frames are made and written, and which stage bounds it: rendering, read-back, encoding or writing. The stages run at
-/// the same time, on all cores; what is measured first is the same with each frame on disk before the next begins.
+/// Measures how fast frames are made and written, and which stage bounds it: rendering, read-back, encoding or writing.
+///
+/// The stages overlap, on all cores. The first row is without overlap: each frame is on disk before the next begins.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel bench film worlds/valley.demo.toml --frames 240 --size 1920x1080")]
 pub struct Args {

@@ -25,8 +25,8 @@ pub struct Args {
     #[arg(value_name = "GRAPH")]
     graphs: Vec<String>,
 
-    /// Layouts that take the place of the graphs' own; all by default, `own` for each graph's own. When no graph is named either,
-    /// the exact tracers `first_hit` and `beam` are run over all, the others over their own.
+    /// Layouts to run the graphs over; `own` is the one that each graph names. All by default. Without GRAPH, only the exact tracers `first_hit` and
+    /// `beam` run over all, and the others over their own.
     #[arg(long, value_name = "LAYOUT,…", value_delimiter = ',')]
     layouts: Vec<String>,
 
@@ -34,7 +34,7 @@ pub struct Args {
     #[arg(long, value_name = "WORLD,…", value_delimiter = ',')]
     worlds: Vec<String>,
 
-    /// Cameras by name, `camera` for a world's first; by default all that a world names, or else its first.
+    /// Cameras by name, `camera` for a world's first; by default all that a world names, or its first if it names none.
     #[arg(long, value_name = "CAMERA,…", value_delimiter = ',')]
     cameras: Vec<String>,
 
@@ -42,15 +42,15 @@ pub struct Args {
     #[arg(long, value_name = "WxH,…", value_parser = size, value_delimiter = ',')]
     size: Vec<Size>,
 
-    /// Frames that are timed.
+    /// Frames to time.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(3..=100_000))]
     frames: u32,
 
-    /// Frames that are run before.
+    /// Frames to run before the timed ones.
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     warmup: u32,
 
-    /// After so many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
+    /// Stop after so many seconds of timed frames, if there are three; after four times as many seconds in any case.
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     seconds: f64,
 

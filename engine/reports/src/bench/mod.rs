@@ -20,7 +20,7 @@ use raxel_terminal::args::OnDevice;
 use raxel_terminal::console::{Console, Format};
 use raxel_terminal::failure::Result;
 
-/// Measures graphs over layouts, worlds and cameras: GPU time, and how many of the very same rays are wrong by exact arithmetic.
+/// Measures graphs over layouts, worlds and cameras: GPU time, and how many of the same rays are wrong by exact arithmetic.
 #[derive(Debug, clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -32,13 +32,13 @@ use raxel_terminal::failure::Result;
                   raxel bench film worlds/valley.demo.toml --frames 240   what bounds the making of frames\n  \
                   raxel bench reload                                      from a save to the picture\n  \
                   raxel bench light -o out/                               lighting systems against a converged path tracer\n  \
-                  raxel bench stream --world worlds/frontier.toml         a flight through a world that is loaded meanwhile"
+                  raxel bench stream --world worlds/frontier.toml         a flight through a world while it loads"
 )]
 pub struct Args {
     #[command(subcommand)]
     what: Option<Bench>,
 
-    /// Run this demo instead, all of its frames: times of each pass, of the frames, and what its checks about passes say.
+    /// Run all frames of this demo instead: times of passes and frames, and its checks of pass times.
     #[arg(
         long,
         value_name = "DEMO",

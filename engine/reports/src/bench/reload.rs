@@ -12,8 +12,10 @@ use serde_json::json;
 
 use super::first_picture::first_picture;
 
-/// Measures the time from the end of a save to the finished picture, for edits of a shader and of a graph, and from the start of the program
-/// to its first picture, with nothing kept from earlier runs and again. A copy of the project is edited, never the project.
+/// Measures the time from a save to its picture, and from the start of the program to the first picture.
+///
+/// It saves edits of a shader and of a graph, and starts the program with an empty cache and with a full one. It edits a copy of the project, never
+/// the project.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples: raxel bench reload --edits 50 --size 640x360\n          raxel bench reload --shader trace.comp"
@@ -22,7 +24,7 @@ pub struct Args {
     #[command(flatten)]
     what: What,
 
-    /// The shader to edit, e.g. trace.comp; by default that of the last pass that makes what is shown.
+    /// The shader to edit, e.g. trace.comp; by default that of the last pass before the picture.
     #[arg(long, value_name = "FILE")]
     shader: Option<String>,
 
@@ -34,7 +36,7 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x360")]
     size: Size,
 
-    /// Exit with 1 when the budget is not met: shader edits p50 150 ms and p95 400 ms, graph edits p50 50 ms.
+    /// Exit with code 1 if the times are over the budget: shader edits p50 150 ms and p95 400 ms, graph edits p50 50 ms.
     #[arg(long)]
     check: bool,
 

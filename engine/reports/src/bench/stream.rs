@@ -14,8 +14,10 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::session::{What, frame_failure, open_failure};
 use serde_json::json;
 
-/// Flies through a streamed world while it is loaded, and over the same path with everything there, and prints the frame times of both:
-/// straight over fresh land, half a turn, back, down, and three jumps. Then it edits what is in view, and prints how long edits take to be seen.
+/// Flies through a streamed world twice, while it loads and when all of it is loaded, and prints the frame times of both.
+///
+/// The path goes straight over new land, half a turn, back, down, and then makes three jumps. At its end, edits are made in view, and it prints the
+/// time from an edit to its picture.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example: raxel bench stream graphs/bench/first_hit.toml --world worlds/frontier.toml --speed 256 --size 1920x1080"
@@ -32,11 +34,11 @@ pub struct Args {
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=3600))]
     seconds: u32,
 
-    /// Edits after the flight, of which half take away what the other half put there.
+    /// Edits after the flight: half of them add voxels, the other half remove them again.
     #[arg(long, value_name = "EDITS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     edits: u32,
 
-    /// Seconds at each of the three places after a jump, and of the way down before them; a fifth of the straight parts by default.
+    /// Seconds of the way down, and at the place after each jump; a fifth of the straight parts by default.
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=3600))]
     stay: Option<u32>,
 
@@ -44,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
     size: Size,
 
-    /// Flies the path once, while the world is loaded, and not again with everything there.
+    /// Fly the path once only, while the world loads.
     #[arg(long)]
     once: bool,
 

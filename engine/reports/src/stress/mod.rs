@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long, value_name = "WORLD", conflicts_with = "scenes")]
     world: Option<PathBuf>,
 
-    /// Who traces: LAYOUT for its own tracer, LAYOUT:MARCHER for a marcher of <raxel/rivals/march.glsl> over it, tree64:cpu for the port.
+    /// Tracers: LAYOUT for its own, LAYOUT:MARCHER for a marcher of <raxel/rivals/march.glsl> over it, tree64:cpu for the port to the CPU.
     #[arg(long, value_name = "ROW,…", value_delimiter = ',')]
     layouts: Vec<String>,
 
@@ -52,12 +52,12 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "4e5", value_parser = find::count)]
     rays: u64,
 
-    /// Another seed, other rays and other random scenes.
+    /// The seed of the rays and of the random scenes.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Trace this ray alone, and say what each row and the exact tracer make of it: cell, fraction and direction, nine numbers, and
-    /// `t_max` if it ends; those after the cell that begin with 0x are the bits of the float.
+    /// Trace this ray alone, and print what each row and the exact tracer hit. Nine numbers: cell, fraction, direction; then `t_max` if the ray
+    /// ends. After the cell, a number that begins with 0x has the bits of a float.
     #[arg(long, value_name = "RAY", value_parser = one::ray, allow_hyphen_values = true)]
     ray: Option<one::NamedRay>,
 

@@ -57,8 +57,9 @@ impl Editing {
         };
         let mut found: Vec<Diagnostic> = (opened.damages.iter().filter(|damage| !damage.unfinished))
             .map(|damage| {
-                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}`: {damage}", settings.path.value))
-                    .help(format!("`raxel world verify {}` lists what is broken", base.path.as_deref().unwrap_or("")))
+                Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("`{}`: {damage}", settings.path.value)).help(
+                    format!("`raxel world verify {}` lists the broken records", base.path.as_deref().unwrap_or("")),
+                )
             })
             .collect();
         if let Some(why) = &opened.read_only

@@ -149,7 +149,7 @@ struct Corners {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets references")]
 fn painted(table: &Table<'_, '_>, mode: &Mode, material: Option<&Spanned<String>>) -> bool {
     if *mode == Mode::Subtract {
-        return !table.conflict("mode", "material", "what is emptied has no material");
+        return !table.conflict("mode", "material", "emptied voxels have no material");
     }
     material.is_some() || table.need("material").is_some()
 }

@@ -15,7 +15,7 @@ use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::{Conditions, OfflineProject, Paper};
 use raxel_terminal::session::{frame_failure, open_failure};
 
-use super::{Grade, Report};
+use super::{Grade, Report, counted};
 
 /// Output size of the picture that is made to see whether the graph runs, in pixels.
 const SIZE: [u32; 2] = [320, 180];
@@ -25,8 +25,8 @@ pub(super) fn judge(graph: &Path, device: &Arc<Device>, options: &DeviceOptions,
     let console = report.console;
     let (planned, failure) = match run(graph, options, console) {
         Ok((plan, milliseconds)) => {
-            let passes = plan.passes.len();
-            (plan, Ok(format!("runs: {passes} passes, the first picture after {milliseconds:.0} ms")))
+            let passes = counted(plan.passes.len(), "pass", "passes");
+            (plan, Ok(format!("runs: {passes}, the first picture after {milliseconds:.0} ms")))
         }
         // What does not run has needs all the same.
         Err(failure) => (on_paper(graph, console)?, Err(failure)),

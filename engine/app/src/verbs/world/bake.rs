@@ -17,9 +17,10 @@ use serde_json::json;
 
 use super::info::{bytes, grouped};
 
-/// Writes the voxels of a world as arrays of Zarr v3 to a folder or an S3-compatible store, one object a shard. What is in a shard follows
-/// from the world's file alone, so that many machines can each make a part; shards that are there and whole are left as they are. Edits in
-/// a save are no part of it.
+/// Bakes the voxels of a world into Zarr v3 arrays, in a folder or an S3-compatible store.
+///
+/// Each shard is one object, and depends on the world's file alone, so many machines can each bake a part. Shards that are there and whole stay
+/// as they are. Edits in a save are left out.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     raxel world bake worlds/valley.toml --out bakes/valley\n  \
@@ -28,7 +29,7 @@ pub(crate) struct Args {
     /// A world file or a .vox scene; the project's world by default.
     world: Option<PathBuf>,
 
-    /// Where to: a folder, or a URL (`s3://BUCKET/FOLDER`, in a raxel with the feature `cloud`).
+    /// The store: a folder, or a URL (`s3://BUCKET/FOLDER`, in a raxel with the feature `cloud`).
     #[arg(short, long, value_name = "URL")]
     out: String,
 
@@ -36,7 +37,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "I/N or X,Y,Z/N")]
     shard: Option<Part>,
 
-    /// The smallest voxel of the region; that of the world by default, and of what is near the first camera if it is endless.
+    /// The smallest voxel of the region. By default that of the world; of an endless world, that of the land near the first camera.
     #[arg(long, value_name = "X,Y,Z", value_parser = cell, allow_hyphen_values = true)]
     min: Option<Cell>,
 
@@ -48,7 +49,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CELLS", default_value_t = DEFAULT_EDGE)]
     edge: u32,
 
-    /// Levels of detail, 1 to 4: single voxels, and cells of 4, 16 and 64. As many as `far` of the world takes by default.
+    /// Levels of detail, 1 to 4: single voxels, and cells of 4, 16 and 64. By default as many as `far` of the world needs.
     #[arg(long, value_name = "N")]
     levels: Option<u32>,
 
@@ -119,10 +120,10 @@ fn refused(error: &PlanError, console: &Console) -> Failure {
 fn stopped(error: &BakeError, out: &str, console: &Console) -> Failure {
     let (code, help) = match error {
         BakeError::OtherWorld { .. } | BakeError::OtherPlan { .. } | BakeError::OtherFormat(_) => {
-            (codes::world::STORE_OTHER, "bake to another address, or remove what is there")
+            (codes::world::STORE_OTHER, "bake to another address, or remove the old bake")
         }
         BakeError::Store(_) | BakeError::Source(_) => {
-            (codes::world::STORE_FAILING, "what is written stays: the same command goes on from there")
+            (codes::world::STORE_FAILING, "the written shards stay: the same command goes on from there")
         }
     };
     console.stop(&[Diagnostic::error(code, format!("`{out}`: {error}")).help(help)])

@@ -11,7 +11,9 @@ use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
-/// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene. Its instances are no voxels, and are no part of it.
+/// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene.
+///
+/// Instances are left out.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world export worlds/menger.toml -o menger.vox")]
 pub(crate) struct Args {

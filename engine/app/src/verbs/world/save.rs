@@ -15,7 +15,9 @@ use serde_json::json;
 
 use super::info::{bytes, grouped};
 
-/// Writes all edits of a world's save into its chunks, so that no journal is left to be replayed, and prints the sizes.
+/// Writes the journals of a world's save into its chunks, and prints the sizes.
+///
+/// Opening the world then replays no journal.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world save worlds/quarry.toml")]
 pub(crate) struct Save {
@@ -23,7 +25,9 @@ pub(crate) struct Save {
     of: Of,
 }
 
-/// Reads every record of a world's save, and prints the sizes and everything that is broken. Exit code 1 when something is.
+/// Reads every record of a world's save, and prints the sizes and all broken records.
+///
+/// The exit code is 1 if a record is broken.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world verify worlds/quarry.toml")]
 pub(crate) struct Verify {
@@ -31,7 +35,7 @@ pub(crate) struct Verify {
     of: Of,
 }
 
-/// Writes a world's save anew, without the chunks that newer ones have replaced and without what is broken.
+/// Writes a world's save anew, without replaced chunks and broken records.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world compact worlds/quarry.toml")]
 pub(crate) struct Compact {
@@ -39,7 +43,9 @@ pub(crate) struct Compact {
     of: Of,
 }
 
-/// Writes a world's save into one file, to be sent elsewhere: it is a save when it stands as `chunks.log` in a folder.
+/// Packs a world's save into one file, to send it elsewhere.
+///
+/// To use it there, name it `chunks.log` and put it into the folder that `[save]` names.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world pack worlds/quarry.toml -o quarry.save")]
 pub(crate) struct Pack {
