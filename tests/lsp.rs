@@ -436,7 +436,6 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
         (at(NOTE, "outColor", 0), "image2D", "is a name of GLSL"),
         (at(NOTE, "outColor", 0), "far", "is a name in"),
         (at(NOTE, "imageStore", 0), "store", "is a name of GLSL"),
-        (at(NOTE, "time;", 0), "x", "is declared nowhere"),
     ] {
         let params = json!({ "textDocument": { "uri": address(&shader) }, "position": position, "newName": new });
         let refused = editor.refused("textDocument/rename", params);
@@ -474,4 +473,139 @@ fn diagnostics_bring_their_fix_and_push_values_their_type() {
         editor.ask("textDocument/inlayHint", json!({ "textDocument": { "uri": address(&graph) }, "range": all }));
     assert_eq!(hints.as_array().map(Vec::len), Some(1), "{hints}");
     assert_eq!((&hints[0]["label"], &hints[0]["position"]["line"]), (&json!(": float"), &json!(12)));
+}
+
+/// The byte of a position in a text.
+fn byte_at(text: &str, position: &Value) -> usize {
+    let number = |key: &str| usize::try_from(position[key].as_u64().unwrap()).unwrap();
+    let start: usize = text.split_inclusive('\n').take(number("line")).map(str::len).sum();
+    let mut units = number("character");
+    let line = text[start..].split('\n').next().unwrap();
+    let is_before = |(_, letter): &(usize, char)| {
+        let before = units > 0;
+        units = units.saturating_sub(letter.len_utf16());
+        before
+    };
+    start + line.char_indices().take_while(is_before).map(|(_, letter)| letter.len_utf8()).sum::<usize>()
+}
+
+/// Makes the changes of a rename in the files.
+fn apply(edit: &Value) {
+    for (uri, edits) in edit["changes"].as_object().unwrap() {
+        let path = Path::new(uri.strip_prefix("file://").unwrap());
+        let mut text = std::fs::read_to_string(path).unwrap();
+        let mut edits: Vec<(std::ops::Range<usize>, &str)> = edits
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|edit| {
+                let place = byte_at(&text, &edit["range"]["start"])..byte_at(&text, &edit["range"]["end"]);
+                (place, edit["newText"].as_str().unwrap())
+            })
+            .collect();
+        edits.sort_by_key(|(place, _)| std::cmp::Reverse(place.start));
+        for (place, new) in edits {
+            text.replace_range(place, new);
+        }
+        std::fs::write(path, text).unwrap();
+    }
+}
+
+#[test]
+fn every_name_of_the_examples_can_be_changed() {
+    let project = Project::shipped();
+    project.copy_folder("textures");
+    let mut editor = Editor::start(&project);
+    let examples = std::fs::read_dir(project.path("graphs/examples")).unwrap();
+    let mut graphs: Vec<_> = examples.map(|entry| entry.unwrap().path()).collect();
+    graphs.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    graphs.sort();
+    let mut changed = 0;
+    for graph in &graphs {
+        editor.open(graph, &std::fs::read_to_string(graph).unwrap());
+        let document = json!({ "textDocument": { "uri": address(graph) } });
+        let names = |editor: &mut Editor| {
+            editor.ask("textDocument/documentSymbol", document.clone()).as_array().unwrap().clone()
+        };
+        for number in 0..names(&mut editor).len() {
+            let symbol = &names(&mut editor)[number];
+            let name = symbol["name"].as_str().unwrap();
+            let params = json!({ "textDocument": { "uri": address(graph) }, "position": symbol["selectionRange"]["start"], "newName": format!("{name}_2") });
+            let answer = editor.answer("textDocument/rename", params);
+            if answer["error"].is_null() {
+                apply(&answer["result"]);
+                editor.change(graph, &std::fs::read_to_string(graph).unwrap());
+                changed += 1;
+            } else {
+                assert!(
+                    std::fs::read_to_string(graph).unwrap().contains(&format!("[blocks.{name}]")),
+                    "{name}: {answer}"
+                );
+            }
+        }
+        editor.tell("textDocument/didClose", document);
+    }
+    assert!(changed > 100, "{changed}");
+    let folder = project.root().canonicalize().unwrap();
+    let paths =
+        graphs.iter().map(|graph| graph.canonicalize().unwrap().strip_prefix(&folder).unwrap().display().to_string());
+    let arguments: Vec<String> = std::iter::once("check".to_owned()).chain(paths).collect();
+    project.raxel(&arguments.iter().map(String::as_str).collect::<Vec<_>>()).exits(0);
+}
+
+#[test]
+fn members_are_followed_and_changed_across_shaders_and_graphs() {
+    let (project, mut editor, graph, shader) = notes();
+    let member = NOTE.find("float time").unwrap() + "float ".len();
+    let use_of = NOTE.find("push.time").unwrap() + "push.".len();
+    let key = NOTES.find("time =").unwrap();
+    for (file, text, at) in [(&shader, NOTE, member), (&shader, NOTE, use_of), (&graph, NOTES, key)] {
+        let line = text[..at].matches('\n').count();
+        let character = text[..at].rsplit('\n').next().unwrap().len();
+        let params = json!({ "textDocument": { "uri": address(file) }, "position": { "line": line, "character": character }, "newName": "seconds" });
+        let edit = editor.ask("textDocument/rename", params);
+        assert_eq!(edits_in(&edit, &shader).len(), 2, "{edit}");
+        assert_eq!(edits_in(&edit, &graph).len(), 1, "{edit}");
+        assert_eq!(edits_in(&edit, &project.path("graphs/more.toml")).len(), 1, "{edit}");
+    }
+}
+
+#[test]
+fn what_a_shader_lacks_or_does_not_use_is_added_and_removed() {
+    let (_project, mut editor, graph, _) = notes();
+    let wrong = NOTES
+        .replace("{ outColor = \"color\" }", "{ outColor = \"color\", extra = \"color\" }")
+        .replace("{ time = \"param.speed\" }", "{ }");
+    editor.change(&graph, &wrong);
+    let found = loop {
+        let found = editor.diagnostics(&graph);
+        if found.len() == 2 {
+            break found;
+        }
+    };
+    let params = json!({
+        "textDocument": { "uri": address(&graph) },
+        "range": found[0]["range"],
+        "context": { "diagnostics": found },
+    });
+    let actions = editor.ask("textDocument/codeAction", params);
+    let mut titles: Vec<&str> =
+        actions.as_array().unwrap().iter().map(|action| action["title"].as_str().unwrap()).collect();
+    titles.sort_unstable();
+    assert_eq!(titles, ["Add `time = 0.0` to `push`", "Remove `extra`"], "{actions}");
+    for action in actions.as_array().unwrap() {
+        let edits: Vec<_> = action["edit"]["changes"][address(&graph)].as_array().unwrap().clone();
+        let edit = &edits[0];
+        let mut text = wrong.clone();
+        text.replace_range(
+            byte_at(&text, &edit["range"]["start"])..byte_at(&text, &edit["range"]["end"]),
+            edit["newText"].as_str().unwrap(),
+        );
+        let left = if action["title"] == "Remove `extra`" {
+            "bind = { outColor = \"color\" }"
+        } else {
+            "push = { time = 0.0 }"
+        };
+        assert!(text.contains(left), "{text}");
+    }
 }

@@ -15,6 +15,7 @@ mod references;
 mod scopes;
 mod signature;
 mod symbols;
+mod toml_names;
 mod toml_place;
 
 use std::time::{Duration, Instant};
@@ -202,7 +203,7 @@ impl Server {
             },
             CodeActionRequest::METHOD => self.reply(id, params, |server, params: CodeActionParams| {
                 let document = server.documents.get(&params.text_document.uri)?;
-                Some(json!(actions::actions(document, &params)))
+                Some(json!(actions::actions(&server.documents, document, &params)))
             }),
             InlayHintRequest::METHOD => self.reply(id, params, |server, params: InlayHintParams| {
                 let document = server.documents.get(&params.text_document.uri).filter(|document| document.is_toml())?;

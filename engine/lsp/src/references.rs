@@ -1,18 +1,20 @@
 //! Where a name of a project is used, and what changes when it gets another one: locals and parameters in their function, what a shader
-//! declares in every shader that includes it, bindings also in the graphs that bind them, params in graphs and demos.
+//! declares in every shader that includes it, bindings and members of blocks also in the graphs that give them something, targets, buffers,
+//! params, clocks, loops and passes in graphs and demos.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 use lsp_types::{Location, TextEdit, Url, WorkspaceEdit};
+use raxel_terminal::offline::FileKind;
 
 use super::documents::{Document, Documents, range};
-use super::glsl::{Declaration, DeclarationKind, without_comments};
-use super::names::{bare, declared, identifier, word};
-use super::project_texts::{declared_in, graphs, passes, shader, shader_of_pass};
+use super::glsl::{Declaration, DeclarationKind, declarations, members, without_comments};
+use super::names::{bare, identifier, owner, word};
+use super::project_texts::{ProjectText, declared_in, graphs, passes, shader, shader_of_pass, shaders_of_graphs};
 use super::scopes::{code_of, identifiers, local_at, locals};
-use super::toml_place::TomlPlace;
+use super::toml_names::{TomlName, TomlWord, mentions, words};
 use super::{address, builtins};
 
 /// Words of GLSL that no name may be, beside types and functions.
@@ -39,14 +41,14 @@ pub(super) struct Uses {
     /// Places in each file of the project.
     files: BTreeMap<String, (String, Vec<Range<usize>>)>,
     /// It is a name of TOML alone, where more letters are allowed.
-    in_toml: bool,
+    in_toml: Option<TomlName>,
     /// Why it cannot have another name, if it cannot.
     fixed: Option<String>,
 }
 
 impl Uses {
     fn of(name: &str) -> Self {
-        Self { name: name.to_owned(), files: BTreeMap::new(), in_toml: false, fixed: None }
+        Self { name: name.to_owned(), files: BTreeMap::new(), in_toml: None, fixed: None }
     }
 
     fn add(&mut self, path: &str, text: &str, places: Vec<Range<usize>>) {
@@ -66,7 +68,18 @@ pub(super) fn uses(documents: &Documents, document: &Document, at: usize) -> Res
     let code = code_of(text);
     let start = text[..at].trim_end_matches(|c: char| c == '_' || c.is_ascii_alphanumeric()).len();
     if code.get(..start).is_some_and(|before| before.trim_end().ends_with('.')) {
-        return Err(format!("`{name}` is a member; only variables, functions, types and bindings are followed"));
+        let of_structure = || format!("`{name}` is a member of no block; members of structures are not followed");
+        let instance = owner(&code, start).ok_or_else(of_structure)?;
+        let texts = shader(documents, document, &document.path);
+        let block = declared_in(&texts).find(|(text, known)| known.name == instance && has_member(text, known, name));
+        let (text, known) = block.ok_or_else(of_structure)?;
+        return of_member(documents, document, text, &known, name);
+    }
+    let this = ProjectText { path: document.path.clone(), text: text.clone(), on_disk: true };
+    let inside = |known: &Declaration| known.body.as_ref().is_some_and(|body| body.contains(&start));
+    let around = declarations(text).into_iter().find(|known| inside(known) && has_member(&this, known, name));
+    if let Some(known) = around {
+        return of_member(documents, document, &this, &known, name);
     }
     let locals = locals(&code);
     if let Some(local) = local_at(&locals, name, start) {
@@ -125,27 +138,23 @@ fn globals(text: &str, name: &str) -> Vec<Range<usize>> {
     let means = |(text, place, member): &(&str, Range<usize>, bool)| {
         *text == name && !member && local_at(&locals, name, place.start).is_none()
     };
-    found.filter(means).map(|(_, place, _)| place).collect()
+    let bound = identifiers(&code).into_iter().filter_map(|(text, place, _)| {
+        let binding = text.strip_prefix("RX_BINDS_").filter(|binding| *binding == name)?;
+        Some(place.end - binding.len()..place.end)
+    });
+    let mut places: Vec<_> = found.filter(means).map(|(_, place, _)| place).chain(bound).collect();
+    places.sort_by_key(|place| place.start);
+    places
 }
 
 /// Adds the keys of graphs that bind something to a name.
 fn bindings(documents: &Documents, document: &Document, declaring: &str, known: &Declaration, uses: &mut Uses) {
     let mut named = false;
-    for path in document.project.graphs() {
-        let Some(text) = documents.text(document, &path).filter(|text| text.contains(&uses.name)) else { continue };
-        let graph = Document { project: document.project.clone(), path: path.clone(), text };
-        let mut places = Vec::new();
-        for pass in passes(&graph.text) {
-            let keys = keys_in(&graph.text, pass.clone(), &uses.name);
-            if keys.is_empty() {
-                continue;
-            }
-            if shader_of_pass(documents, &graph, pass.start).iter().any(|text| text.path == declaring) {
-                places.extend(keys);
-            }
-        }
-        named |= !places.is_empty();
-        uses.add(&path, &graph.text, places);
+    let name = uses.name.clone();
+    let is_key = |path: &[&str]| matches!(path, ["passes", "bind", bound] if *bound == name);
+    for (path, text, places) in keys_of_passes(documents, document, declaring, &name, is_key) {
+        named = true;
+        uses.add(&path, &text, places);
     }
     if known.body.is_some() && named && uses.fixed.is_none() {
         let reason = format!("`{}` is a block, and graphs may name its type, its instance or its members", uses.name);
@@ -153,78 +162,203 @@ fn bindings(documents: &Documents, document: &Document, declaring: &str, known: 
     }
 }
 
-/// Keys of this name in the `bind` of a pass.
-fn keys_in(text: &str, pass: Range<usize>, name: &str) -> Vec<Range<usize>> {
-    let inside = |c: char| c == '_' || c == '-' || c.is_ascii_alphanumeric();
-    let found = text[pass.clone()].match_indices(name).map(|(at, _)| pass.start + at..pass.start + at + name.len());
-    let is_key = |place: &Range<usize>| {
-        let (before, behind) = (&text[..place.start], &text[place.end..]);
-        if before.ends_with(inside) || !behind.trim_start_matches([' ', '\t']).starts_with('=') {
-            return false;
+/// The keys in passes of each graph whose shader is, or includes, the declaring file.
+fn keys_of_passes(
+    documents: &Documents,
+    document: &Document,
+    declaring: &str,
+    name: &str,
+    is_key: impl Fn(&[&str]) -> bool,
+) -> Vec<(String, String, Vec<Range<usize>>)> {
+    let mut found = Vec::new();
+    for path in document.project.graphs() {
+        let Some(text) = documents.text(document, &path).filter(|text| text.contains(name)) else { continue };
+        let graph = Document { project: document.project.clone(), path: path.clone(), text };
+        let passes = passes(&graph.text);
+        let mut uses_it = vec![None; passes.len()];
+        let mut places = Vec::new();
+        for word in words(&graph.text).into_iter().filter(|word| word.is_key) {
+            let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
+            if !is_key(&keys) {
+                continue;
+            }
+            let Some(pass) = passes.iter().position(|pass| pass.contains(&word.place.start)) else { continue };
+            let of_shader = || {
+                let shader = shader_of_pass(documents, &graph, passes[pass].start);
+                shader.iter().any(|text| text.path == declaring)
+            };
+            if *uses_it[pass].get_or_insert_with(of_shader) {
+                places.push(word.place);
+            }
         }
-        let around = TomlPlace::of(text, place.start);
-        around.table.iter().map(String::as_str).eq(["passes", "bind"]) && around.key.is_none() && !around.in_string
-    };
-    found.filter(is_key).collect()
+        if !places.is_empty() {
+            found.push((path, graph.text, places));
+        }
+    }
+    found
 }
 
-/// The uses of a name of a graph or demo: a key of `bind`, or a param.
+/// The uses of what stands at a byte of a graph or demo.
 fn uses_in_toml(documents: &Documents, document: &Document, at: usize) -> Result<Uses, String> {
     let text = &document.text;
-    let found = word(text, at);
-    let bound = shader_of_pass(documents, document, at);
-    let place = TomlPlace::of(text, at);
-    if place.table.iter().map(String::as_str).eq(["passes", "bind"])
-        && place.key.is_none()
-        && let Some(first) = bound.first()
-    {
-        return of_shader(documents, document, &first.path, found);
-    }
-    let name = match found.strip_prefix("param.") {
-        Some(name) => name,
-        None => match found.split_once('.') {
-            // The header `params.sun` and `tracks.sun` as one word.
-            Some(("params" | "tracks", name)) => name.split('.').next().unwrap_or(name),
-            _ => return Err(format!("`{}` is no param and no binding; only these are followed", bare(found))),
-        },
-    };
-    let of_document = graphs(documents, document);
-    let declares = |text: &str| declared(text, "params").iter().any(|(known, _)| *known == name);
-    let Some(declaring) = of_document.iter().rfind(|text| declares(&text.text)).map(|text| text.path.clone()) else {
-        return Err(format!("no graph declares the param `{name}` in a table `[params.{name}]`"));
-    };
-    let mut uses = Uses { in_toml: true, ..Uses::of(name) };
-    for path in document.project.graphs().into_iter().chain(document.project.demos()) {
-        let Some(text) = documents.text(document, &path).filter(|text| text.contains(name)) else { continue };
-        let file = Document { project: document.project.clone(), path: path.clone(), text };
-        if graphs(documents, &file).iter().any(|graph| graph.path == declaring) {
-            uses.add(&path, &file.text, params(&file.text, name));
+    let on = |place: &Range<usize>| place.contains(&at) || place.end == at;
+    let kind = FileKind::of(&document.path);
+    if let Some(word) = words(text).into_iter().find(|word| word.is_key && on(&word.place)) {
+        let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
+        let given = matches!(keys.as_slice(), ["passes", "bind" | "push", _] | ["passes", "uniforms", _, _]);
+        if let Some(first) = shader_of_pass(documents, document, at).first().filter(|_| given) {
+            return match keys.as_slice() {
+                ["passes", "bind", name] => of_shader(documents, document, &first.path, name),
+                [.., block, name] => {
+                    let texts = shader(documents, document, &first.path);
+                    let member = name.split(['.', '[']).next().unwrap_or(name);
+                    let found = declared_in(&texts).find(|(text, known)| {
+                        let of_push = *block == "push" && known.kind == DeclarationKind::Push;
+                        (of_push || known.is_called(block)) && has_member(text, known, member)
+                    });
+                    let missing = || format!("no block of the shader has a member `{member}`");
+                    let (text, known) = found.ok_or_else(missing)?;
+                    of_member(documents, document, text, &known, member)
+                }
+                _ => Err("there is no name here".to_owned()),
+            };
         }
+    }
+    let Some(mention) = mentions(text, kind).into_iter().find(|mention| on(&mention.place)) else {
+        return Err(format!("`{}` is no name that a graph declares, and no binding or member", bare(word(text, at))));
+    };
+    let name = text[mention.place].to_owned();
+    let declares = |text: &str| {
+        let found = mentions(text, FileKind::Graph);
+        found.iter().any(|known| known.declares && known.what == mention.what && text[known.place.clone()] == name)
+    };
+    let family = graphs(documents, document);
+    let article = mention.what.article();
+    let Some(declaring) = family.iter().rfind(|text| declares(&text.text)).map(|text| text.path.clone()) else {
+        return Err(format!("no graph declares {article} named `{name}`"));
+    };
+    let mut uses = Uses { in_toml: Some(mention.what), ..Uses::of(&name) };
+    for path in document.project.graphs().into_iter().chain(document.project.demos()) {
+        let Some(text) = documents.text(document, &path).filter(|text| text.contains(&name)) else { continue };
+        let file = Document { project: document.project.clone(), path: path.clone(), text };
+        let family = graphs(documents, &file);
+        if family.iter().all(|graph| graph.path != declaring) {
+            continue;
+        }
+        let places = named(&file, mention.what, &name);
+        // A demo may play graphs that have nothing in common but this name.
+        let other = |graph: &&ProjectText| {
+            let of_other =
+                Document { project: file.project.clone(), path: graph.path.clone(), text: graph.text.clone() };
+            declares(&graph.text) && graphs(documents, &of_other).iter().all(|base| base.path != declaring)
+        };
+        if let Some(other) = family.iter().find(other).filter(|_| !places.is_empty()) {
+            let other = &other.path;
+            uses.fixed = Some(format!("`{path}` means `{name}` of `{declaring}` and of `{other}` by it"));
+        }
+        uses.add(&path, &file.text, places);
     }
     Ok(uses)
 }
 
-/// Places of a param in a graph or demo: `param.NAME` in texts, and in the headers `[params.NAME]` and `[tracks.NAME]`.
-fn params(text: &str, name: &str) -> Vec<Range<usize>> {
-    let inside = |c: char| c == '_' || c == '-' || c.is_alphanumeric();
-    let mut found = Vec::new();
-    let mut start = 0;
-    for line in text.split_inclusive('\n') {
-        let is_header = line.trim_start().starts_with('[');
-        for (at, _) in line.match_indices(name) {
-            let (before, behind) = (&line[..at], &line[at + name.len()..]);
-            if behind.starts_with(inside) || before.contains('#') && !TomlPlace::of(line, at).in_string {
-                continue;
-            }
-            let value = before.ends_with("param.") && !before[..before.len() - 6].ends_with(inside);
-            let header = is_header && ["[params.", "[tracks."].iter().any(|head| before.trim_start() == *head);
-            if value || header {
-                found.push(start + at..start + at + name.len());
-            }
-        }
-        start += line.len();
+/// Places of a name of this kind in a graph or demo.
+fn named(file: &Document, what: TomlName, name: &str) -> Vec<Range<usize>> {
+    let found = mentions(&file.text, FileKind::of(&file.path)).into_iter().filter(|mention| mention.what == what);
+    found.map(|mention| mention.place).filter(|place| file.text[place.clone()] == *name).collect()
+}
+
+/// Whether a block has a member of this name.
+fn has_member(text: &ProjectText, known: &Declaration, name: &str) -> bool {
+    let body = known.body.clone().filter(|_| matches!(known.kind, DeclarationKind::Push | DeclarationKind::Binding));
+    body.is_some_and(|body| members(&text.text[body]).iter().any(|(member, _)| member == name))
+}
+
+/// The uses of a member of a block: in the shaders that include the declaring file, and in the graphs that fill the block.
+fn of_member(
+    documents: &Documents,
+    document: &Document,
+    declaring: &ProjectText,
+    known: &Declaration,
+    member: &str,
+) -> Result<Uses, String> {
+    let block = known.block.as_deref().unwrap_or(&known.name);
+    if known.name == block {
+        return Err(format!("block `{block}` has no instance name, so that its members are plain names of the shader"));
     }
-    found
+    let mut uses = Uses::of(member);
+    if !declaring.on_disk || declaring.path.starts_with("shaders/include/raxel/") {
+        uses.fixed = Some(format!("`{member}` belongs to the shader library (`{}`)", declaring.path));
+    }
+    for path in shader_files(document) {
+        let Some(text) = documents.text(document, &path).filter(|text| text.contains(member)) else { continue };
+        let is_declaring = path == declaring.path;
+        if !is_declaring && !shader(documents, document, &path).iter().any(|text| text.path == declaring.path) {
+            continue;
+        }
+        let code = without_comments(&text);
+        let inside =
+            |place: &Range<usize>| is_declaring && known.body.as_ref().is_some_and(|body| body.contains(&place.start));
+        let found = identifiers(&code).into_iter().filter(|(name, place, behind_dot)| {
+            let of_block = *behind_dot && owner(&code, place.start) == Some(known.name.as_str());
+            *name == member && (of_block || !behind_dot && inside(place))
+        });
+        uses.add(&path, &text, found.map(|(_, place, _)| place).collect());
+    }
+    let begins = |key: &str| key.split(['.', '[']).next() == Some(member);
+    let is_key = |path: &[&str]| match path {
+        ["passes", "push", key] => known.kind == DeclarationKind::Push && begins(key),
+        ["passes", "uniforms", block, key] => known.is_called(block) && begins(key),
+        _ => false,
+    };
+    for (path, text, places) in keys_of_passes(documents, document, &declaring.path, member, is_key) {
+        // A key such as `sun.direction` begins with the member.
+        let places = places.into_iter().map(|place| place.start..place.start + member.len()).collect();
+        uses.add(&path, &text, places);
+    }
+    shared_blocks(documents, document, declaring, known, &mut uses);
+    Ok(uses)
+}
+
+/// Adds the keys in `[blocks.NAME]` of graphs, which fill the blocks of that name in all their shaders.
+fn shared_blocks(
+    documents: &Documents,
+    document: &Document,
+    declaring: &ProjectText,
+    known: &Declaration,
+    uses: &mut Uses,
+) {
+    let member = uses.name.clone();
+    for path in document.project.graphs() {
+        let Some(text) = documents.text(document, &path).filter(|text| text.contains(&member)) else { continue };
+        let is_key = |word: &TomlWord| {
+            let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
+            matches!(keys.as_slice(), ["blocks", block, key] if word.is_key && known.is_called(block)
+                && key.split(['.', '[']).next() == Some(&member))
+        };
+        let keys: Vec<_> = words(&text).into_iter().filter(is_key).collect();
+        if keys.is_empty() {
+            continue;
+        }
+        let graph = Document { project: document.project.clone(), path: path.clone(), text };
+        let shaders = shaders_of_graphs(documents, &graph);
+        if shaders.iter().all(|text| text.path != declaring.path) {
+            continue;
+        }
+        let other = |(text, found): &(&ProjectText, Declaration)| {
+            let same =
+                known.is_called(&found.name) || found.block.as_deref().is_some_and(|block| known.is_called(block));
+            text.path != declaring.path && same && has_member(text, found, &member)
+        };
+        if let Some((other, _)) = declared_in(&shaders).find(other) {
+            let reason = format!("`{path}` fills a member `{member}` of `{}` by the same key", other.path);
+            uses.fixed.get_or_insert(reason);
+        }
+        let places: Vec<_> = keys.into_iter().map(|word| word.place.start..word.place.start + member.len()).collect();
+        match uses.files.get_mut(&path) {
+            Some((_, known)) => known.extend(places),
+            None => uses.add(&path, &graph.text, places),
+        }
+    }
 }
 
 /// The shaders of a project and what they include, by their paths.
@@ -263,21 +397,35 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
     if let Some(fixed) = &uses.fixed {
         return Err(fixed.clone());
     }
-    let letter = |c: char| c == '_' || c.is_ascii_alphanumeric() || (uses.in_toml && c == '-');
+    let letter = |c: char| c == '_' || c.is_ascii_alphanumeric() || (uses.in_toml.is_some() && c == '-');
     if new.is_empty() || !new.chars().all(letter) || new.starts_with(|c: char| c.is_ascii_digit()) {
         return Err(format!("`{new}` is no name: letters, digits and `_`, the first no digit"));
     }
-    if !uses.in_toml && is_of_glsl(new) {
+    if uses.in_toml.is_none() && is_of_glsl(new) {
         return Err(format!("`{new}` is a name of GLSL"));
     }
     #[allow(clippy::mutable_key_type, reason = "addresses are not changed while they are keys")]
     let mut changes: std::collections::HashMap<Url, Vec<TextEdit>> = std::collections::HashMap::new();
     for (path, (text, places)) in &uses.files {
-        let taken = if Path::new(path).extension().is_some_and(|extension| extension == "toml") {
-            !params(text, new).is_empty()
-                || passes(text).iter().any(|pass| !keys_in(text, pass.clone(), new).is_empty())
-        } else {
-            identifiers(&without_comments(text)).iter().any(|(name, _, member)| *name == new && !member)
+        let is_toml = Path::new(path).extension().is_some_and(|extension| extension == "toml");
+        let taken = match uses.in_toml {
+            Some(what) => {
+                let file = Document { project: document.project.clone(), path: path.clone(), text: text.clone() };
+                !named(&file, what, new).is_empty()
+            }
+            // The same key of one table; other passes have other shaders.
+            None if is_toml => {
+                let words = words(text);
+                let tables: Vec<_> =
+                    words.iter().filter(|word| places.iter().any(|place| place.start == word.place.start)).collect();
+                let beside = |word: &TomlWord| {
+                    tables.iter().any(|table| {
+                        table.path.split_last().map(|(_, path)| path) == word.path.split_last().map(|(_, path)| path)
+                    })
+                };
+                words.iter().any(|word| word.is_key && text[word.place.clone()] == *new && beside(word))
+            }
+            None => identifiers(&without_comments(text)).iter().any(|(name, _, member)| *name == new && !member),
         };
         if taken {
             return Err(format!("`{new}` is a name in `{path}` already"));
