@@ -23,10 +23,10 @@ pub(crate) fn clock(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     if ui.button(pause).on_hover_text("Space").clicked() {
         actions.push(Action::Pause);
     }
-    if ui.button("Step").on_hover_text("One frame; the full stop key").clicked() {
+    if ui.button("Step").on_hover_text("Runs one frame; the full stop key").clicked() {
         actions.push(Action::Step);
     }
-    if ui.button("Reset").on_hover_text("Clock, history and contents start over; R").clicked() {
+    if ui.button("Reset").on_hover_text("Starts clocks, histories and contents over; R").clicked() {
         actions.push(Action::Reset);
     }
 }
@@ -58,14 +58,14 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         ui.label(RichText::new("making the first picture").weak());
     }
     if status.refused {
-        ui.label(RichText::new("refused: showing the plan before").color(YELLOW));
+        ui.label(RichText::new("refused: showing the last plan").color(YELLOW));
     }
     if let Some((pass, seconds)) = &status.busy {
         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
-        ui.label(RichText::new(format!("the device works{on} for {seconds} s")).color(YELLOW));
+        ui.label(RichText::new(format!("the device has worked{on} for {seconds} s")).color(YELLOW));
         if ui
             .button("Cancel")
-            .on_hover_text("Give the pass up until its shader or its part of the graph changes; Delete")
+            .on_hover_text("Switch the pass off until its shader or its part of the graph changes; Delete")
             .clicked()
         {
             actions.push(Action::Cancel);
@@ -79,7 +79,7 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         ui.label(RichText::new(notice).weak());
     }
     if !status.written.is_empty() {
-        let hint = format!("Puts {} back as before the window wrote it", status.written.join(", "));
+        let hint = format!("Restores {} as before the window wrote it", status.written.join(", "));
         if ui.button("Undo write").on_hover_text(hint).clicked() {
             actions.push(Action::UndoWrite);
         }

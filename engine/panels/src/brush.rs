@@ -21,7 +21,7 @@ pub(crate) fn show(ui: &mut Ui, editing: &Editing<'_>, search: &mut String, acti
         step(ui, ("Redo", redo, "Ctrl+Y"), Action::Redo, actions);
     });
     ui.weak("right button; Shift does the opposite, Ctrl picks the material").on_hover_text(
-        "Painting goes on while the button is held.\nThe opposite of adding is subtracting, and of painting, picking.",
+        "Holding the button goes on painting.\nShift: add and subtract change places, and so do paint and pick.",
     );
     if let Some(refused) = &editing.refused {
         ui.label(RichText::new(format!("the last edit was not made: {refused}")).color(YELLOW));
@@ -90,7 +90,7 @@ fn extent(ui: &mut Ui, brush: Brush, actions: &mut Vec<Action>) {
             number("across", "The keys [ and ]", brush.size, |brush, voxels| brush.size = voxels);
         }
         if brush.shape == Shape::Cylinder {
-            let hint = "It stands on the face under the cursor; subtracting and painting it goes into the world";
+            let hint = "Adding, the brush stands on the face under the cursor; subtracting and painting, it goes into the world";
             number("height", hint, brush.height, |brush, voxels| brush.height = voxels);
         }
     });

@@ -26,7 +26,7 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
     };
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(kept).strong());
-        if ui.small_button("×").on_hover_text("Let go of it").clicked() {
+        if ui.small_button("×").on_hover_text("Drops the kept picture").clicked() {
             actions.push(Action::ForgetKept);
         }
     });
@@ -35,11 +35,12 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
     }
     ui.horizontal_wrapped(|ui| {
         for mode in CompareMode::ALL {
-            if ui.selectable_label(compare.mode == mode, mode.word()).on_hover_text("X goes through them").clicked() {
+            if ui.selectable_label(compare.mode == mode, mode.word()).on_hover_text("X takes the next one").clicked() {
                 actions.push(Action::CompareMode(mode));
             }
         }
-        let flip = ui.selectable_label(compare.flipped, "kept picture").on_hover_text("Shows it alone; V");
+        let flip =
+            ui.selectable_label(compare.flipped, "kept picture").on_hover_text("Shows the kept picture alone; V");
         if flip.clicked() {
             actions.push(Action::Flip);
         }
@@ -68,7 +69,7 @@ fn figures(ui: &mut Ui, compare: &Compare, actions: &mut Vec<Action>) {
     match &compare.figures {
         Figures::None => {}
         Figures::Awaited => {
-            ui.weak("They are being compared.");
+            ui.weak("comparing");
         }
         Figures::Refused(why) => {
             ui.label(RichText::new(why).color(RED));

@@ -19,7 +19,7 @@ const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
 pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     ui.label(RichText::new(text_of(&view.status.shown)).strong());
     let Some(found) = view.inspected else {
-        ui.weak("It is being read.");
+        ui.weak("reading");
         return;
     };
     ui.weak(&found.about);
@@ -62,7 +62,7 @@ fn mapping(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     let mut map = found.map.unwrap_or(used);
     let before = (own, map);
     ui.horizontal_wrapped(|ui| {
-        if ui.checkbox(&mut own, "own map").on_hover_text("Else `display` of the graph's file").changed() && own {
+        if ui.checkbox(&mut own, "own map").on_hover_text("Off: `display` of the graph's file").changed() && own {
             map.range = None;
         }
         ui.add_enabled_ui(own, |ui| {
@@ -174,7 +174,7 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     }
     ui.horizontal(|ui| {
         let Some(pinned) = &found.pinned else {
-            if ui.button("Pin a texel").on_hover_text("P pins the one under the cursor").clicked() {
+            if ui.button("Pin a texel").on_hover_text("P pins the texel under the cursor").clicked() {
                 actions
                     .push(Action::Pin(Some(found.cursor.as_ref().map_or([width / 2, height / 2], |texel| texel.at))));
             }

@@ -14,7 +14,7 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, (actions, hovered): (&mut Vec<A
         let span = view.frame.gpu;
         let (median, p95) = (span.and_then(Samples::median), span.and_then(Samples::p95));
         ui.label(format!("span {} ms, p95 {}", milliseconds(median), milliseconds(p95)))
-            .on_hover_text("From the begin of the first pass to the end of the last, gaps and overlaps as they are.");
+            .on_hover_text("From the start of the first pass to the end of the last, with gaps and overlaps.");
     });
     let longest = view.passes.iter().filter_map(median).fold(0.0_f32, f32::max);
     Grid::new("passes").num_columns(3).striped(true).min_col_width(30.0).show(ui, |ui| {

@@ -11,10 +11,10 @@ pub(crate) fn show(ui: &mut Ui, presets: &[Preset], name: &mut String, actions: 
         for preset in presets {
             let same = preset.differing.is_empty();
             let hint = if same {
-                "The params have these values. The right button deletes it.".to_owned()
+                "The params have these values. The right button deletes the preset.".to_owned()
             } else {
                 format!(
-                    "Sets these values. Now and then:\n{}\nThe right button deletes it.",
+                    "Sets these params (now, then):\n{}\nThe right button deletes the preset.",
                     preset.differing.join("\n")
                 )
             };

@@ -59,13 +59,12 @@ pub(crate) fn show(
             actions.push(Action::Seek(time));
         }
         ui.weak(format!("of {:.2}, {}", timeline.duration, timeline.name));
-        let hint =
-            "Writes the camera into the demo's file at this time; the K key. A key that is there already is replaced.";
+        let hint = "Writes the camera into the demo's file at this time, in place of a key that is there; K";
         if ui.button("Record camera").on_hover_text(hint).clicked() {
             actions.push(Action::RecordKey);
         }
         if !timeline.drives {
-            ui.label("your hand is on it");
+            ui.label("you have the camera");
             if ui.button("Give back").on_hover_text("The demo drives again; the G key").clicked() {
                 actions.push(Action::HandBack);
             }
@@ -207,7 +206,7 @@ fn handle(
     }
     let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
     response
-        .on_hover_text(format!("{name}\nDrag it to another time; the file is written when you let go"))
+        .on_hover_text(format!("{name}\nDrag it to another time; raxel writes the file when you let go"))
         .context_menu(|ui| {
             if ui.button("Delete key").clicked() {
                 actions.push(Action::DeleteKey { lane: track.lane.clone(), key });

@@ -241,16 +241,14 @@ impl PassState {
     /// The reason in a sentence.
     pub fn reason(self) -> &'static str {
         match self {
-            PassState::Ran => "It ran in the last frame.",
-            PassState::Skipped => {
-                "It was not run again: nothing that it reads has changed, so its results are still valid."
-            }
-            PassState::NotDue => "It was not due in the last frame: `every` says when it runs.",
+            PassState::Ran => "The pass ran in the last frame.",
+            PassState::Skipped => "Skipped: none of its inputs has changed, so its results are still valid.",
+            PassState::NotDue => "Not due in the last frame: `every` of the pass says when it runs.",
             PassState::Off => {
-                "It is switched off: the device was lost while it ran. A change of its shader, or of its part of the graph, switches it on."
+                "Switched off: the device was lost while the pass ran. A change of its shader, or of its part of the graph, switches it on."
             }
-            PassState::Unused => "It is left out: nothing that is shown depends on what it writes.",
-            PassState::Condition => "It is left out: its `when` does not hold.",
+            PassState::Unused => "Culled: nothing that is shown depends on its outputs.",
+            PassState::Condition => "Left out: its `when` does not hold.",
         }
     }
 

@@ -506,7 +506,7 @@ fn two_panels_share_a_side() {
     let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
     click(&mut harness, "Inspect");
     let y = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect().center().y;
-    let inspect = |harness: &Harness<'_, Window>| texts(harness, "It is being read.")[0].center().y;
+    let inspect = |harness: &Harness<'_, Window>| texts(harness, "reading")[0].center().y;
     assert!(y(&harness, "Write to file") < 100.0 && inspect(&harness) > 300.0, "{}", inspect(&harness));
     click(&mut harness, "Params");
     assert!(harness.query_by_label("Write to file").is_none());
@@ -591,7 +591,7 @@ fn a_device_that_works_for_long_can_be_interrupted() {
     let mut window = Window::new(&[]);
     window.status.busy = Some((Some("spin".to_owned()), 4));
     let mut harness = window.harness(1280.0, 720.0);
-    assert!(harness.query_by_label("the device works on `spin` for 4 s").is_some());
+    assert!(harness.query_by_label("the device has worked on `spin` for 4 s").is_some());
     assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);
 }
 

@@ -146,7 +146,7 @@ impl Viewer<'_> {
                     demo_keys::without_key(text, &lane, key)
                 });
             }
-            Action::RecordKey => self.write_demo("the camera is a key now", demo_keys::with_camera_key),
+            Action::RecordKey => self.write_demo("the camera is a key of the demo now", demo_keys::with_camera_key),
             Action::Camera(name) => match named_camera(self.session.world(), &name) {
                 Ok(camera) => self.go_to(camera),
                 Err(failure) => self.console.failure(&failure),
@@ -155,7 +155,7 @@ impl Viewer<'_> {
             Action::CopyCamera => {
                 let lines = write_back::camera_lines("camera", self.session.camera());
                 console::data(&lines);
-                self.notice("the camera is on the clipboard, as the lines of a world's file".to_owned());
+                self.notice("copied the camera, as lines for a world's file".to_owned());
                 self.copy(lines);
             }
             Action::WriteCamera(name) => self.write_camera(&name),
@@ -264,9 +264,9 @@ impl Viewer<'_> {
             }
         }
         if left.is_empty() {
-            self.notice(format!("the params are as in `{name}`"));
+            self.notice(format!("set the params to `{name}`"));
         } else {
-            self.warn(format!("the graph has no such param any more: {}", left.join(", ")));
+            self.warn(format!("the graph no longer has the params {}", left.join(", ")));
         }
     }
 
@@ -314,7 +314,7 @@ impl Viewer<'_> {
     fn undo_write(&mut self) {
         for written in std::mem::take(&mut self.last_write) {
             match written.undo() {
-                Ok(()) => self.notice(format!("{} is as before", written.file)),
+                Ok(()) => self.notice(format!("restored {}", written.file)),
                 Err(error) => self.warn(error),
             }
         }

@@ -400,7 +400,7 @@ impl Viewer<'_> {
                         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
                         let seconds = elapsed.as_secs();
                         self.console.message(&format!(
-                            "the device has worked{on} for {seconds} s; Escape quits, Delete gives the pass up, an edit is taken"
+                            "the device has worked{on} for {seconds} s; Escape quits, Delete switches the pass off, and edits are still read"
                         ));
                     }
                     self.busy = Some((pass, elapsed.as_secs()));

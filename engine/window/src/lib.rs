@@ -464,7 +464,7 @@ impl<'a> Viewer<'a> {
         // That they were hidden from the beginning is not the user's choice of a layout.
         layout.visible |= self.args.no_panels;
         if let Err(error) = keep(&mut self.layout_file, &layout) {
-            self.console.detail(&format!("the layout of the panels is not kept: {error}"));
+            self.console.detail(&format!("the layout of the panels cannot be saved: {error}"));
         }
     }
 

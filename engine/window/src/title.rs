@@ -37,7 +37,7 @@ impl Title {
         }
         parts.extend(self.failed.map(|failed| format!("gen {failed} failed: showing gen {}", self.generation)));
         if self.refused {
-            parts.push("refused: showing the plan before".to_owned());
+            parts.push("refused: showing the last plan".to_owned());
         }
         if self.starting && self.busy.is_none() {
             parts.push("making the first picture".to_owned());
@@ -67,10 +67,7 @@ mod tests {
         };
         assert_eq!(title.text(), "primary · depth · 4.3 ms — raxel");
         let busy = Title { refused: true, busy: Some((Some("spin".into()), 3)), milliseconds: None, ..title.clone() };
-        assert_eq!(
-            busy.text(),
-            "primary · depth · refused: showing the plan before · working on `spin` for 3 s — raxel"
-        );
+        assert_eq!(busy.text(), "primary · depth · refused: showing the last plan · working on `spin` for 3 s — raxel");
         let starting = Title { starting: true, milliseconds: None, ..title.clone() };
         assert_eq!(starting.text(), "primary · depth · making the first picture — raxel");
         assert!(!Title { starting: true, ..busy }.text().contains("first picture"));
