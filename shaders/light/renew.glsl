@@ -1,9 +1,9 @@
 // A kept mean of light with new samples in it. Needs change.glsl, and `generation` as that of each slot.
 
-// `sum` of `added` samples joins the mean `old`, whose w is the number of its samples, up to `history` of them, and in the frame of a change up to `cap`.
-vec4 renewed(uint slot, vec4 old, vec3 sum, float added, float history, float cap) {
+// `sum` of `added` samples joins the mean `old`, whose w is the number of its samples, up to `history` of them.
+vec4 renewed(uint slot, vec4 old, vec3 sum, float added, float history) {
     // Light from before a change counts as far as the change was small; that of older generations, hardly.
-    if (state.changed != 0u) old.w = min(old.w, cap);
+    if (state.changed != 0u) old.w = min(old.w, state.cap);
     if (generation[slot] != state.generation) old.w = min(old.w, 0.5);
     generation[slot] = state.generation;
     float n = min(old.w, max(history - added, 0.0)) + added;

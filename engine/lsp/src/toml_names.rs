@@ -296,6 +296,7 @@ mod tests {
 
     #[test]
     fn names_are_found_wherever_a_graph_has_them() {
+        use TomlName::{Clock, Loop, Param, Pass, Resource};
         let text = r#"
 present = "color"       # color
 about = "param.sun"
@@ -322,7 +323,6 @@ bind = { out = "color", old = { target = "color@1" }, world = "world" }
 push = { sun = "param.sun", size = { from = "target.b-2.size" }, t = "clock.sim.delta", n = [1.0, 2.0] }
 specialization.N = "buffer.rays.count"
 "#;
-        use TomlName::{Clock, Loop, Param, Pass, Resource};
         let expected = [
             (Resource, "color", false),
             (Param, "sun", true),

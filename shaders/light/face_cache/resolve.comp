@@ -49,9 +49,7 @@ void resolve(uint i) {
         atomicAdd(spread, uint(QUEUE_ONE * min(relative, SPREAD_MOST)));
         atomicAdd(spreads, 1u);
     }
-    // Under lamps, whose samples have much noise, a face that gets several a frame keeps as many times more after a small change: they are no older.
-    float cap = queue_even() || state.cap < 4.0 ? state.cap : state.cap * added;
-    vec4 now = renewed(slot, old, sum, added, float(push.history), cap);
+    vec4 now = renewed(slot, old, sum, added, float(push.history));
     light[slot] = now;
     squares[slot] = (square + (now.w - added) * squares[slot]) / now.w;
 }

@@ -110,7 +110,7 @@ impl Session {
 
     /// The pass whose pipeline the driver has worked on longest, if it has for a second: of an edit that is not swapped in yet.
     pub fn compiling(&self) -> Option<raxel_execute::Compiling> {
-        self.context.builder.compiling()
+        self.renderer.context.builder.compiling()
     }
 
     /// The device. It is another one after [`ReloadEvent::DeviceRebuilt`].

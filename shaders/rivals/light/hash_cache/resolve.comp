@@ -16,5 +16,5 @@ void main() {
     if (i >= queue.count) return;
     uint slot = queue.faces[i];
     vec4 sum = sums_take(slot);
-    light[slot] = renewed(slot, light[slot], sum.rgb, sum.w, float(push.history), state.cap);
+    light[slot] = renewed(slot, light[slot], sum.rgb, sum.w, float(push.history));
 }
