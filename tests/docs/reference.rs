@@ -21,6 +21,9 @@ impl Reference<'_> {
         for (name, definition) in self.schema["definitions"].as_object().into_iter().flatten() {
             self.values(name, definition, &mut text);
         }
+        let mut anchors: Vec<&str> = text.split("<a id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        anchors.sort_unstable();
+        assert!(anchors.windows(2).all(|two| two[0] != two[1]), "two keys have one anchor: {anchors:?}");
         text
     }
 
@@ -33,7 +36,8 @@ impl Reference<'_> {
             let about = self.about(value).replace('|', "\\|").replace('\n', " ");
             let shape = self.shape(value, 0).replace('|', "\\|");
             let said = about.to_lowercase().contains("needed");
-            let _ = writeln!(text, "| `{key}` | {shape} | {about}{} |", if needed && !said { " Needed." } else { "" });
+            let needed = if needed && !said { " Needed." } else { "" };
+            let _ = writeln!(text, "| <a id=\"{}\"></a>`{key}` | {shape} | {about}{needed} |", anchor(name, key));
         }
         for (key, value) in properties {
             for (place, form, inner) in self.inner(value) {
@@ -179,6 +183,13 @@ impl Reference<'_> {
             _ => "any value".to_owned(),
         }
     }
+}
+
+/// The anchor of a key: the words of its table's title, and the key.
+fn anchor(title: &str, key: &str) -> String {
+    let title = if title == "The file" { "" } else { title };
+    let words = title.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').filter(|word| !word.is_empty());
+    std::iter::once("key").chain(words).chain([key]).map(str::to_lowercase).collect::<Vec<_>>().join("-")
 }
 
 /// Where an object stands in the value of a key.
