@@ -554,6 +554,23 @@ fn every_name_of_the_examples_can_be_changed() {
 }
 
 #[test]
+fn requests_are_answered_while_every_shader_is_compiled() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let shader = project.path("shaders/primary.comp");
+    let text = std::fs::read_to_string(&shader).unwrap();
+    // All graphs are checked, and nothing is kept of earlier compilations.
+    editor.open(&shader, &text.replace("void main()", "void main(wrong)"));
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let document = json!({ "uri": address(&shader) });
+    let request = json!({ "textDocument": document });
+    editor.send(&json!({ "jsonrpc": "2.0", "id": 77, "method": "textDocument/documentSymbol", "params": request }));
+    let first = editor.from.next();
+    assert_eq!(first["id"], json!(77), "diagnostics came first: {first}");
+    assert!(editor.diagnostics(&shader).iter().any(|found| found["severity"] == json!(1)));
+}
+
+#[test]
 fn members_are_followed_and_changed_across_shaders_and_graphs() {
     let (project, mut editor, graph, shader) = notes();
     let member = NOTE.find("float time").unwrap() + "float ".len();

@@ -9,6 +9,7 @@ use raxel_diagnostics::{DiskFiles, FileError, Files};
 use raxel_runtime::project::Project;
 
 /// A text in an editor.
+#[derive(Clone)]
 pub(super) struct Document {
     pub project: Project,
     /// Path in the project.
@@ -24,7 +25,7 @@ impl Document {
 }
 
 /// Every text that is open and lies in a project, by its place on disk.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Documents {
     open: BTreeMap<PathBuf, Document>,
 }

@@ -20,7 +20,7 @@ mod toml_place;
 
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::RecvTimeoutError;
+use crossbeam_channel::{Receiver, after, bounded, never, select};
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument, Notification as _,
@@ -87,7 +87,8 @@ pub fn run(_: &Args, console: &Console) -> Result {
         "serverInfo": { "name": "raxel", "version": env!("CARGO_PKG_VERSION") },
     });
     connection.initialize_finish(id, greeting).map_err(|error| ended(&error))?;
-    let served = Server { connection, documents: Documents::default(), publisher: Publisher::default() }.serve();
+    let publisher = Publishing::Idle(Publisher::default());
+    let served = Server { connection, documents: Documents::default(), publisher }.serve();
     console.detail("the editor has said goodbye");
     served.map_err(|error| ended(&error))?;
     threads.join().map_err(|error| ended(&error))
@@ -97,7 +98,14 @@ pub fn run(_: &Args, console: &Console) -> Result {
 struct Server {
     connection: Connection,
     documents: Documents,
-    publisher: Publisher,
+    publisher: Publishing,
+}
+
+/// Files are checked on a thread of its own, since a check may compile every shader of a project: requests are answered meanwhile.
+enum Publishing {
+    Idle(Publisher),
+    /// The thread sends the publisher back, with what is to be told.
+    Checking(Receiver<(Publisher, Vec<Notification>)>),
 }
 
 type Ended = Box<dyn std::error::Error + Send + Sync>;
@@ -107,30 +115,60 @@ impl Server {
         // When the files that were changed are looked at.
         let mut due: Option<Instant> = None;
         loop {
-            let wait = due.map_or(Duration::from_secs(3600), |due| due.saturating_duration_since(Instant::now()));
-            match self.connection.receiver.recv_timeout(wait) {
-                Ok(Message::Request(request)) => {
-                    if self.connection.handle_shutdown(&request)? {
-                        return Ok(());
-                    }
-                    let answer = self.answer(request);
-                    self.connection.sender.send(Message::Response(answer))?;
+            let (checked, timer) = match &self.publisher {
+                Publishing::Idle(_) => {
+                    let left = due.map(|due| due.saturating_duration_since(Instant::now()));
+                    (never(), left.map_or_else(never, after))
                 }
-                Ok(Message::Notification(notification)) => {
-                    if self.take(notification) {
-                        due = Some(Instant::now() + SETTLE);
+                Publishing::Checking(checked) => (checked.clone(), never()),
+            };
+            select! {
+                recv(self.connection.receiver) -> message => match message {
+                    Ok(Message::Request(request)) => {
+                        if self.connection.handle_shutdown(&request)? {
+                            return Ok(());
+                        }
+                        let answer = self.answer(request);
+                        self.connection.sender.send(Message::Response(answer))?;
                     }
-                }
-                Ok(Message::Response(_)) => {}
-                Err(RecvTimeoutError::Timeout) => {
-                    due = None;
-                    for message in self.publisher.check(&self.documents) {
+                    Ok(Message::Notification(notification)) => {
+                        if self.take(notification) {
+                            due = Some(Instant::now() + SETTLE);
+                        }
+                    }
+                    Ok(Message::Response(_)) => {}
+                    Err(_) => return Ok(()),
+                },
+                recv(checked) -> checked => {
+                    let (publisher, messages) = checked.map_err(|_| "the thread that checks files has ended")?;
+                    self.publisher = Publishing::Idle(publisher);
+                    for message in messages {
                         self.connection.sender.send(Message::Notification(message))?;
                     }
                 }
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                recv(timer) -> _ => {
+                    due = None;
+                    self.check()?;
+                }
             }
         }
+    }
+
+    /// Begins a check of the texts as they are now.
+    fn check(&mut self) -> std::result::Result<(), Ended> {
+        let (sender, receiver) = bounded(1);
+        let before = std::mem::replace(&mut self.publisher, Publishing::Checking(receiver));
+        let Publishing::Idle(mut publisher) = before else {
+            self.publisher = before;
+            return Ok(());
+        };
+        let documents = self.documents.clone();
+        std::thread::Builder::new().name("check".to_owned()).spawn(move || {
+            let messages = publisher.check(&documents);
+            // Without a server, nobody is told.
+            let _ = sender.send((publisher, messages));
+        })?;
+        Ok(())
     }
 
     /// Takes a change. True when files are to be checked.
