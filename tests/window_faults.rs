@@ -83,9 +83,9 @@ impl Stage {
         let reached = self.faults.disarm().into_iter().any(|(_, answer)| answer == fault as i32);
         let said = fs::read_to_string(&self.log).unwrap();
         let errors = said.lines().filter(|line| line.starts_with("error")).count();
-        // Where only the window's images are concerned, and where a device is lost, the window goes on.
+        // Where only the window's images are concerned, and where a device is lost, the window goes on. An unknown error may be any.
         let goes_on = call.contains("AcquireNextImage") || call == "vkQueuePresentKHR";
-        let goes_on = goes_on && !matches!(fault, Fault::HostMemory | Fault::DeviceMemory);
+        let goes_on = goes_on && !matches!(fault, Fault::HostMemory | Fault::DeviceMemory | Fault::Unknown);
         let right = match code {
             0 => errors == 0,
             4 | 5 => errors == 1 && reached && !goes_on,
