@@ -4,6 +4,7 @@
 //! `cargo test --profile checked -p raxel-bake --features cloud --test s3_server -- --ignored`
 
 #![cfg(all(feature = "cloud", target_os = "linux"))]
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 mod common;
 
