@@ -277,7 +277,7 @@ fn a_take_ends_where_it_cannot_go_on() {
         (take.ended, (take.seconds * 50.0).round())
     };
     assert_eq!(ended(&mut session, &|_| {}), (None, 5.0));
-    assert_eq!(ended(&mut session, &|session| session.reset()), (Some(Ended::TimeWentBack), 3.0));
+    assert_eq!(ended(&mut session, &Session::reset), (Some(Ended::TimeWentBack), 3.0));
     assert_eq!(ended(&mut session, &|session| session.resize(8, 8)), (Some(Ended::OtherSize), 3.0));
     assert_eq!(ended(&mut session, &|session| session.seek(700.0)), (Some(Ended::Full), 3.0));
     // Without a world there is no demo.

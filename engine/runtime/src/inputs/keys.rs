@@ -1,6 +1,6 @@
 //! Keys of a keyboard: their names in files, and sets of them.
 
-/// Names of keys, as the standard *UI Events KeyboardEvent code Values* has them, and their usages in USB HID, page 7. A key is a place on
+/// Names of keys, as the W3C standard `uievents-code` has them, and their usages in USB HID, page 7. A key is a place on
 /// the keyboard, whatever is printed on it.
 const NAMES: [(&str, u8); 105] = [
     ("KeyA", 4),
