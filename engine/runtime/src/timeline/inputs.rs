@@ -15,13 +15,16 @@ use crate::inputs::{BUTTONS, DAY, Key, KeySet, LEFT, NO_DRAG, ShownInputs, butto
 #[keys(context = Clock)]
 pub struct DemoInputs {
     /// Cursor: [seconds, pixel] in order of time, in pixels of a picture of `size`; `[]` for no cursor. It moves in straight lines.
+    /// From the window when left out.
     pub cursor: Option<CursorKeys>,
     /// Mouse buttons that are held from then on: [seconds, names] in order of time. Names are `left`, `right`, `middle`, `back` and
-    /// `forward`.
+    /// `forward`. From the window when left out.
     pub buttons: Option<ButtonKeys>,
     /// Lines that the wheel was turned since the start, to the right and away from the user: [seconds, lines] in order of time.
+    /// From the window when left out.
     pub wheel: Option<WheelKeys>,
     /// Keys that are held from then on: [seconds, names] in order of time. Names are those of browsers, e.g. `KeyW` or `ArrowLeft`.
+    /// From the window when left out.
     pub keys: Option<KeyboardKeys>,
     /// Seconds since midnight at the start.
     #[keys(range = 0.0..=DAY, default = 0.0, unit = "seconds")]
