@@ -213,6 +213,61 @@ fn a_full_queue_is_an_event_and_a_diagnostic() {
     assert!(talk.child.finish().success());
 }
 
+/// What a program records is rendered again, byte by byte, with the strokes on the canvas that earlier frames have left.
+#[test]
+fn a_take_of_a_program_renders_the_same() {
+    let project = Project::shipped();
+    let scene = ["graphs/examples/paint.toml", "--world", "worlds/menger.toml", "--size", "64x36", "--fps", "30"];
+    let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
+    for (line, said, help) in [
+        ("{\"do\": \"stop\"}", "no take is being recorded", ""),
+        ("{\"do\": \"input\", \"buttons\": [\"lefft\"]}", "`lefft` is no mouse button", "did you mean `left`?"),
+        ("{\"do\": \"input\", \"cursor\": [1, 2], \"keys\": [\"keyW\"]}", "`keyW` is no key", "did you mean `KeyW`?"),
+    ] {
+        let answer = talk.say(line);
+        assert!(answer["error"].as_str().unwrap().contains(said), "{line}: {answer}");
+        assert!(answer["help"].to_string().contains(help), "{line}: {answer}");
+    }
+    // A refused request changes nothing.
+    let none = json!({ "cursor": [], "buttons": [], "wheel": [0.0, 0.0], "keys": [], "time_of_day": 0.0 });
+    let held = talk.ask(json!({ "do": "input" }));
+    for (name, value) in none.as_object().unwrap() {
+        assert_eq!(held[name], *value, "{held}");
+    }
+    talk.ask(json!({ "do": "step", "frames": 3 }));
+    talk.ask(json!({ "do": "record" }));
+    for frame in 0..12 {
+        let buttons = if (2..9).contains(&frame) { vec!["left"] } else { vec![] };
+        talk.ask(
+            json!({ "do": "input", "cursor": [4 + 5 * frame, 30 - 2 * frame], "buttons": buttons, "wheel": [0, 2] }),
+        );
+        if frame == 6 {
+            talk.ask(json!({ "do": "input", "keys": ["ShiftLeft"] }));
+        }
+        talk.ask(json!({ "do": "step" }));
+    }
+    let last = talk.ask(json!({ "do": "input" }));
+    assert_eq!((&last["keys"], &last["cursor"]), (&json!(["ShiftLeft"]), &json!([59, 8])));
+    talk.ask(json!({ "do": "screenshot", "path": "played.png" }));
+    let refused = talk.say("{\"do\": \"stop\", \"name\": \"../away\"}");
+    assert!(refused["error"].as_str().unwrap().contains("no name of a take"), "{refused}");
+    let refused = talk.say("{\"do\": \"stop\", \"name\": \"paint\"}");
+    assert!(refused["error"].as_str().unwrap().contains("is there already"), "{refused}");
+    let written = talk.ask(json!({ "do": "stop" }));
+    assert_eq!((&written["path"], &written["ended"]), (&json!("worlds/take.demo.toml"), &Value::Null));
+    assert_eq!(written["seconds"], json!(0.4));
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+
+    project.raxel(&["check", "worlds/take.demo.toml"]).exits(0);
+    project.raxel(&["render", "worlds/take.demo.toml", "--frames", "12", "-o", "again.png"]).exits(0);
+    let picture = |path: &str| image::open(project.path(path)).unwrap().into_rgba8();
+    let (played, again) = (picture("played.png"), picture("again.png"));
+    let colours: std::collections::HashSet<_> = played.pixels().map(|pixel| pixel.0).collect();
+    assert!(colours.len() > 3, "a stroke of some colours is on the canvas: {}", colours.len());
+    assert!(played == again, "the take shows another picture");
+}
+
 #[test]
 fn a_window_is_driven_too() {
     let display = Display::start();
@@ -221,6 +276,8 @@ fn a_window_is_driven_too() {
     let mut talk = Talk::start(window.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"));
     let refused = talk.say("{\"do\": \"step\"}");
     assert!(refused["error"].as_str().unwrap().contains("pause it first"), "{refused}");
+    let refused = talk.say("{\"do\": \"input\", \"buttons\": []}");
+    assert!(refused["error"].as_str().unwrap().contains("its own mouse"), "{refused}");
     talk.ask(json!({ "do": "pause" }));
     talk.ask(json!({ "do": "target", "target": "depth" }));
     talk.ask(json!({ "do": "set", "param": "sky_depth", "value": 321.0 }));

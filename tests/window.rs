@@ -133,6 +133,49 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
+/// A graph reads the mouse and the keyboard of the window, which notes them as a take.
+#[test]
+fn a_graph_has_mouse_and_keyboard() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let log_path = project.path("log");
+    let graph = ["run", "graphs/examples/paint.toml", "--world", "worlds/menger.toml"];
+    let options = ["--size", "320x180", "--validate", "--no-panels"];
+    let mut child = Running::start(
+        command(project.root(), &[&graph[..], &options].concat())
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    let paper = |pixels: Vec<[u8; 3]>| pixels.iter().all(|pixel| *pixel == pixels[0]);
+    let screen = || display.pixels(320, 180);
+    eventually("the empty canvas", || screen()[0].iter().all(|channel| *channel > 200));
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    let title = || display.xdotool(&["getwindowname", &window]);
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "F9", "a take begins", || title().contains("· recording"));
+    eventually("a stroke", || {
+        display.xdotool(&["mousemove", "60", "90", "mousedown", "1", "mousemove", "200", "100"]);
+        std::thread::sleep(Duration::from_millis(200));
+        display.xdotool(&["mouseup", "1"]);
+        !paper(screen())
+    });
+    press(&display, "F9", "the take is written", || log(&log_path).contains("wrote a take"));
+    let take = fs::read_to_string(project.path("worlds/take.demo.toml")).unwrap();
+    assert!(take.contains("[\"left\"]") && take.contains("size     = [320, 180]"), "{take}");
+
+    // Backspace begins the canvas anew, and Space pauses: the second one only while the window has the keys.
+    press(&display, "BackSpace", "an empty canvas", || paper(screen()));
+    press(&display, "F2", "the graph has them", || log(&log_path).contains("the graph alone has mouse and keyboard"));
+    display.xdotool(&["key", "space"]);
+    press(&display, "F2", "the window has them", || log(&log_path).contains("the window has mouse and keyboard again"));
+    assert!(!title().contains("· paused"), "{}", title());
+    press(&display, "space", "a pause", || title().contains("· paused"));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+    project.raxel(&["check", "worlds/take.demo.toml"]).exits(0);
+}
+
 #[test]
 fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     let display = Display::start();

@@ -158,6 +158,21 @@ class Session:
         position, look_at = (None if place is None else _plain(place) for place in (position, look_at))
         return self.ask("camera", name=name, position=position, look_at=look_at, yaw=yaw, pitch=pitch, fov=fov)
 
+    def input(self, *, cursor=None, buttons=None, wheel=None, keys=None, time_of_day=None):
+        """Says what is held and turned from the next frame on; what is left out stays. An empty list is no cursor, no button, no key.
+
+        Returns all of it as a dict.
+        """
+        return self.ask("input", cursor=cursor, buttons=buttons, wheel=wheel, keys=keys, time_of_day=time_of_day)
+
+    def record(self):
+        """Starts over and records a take: what each frame is told."""
+        self.ask("record")
+
+    def stop(self, name=None):
+        """Ends the take and writes it as a demo of the project. Returns `path`, `seconds` and why it `ended` early, or None."""
+        return self.ask("stop", name=name)
+
     def step(self, frames=1):
         """Runs frames; gives the number and the time of the last."""
         return self.ask("step", frames=frames)

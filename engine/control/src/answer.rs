@@ -4,6 +4,7 @@ use std::path::Path;
 
 use data_encoding::BASE64;
 use raxel_diagnostics::Diagnostic;
+use raxel_diagnostics::names::{closest, list};
 use raxel_execute::{Captured, PassOutcome, Texels};
 use raxel_graph::checked::{Param, Pass, PassId, ResourceKind, Value as ParamValue};
 use raxel_graph::index32;
@@ -11,6 +12,7 @@ use raxel_graph::plan::Present;
 use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::inputs::{BUTTONS, Key, KeySet, button_named, button_names};
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;
@@ -67,6 +69,7 @@ refused_by!(
     raxel_runtime::FrameError,
     raxel_runtime::session::CaptureError,
     raxel_runtime::params::SetError,
+    raxel_runtime::take::TakeError,
     raxel_runtime::debug_target::DebugTargetError
 );
 
@@ -123,6 +126,46 @@ pub(super) fn answer(
                 session.set_camera(camera);
             }
             Ok(camera(session.camera()))
+        }
+        Request::Input { cursor, buttons, wheel, keys, time_of_day } => {
+            let buttons = buttons.map(|names| bits(&names)).transpose()?;
+            let keys = keys.map(|names| held(&names)).transpose()?;
+            let tells =
+                cursor.is_none() && buttons.is_none() && wheel.is_none() && keys.is_none() && time_of_day.is_none();
+            if !tells {
+                if drive == Drive::Window {
+                    return Err(Refusal::new("the window has its own mouse and keyboard"));
+                }
+                // A demo that drives them would win.
+                session.take_over();
+                let inputs = session.inputs();
+                if let Some(cursor) = cursor {
+                    inputs.cursor = cursor.first().zip(cursor.get(1)).map(|(x, y)| [*x, *y]);
+                }
+                buttons.into_iter().for_each(|buttons| inputs.hold_buttons(buttons));
+                wheel.into_iter().for_each(|lines| inputs.set_wheel(lines));
+                keys.into_iter().for_each(|keys| inputs.hold_keys(keys));
+                time_of_day.into_iter().for_each(|seconds| inputs.set_time_of_day(seconds));
+            }
+            let inputs = session.inputs();
+            Ok(json!({
+                "cursor": inputs.cursor.map_or(Vec::new(), Vec::from),
+                "buttons": button_names(inputs.buttons()).collect::<Vec<_>>(),
+                "wheel": inputs.wheel(),
+                "keys": inputs.keys().names().collect::<Vec<_>>(),
+                "time_of_day": inputs.time_of_day(),
+            }))
+        }
+        Request::Record {} => {
+            session.record()?;
+            Ok(json!({}))
+        }
+        Request::Stop { name } => {
+            let take = session.take()?;
+            let path = raxel_output::write_take(session.project(), name.as_deref(), &take)?;
+            session.stop_recording();
+            let ended = take.ended.map(|ended| ended.to_string());
+            Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))
         }
         Request::Pause { paused } => {
             session.pause(paused);
@@ -361,6 +404,30 @@ fn text(value: &Value) -> Result<String, Refusal> {
         Value::Array(parts) => Ok(parts.iter().map(text).collect::<Result<Vec<_>, _>>()?.join(",")),
         Value::Null | Value::Object(_) => Err(Refusal::new("`value` is a number, true, false, or an array of numbers")),
     }
+}
+
+/// The bits of buttons.
+fn bits(names: &[String]) -> Result<u32, Refusal> {
+    let bit = |name: &String| {
+        button_named(name)
+            .ok_or_else(|| not_held("mouse button", name, BUTTONS.iter().copied(), list(BUTTONS.iter().copied())))
+    };
+    names.iter().try_fold(0, |bits, name| Ok(bits | bit(name)?))
+}
+
+/// The keys of these names.
+fn held(names: &[String]) -> Result<KeySet, Refusal> {
+    let key = |name: &String| {
+        Key::named(name)
+            .ok_or_else(|| not_held("key", name, Key::names(), "names are those of browsers, e.g. `KeyW`".to_owned()))
+    };
+    names.iter().map(key).collect()
+}
+
+/// A button or a key that there is not.
+fn not_held(what: &str, name: &str, known: impl Iterator<Item = &'static str>, otherwise: String) -> Refusal {
+    let help = closest(name, known).map_or(otherwise, |like| format!("did you mean `{like}`?"));
+    Refusal { error: format!("`{name}` is no {what}"), help: vec![help] }
 }
 
 fn placed(

@@ -30,6 +30,18 @@ pub(super) enum Request {
         pitch: Option<f64>,
         fov: Option<f64>,
     },
+    /// Says what is held and turned from the next frame on, or only tells it. Buttons and keys by their names.
+    Input {
+        cursor: Option<Vec<i32>>,
+        buttons: Option<Vec<String>>,
+        wheel: Option<[f64; 2]>,
+        keys: Option<Vec<String>>,
+        time_of_day: Option<f64>,
+    },
+    /// Starts over and records a take.
+    Record {},
+    /// Ends the take and writes it as a demo.
+    Stop { name: Option<String> },
     /// Stops or starts the clock.
     Pause {
         #[serde(default = "yes")]
@@ -171,6 +183,15 @@ fn within(request: Request) -> Result<Request, Refusal> {
         Request::Seek { seconds } | Request::WaitReload { seconds } if !(0.0..=86_400.0).contains(seconds) => {
             refuse("`seconds` must be in 0…86400")
         }
+        Request::Input { cursor: Some(cursor), .. } if ![0, 2].contains(&cursor.len()) => {
+            refuse("`cursor` is [x, y], or [] without a cursor")
+        }
+        Request::Input { time_of_day: Some(seconds), .. } if !(0.0..=86_400.0).contains(seconds) => {
+            refuse("`time_of_day` must be in 0…86400")
+        }
+        Request::Input { wheel: Some(lines), .. } if lines.iter().any(|lines| lines.abs() > 1e6) => {
+            refuse("`wheel` must be in -1000000…1000000")
+        }
         Request::Camera { fov: Some(fov), .. } if !CAMERA_FOV.contains(fov) => refuse("`fov` must be in 1…179"),
         Request::Camera { pitch: Some(pitch), .. } if !(-90.0..=90.0).contains(pitch) => {
             refuse("`pitch` must be in -90…90")
@@ -218,6 +239,10 @@ mod tests {
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
             (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
             (r#"{"do": "camera", "fov": 179.5}"#, "`fov` must be in 1…179"),
+            (r#"{"do": "input", "cursor": [1]}"#, "`cursor` is [x, y], or []"),
+            (r#"{"do": "input", "keys": "KeyW"}"#, "`keys`: invalid type: string"),
+            (r#"{"do": "input", "time_of_day": -1}"#, "`time_of_day` must be in 0…86400"),
+            (r#"{"do": "input", "wheel": [0, 1e9]}"#, "`wheel` must be in"),
         ] {
             let refusal = parse(line).1.unwrap_err();
             assert!(refusal.error.contains(said), "{line}: {}", refusal.error);

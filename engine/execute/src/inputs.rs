@@ -71,6 +71,16 @@ pub struct Builtins {
     pub output_aspect: f32,
     /// `cursor.position`, pixels from the top left; (−1, −1) without a cursor.
     pub cursor_position: [i32; 2],
+    /// `input.buttons`, a bit each.
+    pub input_buttons: u32,
+    /// `input.pressed`, a bit each.
+    pub input_pressed: u32,
+    /// `input.drag`: the pixels of its end and of its beginning.
+    pub input_drag: [i32; 4],
+    /// `input.wheel`, lines.
+    pub input_wheel: [f32; 2],
+    /// `input.time_of_day`, seconds.
+    pub input_time_of_day: f32,
     /// `world.min`.
     pub world_min: [i32; 3],
     /// `world.max`.
@@ -112,6 +122,11 @@ impl Default for Builtins {
             output_size: [1; 2],
             output_aspect: 1.0,
             cursor_position: [-1; 2],
+            input_buttons: 0,
+            input_pressed: 0,
+            input_drag: [-1; 4],
+            input_wheel: [0.0; 2],
+            input_time_of_day: 0.0,
             world_min: [0; 3],
             world_max: [0; 3],
             world_voxels: 0,
@@ -145,6 +160,11 @@ impl Builtins {
             Builtin::OutputSize => Value::IVec2(self.output_size),
             Builtin::OutputAspect => Value::F32(self.output_aspect),
             Builtin::CursorPosition => Value::IVec2(self.cursor_position),
+            Builtin::InputButtons => Value::U32(self.input_buttons),
+            Builtin::InputPressed => Value::U32(self.input_pressed),
+            Builtin::InputDrag => Value::IVec4(self.input_drag),
+            Builtin::InputWheel => Value::Vec2(self.input_wheel),
+            Builtin::InputTimeOfDay => Value::F32(self.input_time_of_day),
             Builtin::WorldMin => Value::IVec3(self.world_min),
             Builtin::WorldMax => Value::IVec3(self.world_max),
             Builtin::WorldVoxels => Value::U32(self.world_voxels),

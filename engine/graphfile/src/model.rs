@@ -271,8 +271,8 @@ pub struct Buffer {
     /// it has `values`, `source` or `copy`.
     pub size: Option<Spanned<BufferSize>>,
     /// Supplies it from outside; passes only read it. `world.tree64` or another layout, `model.NAME.tree64`, `world.lights`,
-    /// `world.instances`, or a file, e.g. `file.data/table.bin`. Passes write `world.edits` and `world.poses`: edits of the world, and
-    /// poses of instances. When left out, passes write it.
+    /// `world.instances`, `input.keys`, or a file, e.g. `file.data/table.bin`. Passes write `world.edits` and `world.poses`: edits of the
+    /// world, and poses of instances. When left out, passes write it.
     #[keys(excludes("copy", why = "a copy of a source is the graph's own"))]
     pub source: Option<Spanned<String>>,
     /// Contents: numbers, or arrays with the components of a vector. Passes only read it. Instead of `size`.

@@ -45,6 +45,7 @@ mod png;
 mod replace;
 mod shoot;
 mod supersample;
+mod take;
 
 use std::path::{Path, PathBuf};
 
@@ -62,6 +63,7 @@ pub use self::place::Place;
 pub use self::png::Compression;
 pub use self::replace::replace;
 pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
+pub use self::take::write_take;
 
 /// What `-o` asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -118,6 +118,19 @@ impl Clock {
         self.now
     }
 
+    /// The time of the frame before the first, where a run begins later than at frame 0.
+    pub fn before_first(&self) -> Option<Moment> {
+        match self.pace {
+            Pace::Fixed(step) => Some(Moment::of_frame(self.first.checked_sub(1)?, step)),
+            Pace::Live => None,
+        }
+    }
+
+    /// How time passes.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
     /// The time of the next frame, which begins at `wall`.
     pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;

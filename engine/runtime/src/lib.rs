@@ -26,6 +26,7 @@ pub mod camera;
 pub mod clock;
 pub mod debug_target;
 mod editing;
+pub mod inputs;
 pub mod load;
 pub mod manifest;
 pub mod params;
@@ -36,6 +37,7 @@ pub mod reload;
 pub mod runner;
 pub mod session;
 pub mod sources;
+pub mod take;
 pub mod timeline;
 pub mod world;
 

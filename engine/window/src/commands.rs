@@ -61,6 +61,8 @@ impl Viewer<'_> {
                 Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
                 Err(failure) => self.console.failure(&failure),
             },
+            Command::Give => self.give_inputs(),
+            Command::Record => self.record(),
             Command::Capture => self.next_runs = NextFrame::Captured,
             Command::Quit => event_loop.exit(),
         }

@@ -54,6 +54,10 @@ pub(super) enum Command {
     Cancel,
     /// Write the picture to a PNG.
     Screenshot,
+    /// Give mouse and keyboard to the graph alone, or take them back.
+    Give,
+    /// Begin a take, or end it.
+    Record,
     /// Capture the next frame by RenderDoc.
     Capture,
     /// Leave.
@@ -77,6 +81,8 @@ Tab             next debug target or layer of one; Shift+Tab the one before
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
 Delete          give up a pass that the device has worked on for long
+F2              give mouse and keyboard to the graph alone, and take them back
+F9              start over and record a take; end it, and write it as a demo
 F11             capture the next frame, under RenderDoc
 F12             screenshot
 Escape          quit";
@@ -151,6 +157,8 @@ impl Controls {
             Key::Named(NamedKey::Tab) => Command::NextTarget,
             Key::Named(NamedKey::Space) => Command::Pause,
             Key::Named(NamedKey::F1) => Command::Panels,
+            Key::Named(NamedKey::F2) => Command::Give,
+            Key::Named(NamedKey::F9) => Command::Record,
             Key::Named(NamedKey::Home) => Command::Home,
             Key::Named(NamedKey::Delete) => Command::Cancel,
             Key::Named(NamedKey::F11) => Command::Capture,

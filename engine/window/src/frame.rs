@@ -428,6 +428,8 @@ impl Viewer<'_> {
         let cursor = self.controls.cursor().filter(|_| !over_panel);
         let window = self.session.viewport().window();
         self.session.set_cursor(cursor.map(|pixel| self.magnifier.unmagnified(pixel, window)));
+        self.note_time_of_day();
+        self.end_take();
         let (mut input, speed) = self.controls.fly();
         // A drag moves a magnified picture, and turns the camera else.
         if self.magnifier.is_on() {

@@ -12,6 +12,7 @@ mod described;
 mod editor;
 mod elements;
 mod frame;
+mod given;
 mod inspector;
 mod layout_file;
 mod locate;
@@ -218,6 +219,8 @@ struct Viewer<'a> {
     /// Where the camera began.
     home: Camera,
     controls: Controls,
+    /// The graph alone has mouse and keyboard.
+    given: bool,
     /// What the right button does to voxels.
     brush: Brush,
     /// Why the last edit was not made.
@@ -275,13 +278,16 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
         };
         let pressed = matches!(event, WindowEvent::MouseInput { state: ElementState::Pressed, .. });
         let taken = taken || (pressed && self.is_on_edge());
+        given::note(self.session.inputs(), &event, taken);
+        // What the graph alone has moves no camera, edits no world, and is no command.
+        let taken = taken || self.given;
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resize(size),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } => {
                 let pressed = event.state == ElementState::Pressed;
-                if taken && pressed {
+                if taken && pressed && !(self.given && given::is_windows(event.physical_key)) {
                     return self.redraw();
                 }
                 let command =
@@ -391,6 +397,7 @@ impl<'a> Viewer<'a> {
             fps_cap: None,
             window: None,
             controls: Controls::default(),
+            given: false,
             brush: Brush::default(),
             refused: None,
             painting: None,
@@ -538,6 +545,7 @@ impl<'a> Viewer<'a> {
             },
             milliseconds: self.frame_time.map(|seconds| seconds * 1e3),
             paused: self.session.clock().paused(),
+            recording: self.session.recording().map(|(seconds, _)| seconds),
             generation: self.reloads.shown,
             failed: self.reloads.failed,
             refused: self.session.is_refused(),

@@ -11,6 +11,8 @@ pub struct Title {
     pub milliseconds: Option<f64>,
     /// The clock stands still.
     pub paused: bool,
+    /// Seconds of the take that is being recorded.
+    pub recording: Option<f64>,
     /// Generation shown.
     pub generation: u64,
     /// A newer generation that could not be built.
@@ -35,6 +37,7 @@ impl Title {
         if self.paused {
             parts.push("paused".to_owned());
         }
+        parts.extend(self.recording.map(|seconds| format!("recording {seconds:.0} s")));
         parts.extend(self.failed.map(|failed| format!("gen {failed} failed: showing gen {}", self.generation)));
         if self.refused {
             parts.push("refused: showing the last plan".to_owned());
@@ -75,6 +78,8 @@ mod tests {
         assert_eq!(off.text(), "primary · depth · 4.3 ms · `spin` is off — raxel");
         let said = Title { caption: Some("a flight".into()), ..title.clone() };
         assert_eq!(said.text(), "primary · depth · 4.3 ms · “a flight” — raxel");
+        let take = Title { recording: Some(12.4), ..title.clone() };
+        assert_eq!(take.text(), "primary · depth · 4.3 ms · recording 12 s — raxel");
         let title = Title { paused: true, failed: Some(17), ..title };
         assert_eq!(title.text(), "primary · depth · 4.3 ms · paused · gen 17 failed: showing gen 16 — raxel");
     }

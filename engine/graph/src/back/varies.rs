@@ -104,7 +104,12 @@ fn moves(fill: &Fill) -> bool {
             | Builtin::FrameDelta
             | Builtin::FrameStill
             | Builtin::HistoryValid
-            | Builtin::CursorPosition => true,
+            | Builtin::CursorPosition
+            | Builtin::InputButtons
+            | Builtin::InputPressed
+            | Builtin::InputDrag
+            | Builtin::InputWheel
+            | Builtin::InputTimeOfDay => true,
         },
     }
 }

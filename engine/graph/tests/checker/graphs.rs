@@ -480,6 +480,7 @@ fn moving(r: &mut Random) -> Fill {
         Builtin::FrameTime,
         Builtin::CameraCell,
         Builtin::CursorPosition,
+        Builtin::InputDrag,
         Builtin::CameraFrac,
         Builtin::FrameIndex,
         Builtin::CameraFov,

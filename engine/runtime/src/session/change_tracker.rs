@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_execute::{Builtins, Override};
-use raxel_graph::checked::{Graph, MOST_STILL, PassId, Value};
+use raxel_graph::checked::{Builtin, Graph, MOST_STILL, PassId, Source, Value};
 
 use crate::world::SessionWorld;
 
@@ -14,6 +14,33 @@ pub(super) struct ChangeTracker {
     last: Option<Last>,
     /// The frame that was noted last has not been.
     refused: bool,
+    /// Which inputs count.
+    reads: Option<Reads>,
+}
+
+/// The inputs that a graph reads.
+struct Reads {
+    graph: Arc<Graph>,
+    builtins: Vec<Builtin>,
+    keys: bool,
+}
+
+impl Reads {
+    fn of(graph: &Arc<Graph>) -> Self {
+        let inputs = [Builtin::InputButtons, Builtin::InputPressed, Builtin::InputDrag, Builtin::InputWheel];
+        let fills = || {
+            graph
+                .passes
+                .iter()
+                .flat_map(|pass| pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills)))
+        };
+        let reads = |builtin: &Builtin| fills().any(|fill| fill.from == Source::Builtin(*builtin));
+        Self {
+            graph: graph.clone(),
+            builtins: inputs.into_iter().filter(reads).collect(),
+            keys: graph.source_names().contains("input.keys"),
+        }
+    }
 }
 
 /// What a frame is told of what has changed.
@@ -35,6 +62,8 @@ pub(super) struct Inputs<'a> {
     pub(super) graph: &'a Arc<Graph>,
     /// Those of the frame but for what the tracker tells it.
     pub(super) builtins: &'a Builtins,
+    /// The words of `input.keys`.
+    pub(super) keys: &'a [u32; 24],
     pub(super) values: &'a [Value],
     pub(super) overrides: &'a [Override],
     pub(super) disabled: &'a [PassId],
@@ -46,6 +75,7 @@ struct Last {
     versions: [u64; 3],
     graph: Arc<Graph>,
     builtins: Builtins,
+    keys: [u32; 24],
     values: Vec<Value>,
     overrides: Vec<Override>,
     disabled: Vec<PassId>,
@@ -54,7 +84,14 @@ struct Last {
 impl ChangeTracker {
     /// Notes a frame, and gives what it is told.
     pub(super) fn note(&mut self, inputs: &Inputs<'_>) -> Changes {
-        let Inputs { world, versions, graph, builtins, values, overrides, disabled } = *inputs;
+        let Inputs { world, versions, graph, builtins, keys, values, overrides, disabled } = *inputs;
+        // An input that the graph does not read changes nothing: a key that moves no camera must not begin a sum again.
+        if !self.reads.as_ref().is_some_and(|reads| Arc::ptr_eq(&reads.graph, graph)) {
+            self.reads = Some(Reads::of(graph));
+        }
+        let is_read = |builtin| self.reads.as_ref().is_some_and(|reads| reads.builtins.contains(&builtin));
+        let keys = if self.reads.as_ref().is_some_and(|reads| reads.keys) { *keys } else { [0; 24] };
+        let none = Builtins::default();
         // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
         let timeless = Builtins {
             camera_previous_cell: builtins.camera_cell,
@@ -65,6 +102,11 @@ impl ChangeTracker {
             frame_time: 0.0,
             frame_delta: 0.0,
             history_valid: 0,
+            input_buttons: if is_read(Builtin::InputButtons) { builtins.input_buttons } else { none.input_buttons },
+            input_pressed: if is_read(Builtin::InputPressed) { builtins.input_pressed } else { none.input_pressed },
+            input_drag: if is_read(Builtin::InputDrag) { builtins.input_drag } else { none.input_drag },
+            input_wheel: if is_read(Builtin::InputWheel) { builtins.input_wheel } else { none.input_wheel },
+            input_time_of_day: 0.0,
             world_changed_min: [0; 3],
             world_changed_max: [0; 3],
             ..*builtins
@@ -75,6 +117,7 @@ impl ChangeTracker {
                 versions,
                 graph: graph.clone(),
                 builtins: timeless,
+                keys,
                 values: values.to_vec(),
                 overrides: overrides.to_vec(),
                 disabled: disabled.to_vec(),
@@ -93,6 +136,7 @@ impl ChangeTracker {
             && last.versions == versions
             && Arc::ptr_eq(&last.graph, graph)
             && last.builtins == timeless
+            && last.keys == keys
             && last.values == values
             && last.overrides == overrides
             && last.disabled == disabled;
@@ -105,6 +149,7 @@ impl ChangeTracker {
             self.now.still = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
             (last.world, last.versions, last.graph, last.builtins) = (world.clone(), versions, graph.clone(), timeless);
+            last.keys = keys;
             last.values.clear();
             last.values.extend_from_slice(values);
             last.overrides.clear();

@@ -12,6 +12,7 @@ use crate::build::Selection;
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
+use crate::inputs::{Inputs, ShownInputs};
 use crate::params::{self, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
@@ -78,7 +79,17 @@ impl Session {
 
     /// The pixel of the window under the cursor, from the top left. Shaders are told the pixel of the output.
     pub fn set_cursor(&mut self, pixel: Option<[i32; 2]>) {
-        self.playback.view.cursor = pixel.map(|pixel| self.viewport().to_output(pixel));
+        self.playback.inputs.live.cursor = pixel.map(|pixel| self.viewport().to_output(pixel));
+    }
+
+    /// What a person holds and turns, for the next frame. What a demo drives wins, until [`Session::take_over`].
+    pub fn inputs(&mut self) -> &mut Inputs {
+        &mut self.playback.inputs.live
+    }
+
+    /// The inputs of the last frame.
+    pub fn shown_inputs(&self) -> &ShownInputs {
+        &self.playback.inputs.shown
     }
 
     /// The debug target.
@@ -249,6 +260,7 @@ impl Session {
     /// Starts over: clock, history and every resource as at the first frame. Params, camera and debug target stay.
     pub fn reset(&mut self) {
         self.playback.clock.reset();
+        self.playback.inputs.reset();
         self.playback.view.cut();
         self.world.cut();
         self.renderer.reset();

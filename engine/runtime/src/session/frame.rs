@@ -26,11 +26,11 @@ impl Session {
     /// before.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
         let _span = tracing::trace_span!("frame").entered();
-        let before = self.playback.clock.clone();
-        // A frame that was refused has not been: the next one has its time.
+        let before = (self.playback.clock.clone(), self.playback.inputs);
+        // A frame that was refused has not been: the next one has its time and its inputs.
         let result = self.begin_and_run();
         if result.is_err() {
-            self.playback.clock = before;
+            (self.playback.clock, self.playback.inputs) = before;
         }
         result
     }
@@ -118,6 +118,8 @@ impl Session {
         cut |= self.follow_graphs(time.time)?;
         let followed = self.playback.follow_demo(before.map(|before| before.time), time.time, &self.renderer.graph);
         cut |= followed.cut;
+        let output = self.size();
+        self.playback.follow_inputs(before.map(|before| before.time), time.time, output);
         if let Some(target) = followed.target {
             self.renderer.shown.debug_target = target;
             self.renderer.plans.stale = true;
@@ -144,6 +146,7 @@ impl Session {
         let values = &self.playback.params.shown;
         let sources = &self.renderer.context.sources;
         sources.move_instances(&self.world.shown, &self.renderer.graph, values, poses);
+        sources.write_keys(self.playback.inputs.shown.key_words());
         let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
         let inputs = Inputs {
             world: &self.world.shown,
@@ -151,11 +154,14 @@ impl Session {
             // The graph and not its plan: another plan, for another debug target, computes the same.
             graph: &self.renderer.graph,
             builtins: &self.builtins(&time, Changes::default()),
+            keys: &self.playback.inputs.shown.key_words(),
             values,
             overrides: &self.playback.params.overrides,
             disabled: &self.renderer.off.passes,
         };
-        Ok((time, self.renderer.still.note(&inputs)))
+        let changes = self.renderer.still.note(&inputs);
+        self.note_take(&time);
+        Ok((time, changes))
     }
 
     /// Gives the frame the newest state of a streamed world; returns its version. A device that was lost is opened anew first.
@@ -212,7 +218,12 @@ impl Session {
             world_edited: changes.edited,
             world_changed_min: changed.min.map(saturated),
             world_changed_max: changed.max.map(saturated),
-            ..self.playback.view.builtins(time, self.renderer.plans.running.output, &self.world.shown)
+            ..self.playback.view.builtins(
+                time,
+                &self.playback.inputs.shown,
+                self.renderer.plans.running.output,
+                &self.world.shown,
+            )
         }
     }
 

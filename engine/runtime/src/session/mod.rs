@@ -25,6 +25,7 @@ mod reports;
 mod retry;
 mod shader_output;
 mod switched_off;
+mod take;
 mod waiting;
 mod world;
 

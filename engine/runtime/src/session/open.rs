@@ -189,7 +189,7 @@ fn load(
         (graph, world, device.join().unwrap_or_else(|panic| resume_unwind(panic)))
     });
     if let (Ok(loaded), Some(error)) = (&graph.result, no_world)
-        && loaded.source_names().iter().any(|name| SourceName::parse(name).is_some())
+        && loaded.source_names().iter().any(|name| SourceName::parse(name).is_some_and(|source| source.is_of_world()))
     {
         graph.result = Err(vec![*error]);
     }

@@ -10,7 +10,9 @@ use raxel_graph::checked::{Graph, Value};
 use crate::camera::Camera;
 use crate::clock::{Clock, FrameTime, Pace};
 use crate::debug_target::DebugTarget;
+use crate::inputs::{DAY, InputState, ShownInputs};
 use crate::params::{Params, SetError};
+use crate::take::Recorder;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
@@ -20,8 +22,11 @@ use super::members::find_member;
 pub(super) struct Playback {
     pub clock: Clock,
     pub view: CameraView,
+    pub inputs: InputState,
     pub params: ParamValues,
     pub demo: DemoPlayback,
+    /// What notes the frames of a take.
+    pub take: Option<Recorder>,
 }
 
 /// Where the world is seen from.
@@ -30,8 +35,6 @@ pub(super) struct CameraView {
     pub camera: Camera,
     /// The camera of the last frame.
     pub previous: Camera,
-    /// The pixel of the output under the cursor.
-    pub cursor: Option<[i32; 2]>,
     /// Shift of all rays in pixels, right and down.
     pub subpixel: [f64; 2],
 }
@@ -73,7 +76,8 @@ impl Playback {
     pub fn new(step: Option<f64>, camera: Camera, params: Params, demo: Option<Arc<Demo>>) -> Self {
         Self {
             clock: Clock::new(step.map_or(Pace::Live, |step| Pace::Fixed(Fraction::of(step)))),
-            view: CameraView { camera, previous: camera, cursor: None, subpixel: [0.0; 2] },
+            view: CameraView { camera, previous: camera, subpixel: [0.0; 2] },
+            inputs: InputState::default(),
             params: ParamValues {
                 shown: params.values().to_vec(),
                 set: params,
@@ -81,6 +85,7 @@ impl Playback {
                 overrides: Vec::new(),
             },
             demo: DemoPlayback { demo, taken_over: false, target: None, target_held: false },
+            take: None,
         }
     }
 
@@ -104,6 +109,21 @@ impl Playback {
             self.demo.target = target;
         }
         followed
+    }
+
+    /// Brings the inputs to a time: what a demo drives, over what is held. `before` is the time of the last frame.
+    pub fn follow_inputs(&mut self, before: Option<Moment>, time: Moment, output: [u32; 2]) {
+        let fixed = matches!(self.clock.pace(), Pace::Fixed(_)) || self.demo.drives();
+        self.inputs.advance(fixed.then(|| time.seconds()));
+        let Some(demo) = self.demo.driving() else { return };
+        let local = demo.local_time(time);
+        let Some(inputs) = &demo.inputs else {
+            self.inputs.shown.time_of_day = local.rem_euclid(DAY);
+            return;
+        };
+        let before = before.or_else(|| self.clock.before_first()).map(|before| demo.local_time(before));
+        let scale = [0, 1].map(|axis| f64::from(output[axis]) / f64::from(demo.size[axis]));
+        inputs.lay_over(&mut self.inputs.shown, before, local, scale);
     }
 
     /// The user drives from here on, with the values of this frame. False when no demo drives.
@@ -195,12 +215,17 @@ impl CameraView {
         clippy::cast_possible_truncation,
         reason = "shaders get 32-bit floats, and the number of the frame modulo 2³²"
     )]
-    pub fn builtins(&self, time: &FrameTime, output: [u32; 2], world: &SessionWorld) -> Builtins {
+    pub fn builtins(&self, time: &FrameTime, inputs: &ShownInputs, output: [u32; 2], world: &SessionWorld) -> Builtins {
         let mut builtins = Builtins {
             frame_index: time.index as u32,
             frame_time: time.time.seconds() as f32,
             frame_delta: time.delta as f32,
-            cursor_position: self.cursor.unwrap_or([-1; 2]),
+            cursor_position: inputs.cursor.unwrap_or([-1; 2]),
+            input_buttons: inputs.buttons,
+            input_pressed: inputs.pressed,
+            input_drag: inputs.drag,
+            input_wheel: inputs.wheel.map(|lines| lines as f32),
+            input_time_of_day: inputs.time_of_day as f32,
             ..crate::builtins::of(&self.camera, &self.previous, output, world)
         };
         if self.subpixel.iter().any(|offset| *offset != 0.0) {

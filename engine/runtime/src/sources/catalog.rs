@@ -33,7 +33,7 @@ impl SourceCatalog {
     /// Reads files by `files`.
     pub fn new(files: Arc<dyn Files>) -> Self {
         let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| SourceName::World(*layout));
-        let named = layouts.chain([SourceName::Lights, SourceName::Instances]);
+        let named = layouts.chain([SourceName::Lights, SourceName::Instances, SourceName::Keys]);
         let worlds = named.map(|name| described(&name)).chain([edits(), self::poses()]).collect();
         Self { worlds, files, read: FileSources::default() }
     }
@@ -64,6 +64,9 @@ fn described(name: &SourceName) -> SourceLayout {
         block: match (name, layout) {
             (_, Some(layout)) => block("RxWorld", &layout.block()),
             (SourceName::Instances, None) => block("RxInstances", &InstanceBuffer::block()),
+            (SourceName::Keys, None) => {
+                block("RxKeys", &[BlockMember { name: "words", offset: 0, ty: "uint", stride: Some(4) }])
+            }
             (_, None) => block("RxLights", &raxel_layouts::lights::block()),
         },
         image: layout.filter(|layout| layout.has_image()).map(|_| VOXEL_FORMAT),
@@ -143,8 +146,9 @@ mod tests {
         let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
         let sources = catalog.sources();
         let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| layout.name());
-        let names: Vec<String> =
-            layouts.chain(["lights", "instances", "edits", "poses"]).map(|layout| format!("world.{layout}")).collect();
+        let of_world = |names: &[&'static str]| names.iter().map(|name| format!("world.{name}")).collect::<Vec<_>>();
+        let layouts = of_world(&layouts.chain(["lights", "instances"]).collect::<Vec<_>>());
+        let names = [layouts, vec!["input.keys".to_owned()], of_world(&["edits", "poses"])].concat();
         assert_eq!(sources.iter().map(|source| &source.name).collect::<Vec<_>>(), names.iter().collect::<Vec<_>>());
         for source in sources {
             let last = source.block.members.last().unwrap();

@@ -4,7 +4,7 @@ use std::fmt;
 
 use raxel_layouts::Layout;
 
-/// The name of a source that is made from voxels.
+/// The name of a source that a session supplies.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SourceName {
     /// `world.<layout>`: the session's world.
@@ -15,6 +15,8 @@ pub enum SourceName {
     Lights,
     /// `world.instances`: the models that stand in the session's world.
     Instances,
+    /// `input.keys`: the keys that are held.
+    Keys,
 }
 
 impl SourceName {
@@ -24,6 +26,7 @@ impl SourceName {
             ("world", "lights") => Some(Self::Lights),
             ("world", "instances") => Some(Self::Instances),
             ("world", layout) => raxel_rivals::layout(layout).map(Self::World),
+            ("input", "keys") => Some(Self::Keys),
             ("model", rest) => {
                 let (name, layout) = rest.rsplit_once('.')?;
                 raxel_rivals::layout(layout)
@@ -38,15 +41,20 @@ impl SourceName {
     pub fn world_layout(text: &str) -> Option<Layout> {
         match Self::parse(text)? {
             Self::World(layout) => Some(layout),
-            Self::Model(..) | Self::Lights | Self::Instances => None,
+            Self::Model(..) | Self::Lights | Self::Instances | Self::Keys => None,
         }
+    }
+
+    /// Whether it needs a world.
+    pub fn is_of_world(&self) -> bool {
+        *self != Self::Keys
     }
 
     /// The layout of the voxels, if it has some.
     pub fn layout(&self) -> Option<Layout> {
         match self {
             Self::World(layout) | Self::Model(_, layout) => Some(*layout),
-            Self::Lights | Self::Instances => None,
+            Self::Lights | Self::Instances | Self::Keys => None,
         }
     }
 }
@@ -58,6 +66,7 @@ impl fmt::Display for SourceName {
             Self::Model(name, layout) => write!(f, "model.{name}.{}", layout.name()),
             Self::Lights => f.write_str("world.lights"),
             Self::Instances => f.write_str("world.instances"),
+            Self::Keys => f.write_str("input.keys"),
         }
     }
 }
@@ -77,6 +86,10 @@ mod tests {
         assert_eq!(SourceName::parse("world.lights"), Some(SourceName::Lights));
         assert_eq!((SourceName::Lights.to_string().as_str(), SourceName::Lights.layout()), ("world.lights", None));
         assert_eq!(SourceName::parse("world.instances"), Some(SourceName::Instances));
+        assert_eq!(
+            (SourceName::parse("input.keys"), SourceName::Keys.to_string().as_str()),
+            (Some(SourceName::Keys), "input.keys")
+        );
         for wrong in ["", "world", "world.", "world.tree", "tree64", "worlds.tree64", "model.tree64", "model..tree64"] {
             assert_eq!(SourceName::parse(wrong), None, "{wrong}");
         }

@@ -44,6 +44,8 @@ struct Entry {
 enum Live {
     Edits(Box<LiveLayout>),
     Instances(Box<LiveInstances>),
+    /// The words that were written last.
+    Keys([u32; 24]),
 }
 
 /// What a source on the device was made from.
@@ -115,7 +117,7 @@ impl OnDevice {
             return Ok(Some(known.source.clone()));
         }
         if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
-            && !matches!(parsed, SourceName::Model(..) | SourceName::Instances)
+            && !matches!(parsed, SourceName::Model(..) | SourceName::Instances | SourceName::Keys)
             // Where nothing gives off light, wherever it is, the list of lamps is that of an empty world.
             && (*parsed != SourceName::Lights || *copied || world.holds(&Fact::WorldHasEmission))
         {
@@ -152,6 +154,13 @@ impl OnDevice {
                 live = Some(Live::Instances(Box::new(instances)));
                 source
             }
+            (Key::Voxels { name: SourceName::Keys, copied, .. }, _) => {
+                let words = [0; 24];
+                live = Some(Live::Keys(words));
+                let label = if *copied { copy_name(name) } else { name.to_owned() };
+                let buffer = builder.upload_buffer(bytemuck::cast_slice(&words), &label);
+                builder.source(name, Some(buffer.map_err(|error| refused(error, resource))?), None)
+            }
             (Key::Voxels { name: parsed, copied, .. }, _) => {
                 upload_voxels(name, parsed, *copied, resource, world, builder)?
             }
@@ -168,7 +177,7 @@ impl OnDevice {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let before = entries.len();
         entries.retain_mut(|entry| match &entry.key {
-            Key::Voxels { name: SourceName::Model(..) | SourceName::Instances, .. } => true,
+            Key::Voxels { name: SourceName::Model(..) | SourceName::Instances | SourceName::Keys, .. } => true,
             Key::Voxels { world: of, .. } if is(of, world) => entry.follow(world, changes),
             _ => true,
         });
@@ -193,6 +202,20 @@ impl OnDevice {
                 && is(of, world)
             {
                 live.follow(graph, values, written, &entry.source);
+            }
+        }
+    }
+
+    /// Tells graphs that read them which keys are held, before the next frame.
+    pub fn write_keys(&self, words: [u32; 24]) {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        for entry in entries.iter_mut() {
+            if let Some(Live::Keys(written)) = &mut entry.live
+                && *written != words
+                // Where too much waits already, the next frame tries again.
+                && entry.source.write(0, bytemuck::cast_slice(&words)).is_ok()
+            {
+                *written = words;
             }
         }
     }
@@ -303,6 +326,7 @@ fn upload_voxels(
     let encoded = match parsed {
         SourceName::World(layout) => world.encode(*layout, copied, limits).map(words),
         SourceName::Lights => world.encode_lights(limits).map(|words| (words, None)),
+        SourceName::Keys => Ok((vec![0; 24], None)),
         SourceName::Instances => LiveInstances::new(world, limits).map(|(_, words)| (words, None)),
         SourceName::Model(model, layout) => {
             let Some(encoded) = world.encode_model(model, *layout, copied, limits) else {
@@ -389,7 +413,7 @@ fn refused(error: ExecuteError, resource: &Resource) -> BuildError {
 fn unknown(name: &str, resource: &Resource) -> Diagnostic {
     let layouts = raxel_rivals::LAYOUTS.iter().map(|layout| SourceName::World(*layout));
     let names: Vec<String> = layouts
-        .chain([SourceName::Lights, SourceName::Instances])
+        .chain([SourceName::Lights, SourceName::Instances, SourceName::Keys])
         .map(|name| name.to_string())
         .chain([EDITS, POSES].map(str::to_owned))
         .collect();

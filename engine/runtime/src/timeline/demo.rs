@@ -9,6 +9,7 @@ use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
 use super::curve::{Interpolation, sample, segment};
 use super::edits::{self, EditKey};
+use super::inputs::DemoInputs;
 use super::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 use crate::camera::Camera;
 use crate::debug_target::DebugTarget;
@@ -71,6 +72,8 @@ pub struct Demo {
     /// Edits of the world in order of time. Edits of one time follow the order of the file. None when left out.
     #[keys(read = edits::in_order)]
     pub edits: Vec<EditKey>,
+    /// Mouse, keyboard and time of day over time. They come from the window when left out.
+    pub inputs: Option<DemoInputs>,
     /// Params over time, by name.
     pub tracks: ByName<Track>,
 }
@@ -403,10 +406,11 @@ impl Looked {
 
 /// The yaw of a key such that each turn from one key to the next is the short way round.
 fn yaw_of_key(keys: &[CameraKey], key: usize) -> f64 {
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::TAU;
     let mut yaws = keys[..=key].iter().map(|key| key.angles()[0]);
     let first = yaws.next().unwrap_or_default();
-    yaws.fold(first, |last, yaw| last + (yaw - last + PI).rem_euclid(TAU) - PI)
+    // Whole turns are added, and nothing else: a yaw that needs none stays as it is, bit by bit.
+    yaws.fold(first, |last, yaw| yaw + ((last - yaw) / TAU).round() * TAU)
 }
 
 impl Track {

@@ -114,7 +114,11 @@ pub(super) fn in_order<T: Timed + Value<Clock, Limits = ()>>(node: &Node<'_, '_>
 }
 
 /// The keys, if all are right and in order of time.
-fn ordered<T>(reporter: &Reporter, keys: Vec<Option<T>>, time: impl Fn(&T) -> &Spanned<f64>) -> Option<Vec<T>> {
+pub(super) fn ordered<T>(
+    reporter: &Reporter,
+    keys: Vec<Option<T>>,
+    time: impl Fn(&T) -> &Spanned<f64>,
+) -> Option<Vec<T>> {
     let mut all_right = keys.iter().all(Option::is_some);
     let found: Vec<T> = keys.into_iter().flatten().collect();
     for pair in found.windows(2) {

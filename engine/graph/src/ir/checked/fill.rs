@@ -114,11 +114,16 @@ builtins! {
     FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
     FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
     FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
-    FrameStill = "frame.still", U32, (1, 1), "Frames since something other than time changed: camera, params, graph, world, size or cursor. 0 in the frame of a change, 65,535 at most.";
+    FrameStill = "frame.still", U32, (1, 1), "Frames since something other than time changed: camera, params, graph, world, size, cursor, or an input that the graph reads. 0 in the frame of a change, 65,535 at most.";
     HistoryValid = "history.valid", U32, (1, 1), "1 when every history holds what earlier frames wrote. 0 in the first frame, and after a reset, a cut, or a size or an edit that cleared a history.";
     OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
     OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
     CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";
+    InputButtons = "input.buttons", U32, (1, 1), "Mouse buttons that are held: bit 0 left, 1 right, 2 middle, 3 back, 4 forward. A click lasts for one frame at least.";
+    InputPressed = "input.pressed", U32, (1, 1), "Mouse buttons that went down since the last frame, with the bits of `input.buttons`.";
+    InputDrag = "input.drag", I32, (4, 1), "Drag with the left button: pixel where it is or ended, and pixel where it began. (−1, −1, −1, −1) before the first.";
+    InputWheel = "input.wheel", F32, (2, 1), "Lines that the wheel was turned since the last reset: to the right, and away from the user.";
+    InputTimeOfDay = "input.time_of_day", F32, (1, 1), "Seconds since midnight, in local time. Without a window and in demos: since the midnight at which the session or `[inputs]` begins.";
     WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
     WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
     WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, at most the largest `u32`.";

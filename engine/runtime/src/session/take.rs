@@ -1,0 +1,52 @@
+//! Recording takes: see [`crate::take`].
+
+use super::Session;
+use crate::clock::FrameTime;
+use crate::take::{Ended, Recorder, Scene, Take, TakeError, Told};
+
+impl Session {
+    /// Starts over ([`Session::reset`]), and notes what each frame is told from then on.
+    pub fn record(&mut self) -> Result<(), TakeError> {
+        if self.playback.take.is_some() {
+            return Err(TakeError::Recording);
+        }
+        let world = self.world.shown.path.clone().ok_or(TakeError::NoWorld)?;
+        let scene =
+            Scene { world, graph: self.graph_path().to_owned(), size: self.size(), pace: self.playback.clock.pace() };
+        self.reset();
+        self.playback.take = Some(Recorder::new(scene));
+        Ok(())
+    }
+
+    /// The length in seconds of the take that is being recorded, and why nothing more is noted, if it has ended.
+    pub fn recording(&self) -> Option<(f64, Option<Ended>)> {
+        self.playback.take.as_ref().map(|take| (take.seconds(), take.ended()))
+    }
+
+    /// The take so far.
+    pub fn take(&self) -> Result<Take, TakeError> {
+        let recorder = self.playback.take.as_ref().ok_or(TakeError::NotRecording)?;
+        recorder.finish(&self.renderer.graph)
+    }
+
+    /// Ends the recording of a take.
+    pub fn stop_recording(&mut self) {
+        self.playback.take = None;
+    }
+
+    /// Notes what the frame at this time is told.
+    pub(super) fn note_take(&mut self, time: &FrameTime) {
+        let size = self.size();
+        let Some(take) = &mut self.playback.take else { return };
+        take.note(&Told {
+            time,
+            graph_path: &self.files.state.graph_path,
+            graph: &self.renderer.graph,
+            size,
+            values: &self.playback.params.shown,
+            camera: &self.playback.view.camera,
+            inputs: &self.playback.inputs.shown,
+            target: &self.renderer.shown.debug_target,
+        });
+    }
+}

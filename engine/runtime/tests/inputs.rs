@@ -1,0 +1,286 @@
+//! Mouse, keyboard and time of day, as passes are told of them: held by a person, driven by a demo, recorded as a take.
+
+#![allow(clippy::float_cmp, reason = "these values are exact")]
+
+mod project;
+
+use std::path::Path;
+
+use project::{TestProject, assert_silent, box_world};
+use raxel_execute::PassOutcome;
+use raxel_graph::checked::Value;
+use raxel_runtime::camera::Camera;
+use raxel_runtime::inputs::{Key, KeySet};
+use raxel_runtime::take::{Ended, TakeError};
+use raxel_runtime::{Options, Session};
+
+const SHADER: &str = r"#version 460
+#include <raxel/keys.glsl>
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform readonly image2D before;
+layout(rgba32f) uniform writeonly image2D told;
+layout(push_constant) uniform PC {
+    mat4 view;
+    ivec4 drag;
+    ivec2 cursor;
+    vec2 wheel;
+    uint buttons;
+    uint pressed;
+    float time_of_day;
+    float gain;
+    uint steps;
+} pc;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    vec4 keys = vec4(rx_key(RX_KEY_W), rx_key_pressed(RX_KEY_W), rx_key_toggled(RX_KEY_W), rx_key(RX_KEY_SPACE));
+    vec4 value = vec4(0.0);
+    switch (pixel.x) {
+    case 0: value = vec4(pc.cursor, pc.buttons, pc.pressed); break;
+    case 1: value = vec4(pc.drag); break;
+    case 2: value = vec4(pc.wheel, pc.time_of_day, 0.0); break;
+    case 3: value = keys; break;
+    case 4: value = pc.view[0]; break;
+    // What earlier frames were told counts, too.
+    default: value = 0.5 * imageLoad(before, ivec2(pixel.x - 5, 0)) + 0.5 * imageLoad(before, pixel) + vec4(pc.gain, pc.steps, 0.0, 0.0);
+    }
+    imageStore(told, pixel, value);
+}
+";
+
+const GRAPH: &str = r#"
+name = "told"
+present = "told"
+
+[params.gain]
+type = "f32"
+default = 1.0
+range = [0.0, 8.0]
+
+[params.steps]
+type = "u32"
+default = 1
+range = [0, 8]
+
+[targets.told]
+format = "rgba32f"
+history = 1
+
+[buffers.keys]
+source = "input.keys"
+
+[[passes]]
+name = "tell"
+shader = "told.comp"
+dispatch = { threads = "told" }
+bind = { keys = "keys", before = "told@1", told = "told" }
+
+[passes.push]
+view = "camera.view_to_world"
+drag = "input.drag"
+cursor = "cursor.position"
+wheel = "input.wheel"
+buttons = "input.buttons"
+pressed = "input.pressed"
+time_of_day = "input.time_of_day"
+gain = "param.gain"
+steps = "param.steps"
+"#;
+
+fn told_project() -> TestProject {
+    let project = TestProject::new();
+    project.write("graphs/told.toml", GRAPH);
+    project.write("shaders/told.comp", SHADER);
+    project.write("worlds/box.toml", &box_world(4));
+    project
+}
+
+fn open(project: &TestProject) -> Session {
+    let world = Some(Path::new("worlds/box.toml").to_owned());
+    let graph = Some(Path::new("graphs/told.toml").to_owned());
+    TestProject::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
+}
+
+/// What the shader was told in one more frame: cursor and buttons, drag, wheel and time of day, keys.
+fn told(session: &mut Session) -> [[f32; 4]; 4] {
+    session.frame().unwrap();
+    let texels = session.read_target("told").unwrap().floats();
+    [texels[0], texels[1], texels[2], texels[3]]
+}
+
+fn key(name: &str) -> Key {
+    Key::named(name).unwrap()
+}
+
+#[test]
+fn a_frame_is_told_what_is_held() {
+    let project = told_project();
+    let mut session = open(&project);
+    let none = [[-1.0, -1.0, 0.0, 0.0], [-1.0; 4], [0.0; 4], [0.0; 4]];
+    assert_eq!(told(&mut session), none);
+    session.set_cursor(Some([3, 4]));
+    let inputs = session.inputs();
+    inputs.button(1, true);
+    inputs.turn([0.5, -2.0]);
+    inputs.key(key("KeyW"), true);
+    inputs.set_time_of_day(100.0);
+    let [mouse, drag, wheel, keys] = told(&mut session);
+    assert_eq!((mouse, drag), ([3.0, 4.0, 1.0, 1.0], [3.0, 4.0, 3.0, 4.0]));
+    assert_eq!((wheel[..2].to_vec(), keys), (vec![0.5, -2.0], [1.0, 1.0, 1.0, 0.0]));
+    assert!((wheel[2] - 100.02).abs() < 1e-3, "a frame later: {}", wheel[2]);
+    session.set_cursor(Some([7, 4]));
+    let inputs = session.inputs();
+    inputs.button(1, false);
+    inputs.button(2, true);
+    inputs.key(key("KeyW"), false);
+    inputs.key(key("Space"), true);
+    let [mouse, drag, _, keys] = told(&mut session);
+    assert_eq!((mouse, drag), ([7.0, 4.0, 2.0, 2.0], [7.0, 4.0, 3.0, 4.0]));
+    assert_eq!(keys, [0.0, 0.0, 1.0, 1.0]);
+    session.reset();
+    let [mouse, drag, wheel, keys] = told(&mut session);
+    assert_eq!((mouse, drag, wheel[1]), ([7.0, 4.0, 2.0, 2.0], [-1.0; 4], 0.0));
+    assert_eq!(keys, [0.0, 0.0, 0.0, 1.0], "nothing was toggled since");
+    assert_silent(&session);
+}
+
+#[test]
+fn an_input_that_no_pass_reads_disturbs_nothing() {
+    let project = told_project();
+    project.write("graphs/still.toml", &project::VALID_GRAPH.replace("\"valid.comp\"", "\"still.comp\""));
+    project.write("shaders/still.comp", project::VALID);
+    let mut session = project.open_graph("graphs/still.toml");
+    let still = |session: &mut Session| {
+        session.frame().unwrap();
+        session.read_target("sum").unwrap().floats()[0][1]
+    };
+    assert_eq!((still(&mut session), still(&mut session)), (0.0, 1.0));
+    session.inputs().key(key("KeyW"), true);
+    session.inputs().button(1, true);
+    session.inputs().turn([0.0, 1.0]);
+    assert_eq!(still(&mut session), 2.0);
+}
+
+/// A pass that reads keys runs again when they change, and not otherwise.
+#[test]
+fn a_key_wakes_the_passes_that_read_it() {
+    let project = TestProject::new();
+    project.write(
+        "graphs/keys.toml",
+        &project::FILL_GRAPH
+            .replace("bind = {", "bind = { keys = \"keys\",")
+            .replace("[[passes]]", "[buffers.keys]\nsource = \"input.keys\"\n[[passes]]"),
+    );
+    let shader = project::fill("vec4(rx_key(RX_KEY_ARROW_UP))").replace("//INCLUDE", "#include <raxel/keys.glsl>");
+    project.write("shaders/fill.comp", &shader);
+    let mut session = project.open_graph("graphs/keys.toml");
+    let frame = |session: &mut Session| {
+        session.frame().unwrap();
+        (session.outcomes()[0] == PassOutcome::Dispatched, project::red(session))
+    };
+    assert_eq!(frame(&mut session), (true, 0.0));
+    assert_eq!(frame(&mut session), (false, 0.0));
+    session.inputs().key(key("ArrowUp"), true);
+    assert_eq!(frame(&mut session), (true, 1.0));
+    // It was pressed in that frame, and not in this one: two changes.
+    assert_eq!(frame(&mut session), (true, 1.0));
+    assert_eq!(frame(&mut session), (false, 1.0));
+    assert_silent(&session);
+}
+
+/// Does something else in each frame of a session.
+fn play(session: &mut Session, frame: i32) {
+    if frame % 3 == 0 {
+        session.set_cursor((frame != 9).then_some([frame, 15 - frame]));
+    }
+    if frame == 4 || frame == 12 {
+        session.inputs().hold_buttons(1);
+    }
+    if frame == 7 {
+        session.inputs().hold_buttons(4);
+        session.inputs().turn([0.0, 1.5]);
+    }
+    let keys: &[&str] = if (5..8).contains(&frame) { &["KeyW", "Space"] } else { &[] };
+    session.inputs().hold_keys(keys.iter().map(|name| key(name)).collect::<KeySet>());
+    if frame == 6 {
+        session.set_param("gain", Value::F32(2.5)).unwrap();
+        session.set_param("steps", Value::U32(4)).unwrap();
+    }
+    if frame > 7 {
+        let mut camera = Camera::at([0.25 + f64::from(frame), 7.3, -2.0]);
+        camera.yaw = 0.1 * f64::from(frame);
+        camera.pitch = -0.3;
+        session.set_camera(camera);
+    }
+}
+
+#[test]
+fn a_take_gives_the_same_bytes() {
+    let project = told_project();
+    let mut session = open(&project);
+    // What was before is not part of it.
+    session.inputs().set_time_of_day(43_200.5);
+    session.frame().unwrap();
+    session.record().unwrap();
+    assert_eq!(session.record(), Err(TakeError::Recording));
+    assert_eq!(session.take(), Err(TakeError::Empty));
+    let bytes = |session: &mut Session| {
+        session.frame().unwrap();
+        session.read_target("told").unwrap().bytes
+    };
+    let played: Vec<Vec<u8>> = (0..16)
+        .map(|frame| {
+            play(&mut session, frame);
+            bytes(&mut session)
+        })
+        .collect();
+    let take = session.take().unwrap();
+    session.stop_recording();
+    assert_eq!((take.seconds, take.ended, session.take()), (16.0 / 50.0, None, Err(TakeError::NotRecording)));
+    assert_silent(&session);
+
+    project.write("worlds/take.demo.toml", &take.text);
+    let demo = || {
+        let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
+        TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() })
+    };
+    let mut again = demo();
+    let of_demo = again.demo().unwrap();
+    assert_eq!((of_demo.frames(), of_demo.size, of_demo.fps.to_bits()), (16, [16, 16], 50.0_f64.to_bits()));
+    for (frame, played) in played.iter().enumerate() {
+        assert!(bytes(&mut again) == *played, "frame {frame}:\n{}", take.text);
+    }
+    // A part of it is told the same as the whole: presses are those since the frame before.
+    for start in [4, 5, 7, 12] {
+        let mut part = demo();
+        part.start_at(start as u64);
+        let told = bytes(&mut part);
+        let first = 5 * 16;
+        assert!(told[..first] == played[start][..first], "from frame {start}");
+    }
+    assert_silent(&again);
+}
+
+#[test]
+fn a_take_ends_where_it_cannot_go_on() {
+    let project = told_project();
+    let mut session = open(&project);
+    let ended = |session: &mut Session, disturb: &dyn Fn(&mut Session)| {
+        session.record().unwrap();
+        for _ in 0..3 {
+            session.frame().unwrap();
+        }
+        disturb(session);
+        session.frame().unwrap();
+        session.frame().unwrap();
+        let take = session.take().unwrap();
+        session.stop_recording();
+        (take.ended, (take.seconds * 50.0).round())
+    };
+    assert_eq!(ended(&mut session, &|_| {}), (None, 5.0));
+    assert_eq!(ended(&mut session, &Session::reset), (Some(Ended::TimeWentBack), 3.0));
+    assert_eq!(ended(&mut session, &|session| session.resize(8, 8)), (Some(Ended::OtherSize), 3.0));
+    assert_eq!(ended(&mut session, &|session| session.seek(700.0)), (Some(Ended::Full), 3.0));
+    // Without a world there is no demo.
+    let empty = TestProject::new();
+    assert_eq!(empty.open().record(), Err(TakeError::NoWorld));
+}
