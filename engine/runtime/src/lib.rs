@@ -22,13 +22,9 @@
 mod build;
 mod build_error;
 pub mod builtins;
-pub mod camera;
-pub mod clock;
-pub mod debug_target;
 mod editing;
 pub mod load;
 pub mod manifest;
-pub mod params;
 pub mod present;
 pub mod project;
 mod recording_files;
@@ -36,10 +32,10 @@ pub mod reload;
 pub mod runner;
 pub mod session;
 pub mod sources;
-pub mod timeline;
 pub mod world;
 
 pub use build_error::BuildError;
 pub use editing::{SavedWorld, Saves};
 pub use raxel_graph::plan::Observe;
+pub use raxel_timeline::{self as timeline, camera, clock, debug_target, params};
 pub use session::{EditFailure, FrameError, ManifestDefaults, OpenError, Options, ReadError, Session};

@@ -3,7 +3,7 @@
 use raxel_diagnostics::{Code, Diagnostic, Spanned, codes};
 use raxel_graph::checked::{Graph, Param, Value};
 
-use super::demo::{Claim, Demo, Track};
+use crate::demo::{Claim, Demo, Track};
 use crate::debug_target::DebugTarget;
 use crate::params::{self, SetError};
 
@@ -136,7 +136,7 @@ mod tests {
     use raxel_diagnostics::{SourceMap, Span};
     use raxel_graph::checked::ResourceId;
 
-    use super::super::{Place, read};
+    use crate::{Place, read};
     use super::*;
     use raxel_execute::moment::{Fraction, Moment};
 
