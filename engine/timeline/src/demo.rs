@@ -7,12 +7,12 @@ use raxel_graph::checked::{Graph, ParamId, Value};
 use raxel_language::{ByName, Keys, Shape};
 use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
-use crate::curve::{Interpolation, sample, segment};
-use crate::edits::{self, EditKey};
-use crate::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 use crate::camera::Camera;
+use crate::curve::{Interpolation, sample, segment};
 use crate::debug_target::DebugTarget;
+use crate::edits::{self, EditKey};
 use crate::params;
+use crate::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 
 /// A world, a graph and a timeline.
 #[derive(Clone, Debug, Keys)]

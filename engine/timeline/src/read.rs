@@ -9,8 +9,8 @@ use raxel_language::{Json, Keys, ReadKeys, Shape, Value, describe};
 use serde_json::json;
 
 use crate::curve::Interpolation;
-use crate::demo::{CameraKey, Caption, DebugTargetKey, Demo, GraphKey, TrackKeys};
 use crate::debug_target::DebugTarget;
+use crate::demo::{CameraKey, Caption, DebugTargetKey, Demo, GraphKey, TrackKeys};
 
 /// Reads a demo, with its warnings, or everything that is wrong with the file. Names of params and targets are checked by
 /// [`Demo::check`], when the graph is known.
