@@ -22,14 +22,9 @@
 mod build;
 mod build_error;
 pub mod builtins;
-pub mod camera;
-pub mod clock;
-pub mod debug_target;
 mod editing;
-pub mod inputs;
 pub mod load;
 pub mod manifest;
-pub mod params;
 pub mod present;
 pub mod project;
 mod recording_files;
@@ -37,11 +32,10 @@ pub mod reload;
 pub mod runner;
 pub mod session;
 pub mod sources;
-pub mod take;
-pub mod timeline;
 pub mod world;
 
 pub use build_error::BuildError;
 pub use editing::{SavedWorld, Saves};
 pub use raxel_graph::plan::Observe;
+pub use raxel_timeline::{self as timeline, camera, clock, debug_target, inputs, params, take};
 pub use session::{EditFailure, FrameError, ManifestDefaults, OpenError, Options, ReadError, Session};

@@ -183,6 +183,11 @@ impl SessionWorld {
         &self.loaded.world
     }
 
+    /// The materials and models that edits can use.
+    pub fn scene(&self) -> Scene {
+        Scene::new(self.voxels().materials(), &self.loaded.models)
+    }
+
     /// Whether a fact about worlds holds. Facts about devices and params are not the world's.
     pub fn holds(&self, fact: &Fact) -> bool {
         let unbuilt = self.loaded.unbuilt.map(|_| self.loaded.world.materials());

@@ -383,7 +383,7 @@ impl OfflineProject {
         checked.add_world(&world);
         demo.world.point_at_missing(&mut checked.found[before..]);
         if let Ok(world) = &world.result {
-            checked.found.extend(demo.check_edits_in(world));
+            checked.found.extend(demo.check_edits(&world.scene()));
         }
     }
 }

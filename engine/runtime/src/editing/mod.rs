@@ -48,7 +48,7 @@ pub(crate) struct Followed {
 
 impl Editing {
     pub(crate) fn new(base: Arc<SessionWorld>) -> Self {
-        let scene = scene_of(&base);
+        let scene = base.scene();
         Self {
             base,
             identity: Arc::default(),
@@ -244,7 +244,7 @@ impl Editing {
             return ((!Arc::ptr_eq(base, shown)).then(|| shown.clone()), Vec::new());
         }
         let names = |scene: &Scene| scene.materials.iter().map(|material| material.name.clone()).collect::<Vec<_>>();
-        let scene = scene_of(base);
+        let scene = base.scene();
         let mut found = Vec::new();
         if !self.edits.is_empty() && !names(&scene).starts_with(&names(&self.scene)) {
             self.edits = Edits::default();
@@ -296,9 +296,4 @@ impl SavedWorld {
         self.0.checkpoint();
         self.0.take_messages()
     }
-}
-
-/// The materials and models that edits of a world can use.
-pub(crate) fn scene_of(world: &SessionWorld) -> Scene {
-    Scene::new(world.voxels().materials(), &world.loaded().models)
 }

@@ -10,7 +10,7 @@ use raxel_edit::save::{self, Meta, Save, SaveError, SaveEvent, SaveOptions};
 use raxel_world::ChunkPos;
 use raxel_worldfile::{Loaded, OnGeneratorChange, SaveSettings};
 
-use super::{Editing, scene_of};
+use super::Editing;
 use crate::world::SessionWorld;
 
 /// What is done with the save of a world that has one.
@@ -31,7 +31,7 @@ fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
         format: 0,
         world: world.path.clone().unwrap_or_default(),
         generator: world.fingerprint(files),
-        materials: scene_of(world).materials.into_iter().map(|material| material.name).collect(),
+        materials: world.scene().materials.into_iter().map(|material| material.name).collect(),
     }
 }
 

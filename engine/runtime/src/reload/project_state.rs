@@ -148,7 +148,7 @@ impl ProjectState {
                 found.extend(demo.check(&graph));
             }
             if let (Ok(demo), Ok(world)) = (&demo.result, &self.world.result) {
-                found.extend(demo.check_edits_in(world));
+                found.extend(demo.check_edits(&world.scene()));
             }
         }
         (found, texts)

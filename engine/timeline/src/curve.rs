@@ -15,12 +15,12 @@ pub enum Interpolation {
 }
 
 /// Index of the last key at or before `time`; 0 when there is none. `times` is ascending and not empty.
-pub(super) fn segment(times: impl ExactSizeIterator<Item = f64>, time: f64) -> usize {
+pub(crate) fn segment(times: impl ExactSizeIterator<Item = f64>, time: f64) -> usize {
     times.take_while(|&key| key <= time).count().saturating_sub(1)
 }
 
 /// Value at `time` of a curve through `(time, value)` keys, ascending and not empty. Constant before the first and after the last.
-pub(super) fn sample(keys: usize, key: impl Fn(usize) -> (f64, f64), time: f64, interpolation: Interpolation) -> f64 {
+pub(crate) fn sample(keys: usize, key: impl Fn(usize) -> (f64, f64), time: f64, interpolation: Interpolation) -> f64 {
     let i = segment((0..keys).map(|i| key(i).0), time);
     let (t0, v0) = key(i);
     if i + 1 == keys || time <= t0 || interpolation == Interpolation::Step {

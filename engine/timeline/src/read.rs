@@ -8,9 +8,9 @@ use raxel_execute::moment::{Fraction, Moment};
 use raxel_language::{Json, Keys, ReadKeys, Shape, Value, describe};
 use serde_json::json;
 
-use super::curve::Interpolation;
-use super::demo::{CameraKey, Caption, DebugTargetKey, Demo, GraphKey, TrackKeys};
+use crate::curve::Interpolation;
 use crate::debug_target::DebugTarget;
+use crate::demo::{CameraKey, Caption, DebugTargetKey, Demo, GraphKey, TrackKeys};
 
 /// Reads a demo, with its warnings, or everything that is wrong with the file. Names of params and targets are checked by
 /// [`Demo::check`], when the graph is known.
@@ -35,7 +35,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
 }
 
 /// What the keys of a demo are placed on.
-pub(super) struct Clock {
+pub(crate) struct Clock {
     /// Seconds that the demo lasts.
     end: f64,
     /// Frames a second.
@@ -67,7 +67,7 @@ impl Clock {
 }
 
 /// Reads the name of a file, relative to the folder of its kind, as a project path.
-pub(super) fn project_path(folder: &str) -> impl Fn(&Node<'_, '_>, &Clock) -> Option<Spanned<String>> {
+pub(crate) fn project_path(folder: &str) -> impl Fn(&Node<'_, '_>, &Clock) -> Option<Spanned<String>> {
     move |node, _| {
         let text = node.string()?;
         let Some(value) = files::join(folder, &text) else {
@@ -80,7 +80,7 @@ pub(super) fn project_path(folder: &str) -> impl Fn(&Node<'_, '_>, &Clock) -> Op
 }
 
 /// A key's time: reported when it is outside the demo.
-pub(super) fn time(node: &Node<'_, '_>, clock: &Clock) -> Option<Spanned<f64>> {
+pub(crate) fn time(node: &Node<'_, '_>, clock: &Clock) -> Option<Spanned<f64>> {
     let (value, end) = (node.number(f64::MIN..=f64::MAX)?, clock.end);
     if !(0.0..=end).contains(&value) {
         let message = format!("a key at {value} s is outside the demo, which lasts {end} s");
@@ -91,7 +91,7 @@ pub(super) fn time(node: &Node<'_, '_>, clock: &Clock) -> Option<Spanned<f64>> {
 }
 
 /// What happens at a time.
-pub(super) trait Timed {
+pub(crate) trait Timed {
     fn time(&self) -> &Spanned<f64>;
 }
 
@@ -108,13 +108,13 @@ macro_rules! timed {
 timed!(CameraKey, Caption, GraphKey, DebugTargetKey);
 
 /// Reads keys that must be in order of time.
-pub(super) fn in_order<T: Timed + Value<Clock, Limits = ()>>(node: &Node<'_, '_>, clock: &Clock) -> Option<Vec<T>> {
+pub(crate) fn in_order<T: Timed + Value<Clock, Limits = ()>>(node: &Node<'_, '_>, clock: &Clock) -> Option<Vec<T>> {
     let keys: Vec<Option<T>> = node.array()?.iter().map(|node| T::read(node, &(), clock)).collect();
     ordered(node.reporter(), keys, T::time)
 }
 
 /// The keys, if all are right and in order of time.
-pub(super) fn ordered<T>(
+pub(crate) fn ordered<T>(
     reporter: &Reporter,
     keys: Vec<Option<T>>,
     time: impl Fn(&T) -> &Spanned<f64>,
@@ -137,7 +137,7 @@ pub(super) fn ordered<T>(
 }
 
 /// A camera cannot look at the point where it is.
-pub(super) fn elsewhere(table: &Table<'_, '_>, _: &Clock, position: &[f64; 3], look_at: Option<&[f64; 3]>) -> bool {
+pub(crate) fn elsewhere(table: &Table<'_, '_>, _: &Clock, position: &[f64; 3], look_at: Option<&[f64; 3]>) -> bool {
     let same = table.get("look_at").filter(|_| look_at == Some(position));
     if let Some(node) = &same {
         node.bad_value::<()>(format!("`{}` is where the camera is: it has no direction", node.name));
@@ -146,7 +146,7 @@ pub(super) fn elsewhere(table: &Table<'_, '_>, _: &Clock, position: &[f64; 3], l
 }
 
 /// A caption is there for some time.
-pub(super) fn lasts(table: &Table<'_, '_>, _: &Clock, time: &Spanned<f64>, until: &Spanned<f64>) -> bool {
+pub(crate) fn lasts(table: &Table<'_, '_>, _: &Clock, time: &Spanned<f64>, until: &Spanned<f64>) -> bool {
     let lasts = time.value < until.value;
     if !lasts && let Some(node) = table.get("until") {
         let message = format!("a caption that appears at {} s is gone at {} s", time.value, until.value);
@@ -156,7 +156,7 @@ pub(super) fn lasts(table: &Table<'_, '_>, _: &Clock, time: &Spanned<f64>, until
 }
 
 /// Text of a caption.
-pub(super) fn line(node: &Node<'_, '_>) -> Option<String> {
+pub(crate) fn line(node: &Node<'_, '_>) -> Option<String> {
     let text = node.string()?;
     if text.trim().is_empty() || text.chars().any(char::is_control) {
         return node.bad_value(format!("`{}` needs one line of text", node.name));
@@ -165,17 +165,17 @@ pub(super) fn line(node: &Node<'_, '_>) -> Option<String> {
 }
 
 /// The number of a frame.
-pub(super) fn frame(node: &Node<'_, '_>, clock: &Clock) -> Option<u64> {
+pub(crate) fn frame(node: &Node<'_, '_>, clock: &Clock) -> Option<u64> {
     node.integer(0..=clock.last_frame())
 }
 
 /// The frame nearest to a time.
-pub(super) fn nearest_frame(node: &Node<'_, '_>, clock: &Clock) -> Option<u64> {
+pub(crate) fn nearest_frame(node: &Node<'_, '_>, clock: &Clock) -> Option<u64> {
     time(node, clock).map(|time| clock.frame_at(time.value).min(clock.last_frame()))
 }
 
 /// A picture is looked at once.
-pub(super) fn once(table: &Table<'_, '_>, _: &Clock, frame: Option<&u64>, time: Option<&u64>) -> bool {
+pub(crate) fn once(table: &Table<'_, '_>, _: &Clock, frame: Option<&u64>, time: Option<&u64>) -> bool {
     if frame.is_none() && time.is_none() {
         table.need("frame");
     }
@@ -183,7 +183,7 @@ pub(super) fn once(table: &Table<'_, '_>, _: &Clock, frame: Option<&u64>, time: 
 }
 
 /// What is true or false does not become the other bit by bit.
-pub(super) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpolation: Option<&Interpolation>) -> bool {
+pub(crate) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpolation: Option<&Interpolation>) -> bool {
     let wrong = table.get("interpolation").filter(|_| keys.boolean && interpolation != Some(&Interpolation::Step));
     if let Some(node) = &wrong {
         let message = format!("`{}` is true or false; its interpolation can only be `step`", table.name());

@@ -65,7 +65,7 @@ pub struct Take {
 
 /// What is the same in all frames of a take.
 #[derive(Clone, Debug)]
-pub(crate) struct Scene {
+pub struct Scene {
     /// Project path of the world.
     pub world: String,
     /// Project path of the graph.
@@ -76,7 +76,7 @@ pub(crate) struct Scene {
 }
 
 /// What a frame was told.
-pub(crate) struct Told<'a> {
+pub struct Told<'a> {
     pub time: &'a FrameTime,
     pub graph_path: &'a str,
     pub graph: &'a Graph,
@@ -89,7 +89,7 @@ pub(crate) struct Told<'a> {
 
 /// Notes frame after frame.
 #[derive(Clone, Debug)]
-pub(crate) struct Recorder {
+pub struct Recorder {
     scene: Scene,
     camera: Recorded<Camera>,
     params: BTreeMap<String, Recorded<Value>>,

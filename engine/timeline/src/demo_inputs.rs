@@ -6,9 +6,9 @@ use raxel_diagnostics::table::Node;
 use raxel_language::{Keys, Shape, Value, describe};
 use serde_json::json;
 
-use super::curve::{Interpolation, sample, segment};
-use super::read::{Clock, ordered, time};
+use crate::curve::{Interpolation, sample, segment};
 use crate::inputs::{BUTTONS, DAY, Key, KeySet, LEFT, NO_DRAG, ShownInputs, button_named};
+use crate::read::{Clock, ordered, time};
 
 /// What is held and turned over time. What is left out comes from the window.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
@@ -242,8 +242,8 @@ mod tests {
     use raxel_diagnostics::SourceMap;
     use raxel_diagnostics::disk::MemoryFiles;
 
-    use super::super::{Demo, read};
     use super::*;
+    use crate::{Demo, read};
 
     fn demo(inputs: &str) -> Result<Demo, Vec<String>> {
         let text =

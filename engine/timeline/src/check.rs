@@ -3,8 +3,8 @@
 use raxel_diagnostics::{Code, Diagnostic, Spanned, codes};
 use raxel_graph::checked::{Graph, Param, Value};
 
-use super::demo::{Claim, Demo, Track};
 use crate::debug_target::DebugTarget;
+use crate::demo::{Claim, Demo, Track};
 use crate::params::{self, SetError};
 
 impl Demo {
@@ -136,8 +136,8 @@ mod tests {
     use raxel_diagnostics::{SourceMap, Span};
     use raxel_graph::checked::ResourceId;
 
-    use super::super::{Place, read};
     use super::*;
+    use crate::{Place, read};
     use raxel_execute::moment::{Fraction, Moment};
 
     const GOOD: &str = r#"

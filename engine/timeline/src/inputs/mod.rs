@@ -9,13 +9,13 @@ pub use keys::{Key, KeySet};
 pub const BUTTONS: [&str; 5] = ["left", "right", "middle", "back", "forward"];
 
 /// Bit of the button that drags.
-pub(crate) const LEFT: u32 = 1;
+pub const LEFT: u32 = 1;
 
 /// Seconds of a day.
 pub const DAY: f64 = 86_400.0;
 
 /// No drag so far.
-pub(crate) const NO_DRAG: [i32; 4] = [-1; 4];
+pub const NO_DRAG: [i32; 4] = [-1; 4];
 
 /// Names of the buttons of a set of bits.
 pub fn button_names(buttons: u32) -> impl Iterator<Item = &'static str> {
@@ -119,7 +119,7 @@ impl Inputs {
     }
 
     /// Time starts over: the wheel was not turned since.
-    pub(crate) fn reset(&mut self) {
+    pub fn reset(&mut self) {
         self.wheel = [0.0; 2];
     }
 }
@@ -165,7 +165,7 @@ impl Default for ShownInputs {
 
 impl ShownInputs {
     /// The words of `input.keys`.
-    pub(crate) fn key_words(&self) -> [u32; 24] {
+    pub fn key_words(&self) -> [u32; 24] {
         let sets = [self.keys, self.keys_pressed, self.keys_toggled].map(KeySet::words);
         std::array::from_fn(|word| sets[word / 8][word % 8])
     }
@@ -173,7 +173,7 @@ impl ShownInputs {
 
 /// Inputs of the person and of the last frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct InputState {
+pub struct InputState {
     pub live: Inputs,
     pub shown: ShownInputs,
 }

@@ -9,10 +9,8 @@ use raxel_layouts::instances::Axis;
 use raxel_world::{Bounds, Mode, Orientation};
 use raxel_worldfile::{CELLS, POSITIONS, QuarterTurns};
 
-use super::demo::Demo;
-use super::read::{Clock, time};
-use crate::editing::scene_of;
-use crate::world::SessionWorld;
+use crate::demo::Demo;
+use crate::read::{Clock, time};
 
 /// An edit at a time. The names of materials and models are the world's to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -229,7 +227,7 @@ pub fn operations(text: &str, scene: &Scene) -> Result<Vec<Operation>, Vec<Diagn
 }
 
 /// Reads the edits: all must be right, and none earlier than the one before it.
-pub(super) fn in_order(node: &Node<'_, '_>, clock: &Clock) -> Option<Vec<EditKey>> {
+pub(crate) fn in_order(node: &Node<'_, '_>, clock: &Clock) -> Option<Vec<EditKey>> {
     let keys = Vec::<EditKey>::read(node, &(), clock)?;
     for pair in keys.windows(2) {
         let [before, after] = [&pair[0].time, &pair[1].time];
@@ -282,17 +280,13 @@ fn missing(code: raxel_diagnostics::Code, what: &str, named: &Spanned<String>, n
 }
 
 impl Demo {
-    /// Everything that is wrong with the edits in a world.
-    pub fn check_edits_in(&self, world: &SessionWorld) -> Vec<Diagnostic> {
-        self.check_edits(&scene_of(world))
-    }
-
-    fn check_edits(&self, scene: &Scene) -> Vec<Diagnostic> {
+    /// Everything that is wrong with the edits, over the materials and models of a world.
+    pub fn check_edits(&self, scene: &Scene) -> Vec<Diagnostic> {
         self.edits.iter().filter_map(|edit| edit.resolve(scene).err()).map(|error| *error).collect()
     }
 
     /// The edits that can be made, with their times, in order.
-    pub(crate) fn script(&self, scene: &Scene) -> Vec<(f64, Operation)> {
+    pub fn script(&self, scene: &Scene) -> Vec<(f64, Operation)> {
         self.edits.iter().filter_map(|edit| Some((edit.time.value, edit.resolve(scene).ok()?))).collect()
     }
 }

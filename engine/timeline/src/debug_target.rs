@@ -1,6 +1,6 @@
 //! Which resource is shown, as text: `depth`, `color@1`, `pyramid,mip=2`, `cascades,layer=3`, `color,after=sky`.
 //!
-//! A colon does for a comma. The same words are used by `--target`, by demos and by [`crate::Session::set_debug_target_text`].
+//! A colon does for a comma. The same words are used by `--target`, by demos and by `Session::set_debug_target_text`.
 
 use std::fmt;
 

@@ -7,13 +7,13 @@ use raxel_graph::checked::{Graph, ParamId, Value};
 use raxel_language::{ByName, Keys, Shape};
 use raxel_worldfile::{CAMERA_COORDINATES, CAMERA_FOV};
 
-use super::curve::{Interpolation, sample, segment};
-use super::edits::{self, EditKey};
-use super::inputs::DemoInputs;
-use super::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 use crate::camera::Camera;
+use crate::curve::{Interpolation, sample, segment};
 use crate::debug_target::DebugTarget;
+use crate::demo_inputs::DemoInputs;
+use crate::edits::{self, EditKey};
 use crate::params;
+use crate::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 
 /// A world, a graph and a timeline.
 #[derive(Clone, Debug, Keys)]
@@ -297,7 +297,7 @@ impl Demo {
     }
 
     /// The graph at `time` seconds into the timeline.
-    pub(super) fn graph_in(&self, time: f64) -> &Spanned<String> {
+    pub(crate) fn graph_in(&self, time: f64) -> &Spanned<String> {
         self.graphs.iter().rev().find(|key| key.time.value <= time).map_or(&self.graph, |key| &key.graph)
     }
 

@@ -153,7 +153,7 @@ impl Camera {
     }
 
     /// The camera as a streamed world is told of it, for a picture of that aspect of width over height.
-    pub(crate) fn eye(&self, aspect: f64) -> Eye {
+    pub fn eye(&self, aspect: f64) -> Eye {
         let half_angle = self.tan_half_fov(aspect).as_dvec2().length().atan();
         Eye { position: self.position(), cell: self.cell, forward: self.rotation() * DVec3::NEG_Z, half_angle }
     }
