@@ -163,7 +163,10 @@ fn clears_and_copies_are_ordered_with_passes() {
         memory.into_iter().any(|memory| memory.src.access.contains(from) && memory.dst.access.contains(to))
     };
     let stored = AccessMask::SHADER_STORAGE_WRITE;
-    assert!(orders(AccessMask::TRANSFER_WRITE, AccessMask::SHADER_STORAGE_READ), "`sum` is cleared before it is loaded");
+    assert!(
+        orders(AccessMask::TRANSFER_WRITE, AccessMask::SHADER_STORAGE_READ),
+        "`sum` is cleared before it is loaded"
+    );
     assert!(orders(stored, AccessMask::TRANSFER_WRITE), "`sum` is stored in the frame before it is cleared");
     assert!(orders(stored, AccessMask::TRANSFER_READ), "`world` is stored before it is copied");
 }
