@@ -41,7 +41,10 @@ const GATES: &[(&str, &str)] = &[
     ("packet", "tree64:packet,svo:packet"),
     ("parallel", "tree64:parallel,tree64:parallel_any"),
     ("period", "flat64:period,flat64:refill"),
-    ("ray", "tree64,svo,tree64:packet,tree64:ahead,tree64:onward,flat64:period"),
+    (
+        "ray",
+        "tree64,svo,tree64:packet,tree64:parallel,tree64:beam,tree64:ahead,tree64:onward,tree64:instances,flat64:period",
+    ),
     ("refill", "flat64:refill"),
     ("rivals/internal/store", "chunks:stored,chunk_table:stored"),
     ("rivals/internal/layouts/svdag", "svdag,svdag:ahead"),
@@ -60,8 +63,7 @@ const RAYS: [&str; 2] = ["1e5", "3e6"];
 const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,cubes,boxes,corners,menger,hills";
 
 /// The sets that rows of tiles trace: rays of no others are worth their time where no other row is run.
-const TILES: &str =
-    "tiles,octant-tiles,grazing-tiles,skimming-tiles,hidden-tiles,lattice-tiles,wrapped-tiles,range-end-tiles";
+const TILES: &str = "tiles,octant-tiles,grazing-tiles,skimming-tiles,hidden-tiles,lattice-tiles,wrapped-tiles,range-end-tiles,far-tiles";
 
 /// The sets whose rays are parallel.
 const GRIDS: &str = "parallel,parallel-ties,parallel-edges,wrapped-parallel";

@@ -53,6 +53,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
             "hidden-tiles",
             "wrapped-tiles",
             "range-end-tiles",
+            "far-tiles",
         ]
         .map(|set| row["sets"][set]["rays"].as_u64().unwrap());
         assert!(row["exact"] == true && of_sets.iter().all(|rays| *rays > 300), "{row}");

@@ -5,9 +5,10 @@
 mod hand;
 
 use hand::Hand;
-use raxel_graph::checked::{BufferSize, Clear, Condition, Every, Fact};
+use raxel_graph::checked::{BufferSize, Clear, Condition, Every, Fact, Origin};
 use raxel_graph::plan::{AccessMask, Barrier, CullReason, Dependency, HazardKind, Lifetime, Plan, Scope, Stages, Step};
 use raxel_shader::format::Format;
+use raxel_shader::interface::Access;
 
 fn live(plan: &Plan) -> Vec<&str> {
     plan.passes.iter().map(|pass| plan.graph.pass(pass.pass).name.as_str()).collect()
@@ -128,6 +129,46 @@ fn a_store_behind_one_of_now_and_then_makes_nothing_anew() {
     // Made anew in each frame, it holds nothing of the last one.
     hand.graph.passes[0].every = None;
     assert_eq!(live(&hand.plan("t").unwrap()), ["rare", "now"]);
+}
+
+#[test]
+fn a_view_before_the_first_store_shows_the_whole_last_frame() {
+    // `late` runs for `pinned` anyway; what `second` adds to `t` is seen in the next frame alone.
+    let mut hand = targets(&["a", "t", "pinned"]);
+    hand.pass("early", &["w a"]);
+    hand.pass("late", &["w t", "w pinned"]);
+    hand.pass("second", &["w t"]);
+    hand.pinned = vec!["pinned"];
+    hand.after = Some("early");
+    assert_eq!(live(&hand.plan("t").unwrap()), ["late", "second"]);
+    // Behind the store that makes it anew, nothing of the last frame is seen.
+    hand.after = Some("late");
+    assert_eq!(live(&hand.plan("t").unwrap()), ["late"]);
+}
+
+#[test]
+fn clears_and_copies_are_ordered_with_passes() {
+    let mut hand = targets(&["color"]);
+    hand.alias = false;
+    hand.buffer("sum", BufferSize::Bytes(64), Some(0));
+    for (name, origin) in [("world", Origin::Source(Access::ReadWrite)), ("copy", Origin::Copy)] {
+        hand.buffer(name, BufferSize::Source("world.tree64".to_owned()), None);
+        hand.graph.resources.last_mut().unwrap().origin = origin;
+    }
+    hand.pass("edit", &["x world", "x sum"]);
+    hand.pass("shade", &["r copy", "r sum", "w color"]);
+    let plan = hand.plan("color").unwrap();
+    let orders = |from: AccessMask, to: AccessMask| {
+        let memory = barriers(&plan).into_iter().filter_map(|barrier| barrier.memory);
+        memory.into_iter().any(|memory| memory.src.access.contains(from) && memory.dst.access.contains(to))
+    };
+    let stored = AccessMask::SHADER_STORAGE_WRITE;
+    assert!(
+        orders(AccessMask::TRANSFER_WRITE, AccessMask::SHADER_STORAGE_READ),
+        "`sum` is cleared before it is loaded"
+    );
+    assert!(orders(stored, AccessMask::TRANSFER_WRITE), "`sum` is stored in the frame before it is cleared");
+    assert!(orders(stored, AccessMask::TRANSFER_READ), "`world` is stored before it is copied");
 }
 
 #[test]

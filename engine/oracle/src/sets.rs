@@ -202,6 +202,11 @@ pub const ALL: &[RaySet] = &[
         make: Make::Tiles(tiles::range_end_tile),
     },
     RaySet {
+        name: "far-tiles",
+        about: "8 × 8 pixels of narrow views of solids from 9e3 to 2^24 voxels away, along an axis or in any direction",
+        make: Make::Tiles(tiles::far_tile),
+    },
+    RaySet {
         name: "skimming-tiles",
         about: "8 × 8 pixels of which one row meets a solid voxel just inside an edge, the others pass it; pixels square or not",
         make: Make::Tiles(tiles::skimming_tile),
@@ -221,6 +226,11 @@ pub const ALL: &[RaySet] = &[
         about: "two planes that are crossed one unit of the lattice apart, the least there is, beside a solid",
         make: Make::Rays(rays::unit_ties),
     },
+    RaySet {
+        name: "slightest",
+        about: "along an axis, and on the others 2^-28 to 2^-31 as fast, from planes of the lattice: at the limit of directions",
+        make: Make::Rays(rays::slightest),
+    },
     RaySet { name: "longest", about: "directions 2^100 to 2^127 long", make: Make::Rays(rays::longest) },
     RaySet {
         name: "fractions",
@@ -232,7 +242,11 @@ pub const ALL: &[RaySet] = &[
         about: "rays that end (t_max) where they begin or before, from solids and elsewhere",
         make: Make::Rays(rays::ended),
     },
-    RaySet { name: "invalid", about: "NaN, infinities, and no direction at all", make: Make::Rays(rays::invalid) },
+    RaySet {
+        name: "invalid",
+        about: "NaN of any bits, infinities, and no direction at all",
+        make: Make::Rays(rays::invalid),
+    },
 ];
 
 impl RaySet {

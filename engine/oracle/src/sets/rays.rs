@@ -168,14 +168,40 @@ pub(super) fn far(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-/// As [`far`], but one axis is far away alone: nothing of the others hides what its distance does.
+/// As [`far`], but one axis is far away alone: nothing of the others hides what its distance does. Half of the distances are any.
 pub(super) fn far_axes(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = targets.solid(random);
     let mut cell = random.cell(around(&targets.bounds));
-    let (axis, distance) = (random.index(3), AWAY[random.index(AWAY.len())] as i64);
+    let (axis, most) = (random.index(3), AWAY[random.index(AWAY.len())]);
+    let distance = if random.below(2) == 0 { most } else { most * f64::from(random.unit()) } as i64;
     cell[axis] = target[axis] + if random.below(2) == 0 { distance } else { -distance };
     let from = (clamped(cell).map(i64::from), fraction(random));
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
+}
+
+/// Along an axis past a solid voxel or into it, and on the others as slowly as the lattice of directions can tell, or too slowly for it. From planes of
+/// the lattice, where the slightest motion decides the cell, and from so far away that it comes to cells.
+pub(super) fn slightest(targets: &RayTargets, random: &mut Random) -> Ray {
+    let target = targets.solid(random);
+    let main = random.index(3);
+    let distance = [2.0, 40.0, 1_048_576.0, 4_294_967_296.0][random.index(4)];
+    let mut cell = target;
+    let mut dir = [0.0; 3];
+    for (axis, (cell, dir)) in cell.iter_mut().zip(&mut dir).enumerate() {
+        let sign = if random.below(2) == 0 { 1.0 } else { -1.0 };
+        let size = 1.0 + random.unit();
+        if axis == main {
+            *cell -= (f64::from(sign) * distance) as i64;
+            *dir = sign * size;
+        } else {
+            // The lattice ends at 2^-30 of the power of two in the largest component.
+            let exponent = 28.0 + random.below(4) as f32;
+            *cell += random.below(3).cast_signed() - 1;
+            *dir = if random.below(4) == 0 { 0.0 } else { sign * size * (-exponent).exp2() };
+        }
+    }
+    let frac = std::array::from_fn(|_| [0.0, 1.0, 0.5, random.unit()][random.index(4)]);
+    Ray::new(clamped(cell), frac, dir)
 }
 
 pub(super) fn far_pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
@@ -232,7 +258,9 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     let q = 2 * random.below(32).cast_signed() + 1;
     let off = if random.below(2) == 0 { 1 } else { -1 };
     let inverse = (1..64).find(|inverse| inverse * q % 64 == 1).unwrap_or(1);
-    let y = (-off * inverse).rem_euclid(64) + 64 * (1 + random.below(48 << 18).cast_signed());
+    // Half of them up to 48 voxels away, the others nearer, where a walk in floating point has the least room for what it is off.
+    let most = if random.below(2) == 0 { 48 << 18 } else { 1 << random.below(19) };
+    let y = (-off * inverse).rem_euclid(64) + 64 * (1 + random.below(most).cast_signed());
     let distances = [y, (q * y + off) / 64];
     let target = targets.solid(random);
     let (mut cell, mut frac, mut dir) = (target, fraction(random), [0.0; 3]);
@@ -269,7 +297,9 @@ pub(super) fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
 
 pub(super) fn invalid(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
-    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][random.index(3)];
+    // A NaN may have any bits behind its exponent.
+    let any_nan = f32::from_bits(0x7f80_0001 | random.bits() as u32);
+    let bad = [f32::NAN, any_nan, f32::INFINITY, f32::NEG_INFINITY][random.index(4)];
     match random.below(4) {
         0 => ray.dir = [0.0, -0.0, 0.0],
         1 => ray.dir = ray.dir.map(|_| 1e-40),

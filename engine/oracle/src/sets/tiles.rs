@@ -58,6 +58,25 @@ pub(super) fn range_end_tile(targets: &RayTargets, random: &mut Random) -> Tile 
     view_of(random, cell, target)
 }
 
+/// Views of a solid voxel and what is around it, from farther away than tiles are traced together or than beams reach: along one axis, or in any direction.
+pub(super) fn far_tile(targets: &RayTargets, random: &mut Random) -> Tile {
+    let (target, distance) = (targets.solid(random), [9e3, 2e4, 1e5, 1e6, 16_777_216.0][random.index(5)]);
+    let axis = random.index(3);
+    let away = if random.below(2) == 0 {
+        random.direction().map(|part| (f64::from(part) * distance) as i64)
+    } else {
+        let side = if random.below(2) == 0 { distance } else { -distance };
+        std::array::from_fn(|a| if a == axis { side as i64 } else { random.below(9).cast_signed() - 4 })
+    };
+    let cell = clamped(std::array::from_fn(|a| target[a] + away[a])).map(i64::from);
+    let frac = fraction(random);
+    let forward = Vec3::from_array(towards((cell, frac), (target, [0.5; 3]))).try_normalize().unwrap_or(Vec3::X);
+    let right = forward.any_orthonormal_vector();
+    let (size, seen) = (TILE_SIZES[random.index(6)], [2.0, 30.0, 400.0][random.index(3)]);
+    let first = tile_at(random, size, [0.5; 2]);
+    tile_of((cell, frac), [right, right.cross(forward), forward], size, (seen / distance) as f32, first)
+}
+
 /// A view of a voxel from a cell, taken by differences of 32 bits.
 fn view_of(random: &mut Random, cell: [i64; 3], target: [i64; 3]) -> Tile {
     let frac = fraction(random);
@@ -283,7 +302,7 @@ pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray;
     }
     let aim: [f64; 3] = std::array::from_fn(|_| [0.0, 1.0, f64::from(random.unit())][random.index(3)]);
     let apart = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 8.0, 1.3][random.index(4)];
-    let distance = [1.5, 60.0, 900.0, 4000.0][random.index(4)];
+    let distance = [1.5, 60.0, 900.0, 4000.0, 2e4, 1e6][random.index(6)];
     let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
     let first = std::array::from_fn(|a| aim[a] - distance * f64::from(dir[a]) - 3.5 * (along[0][a] + along[1][a]));
     let moves = random.below(2) == 0;

@@ -12,7 +12,7 @@ const uint RX_MARCH_ROUNDS = 60000u;
 
 struct RxLine {
     vec3 origin;    // voxels from world.origin
-    vec3 dir;       // the ray's, scaled so that its largest component is 1 to 2
+    vec3 dir;       // the ray's, scaled by a power of two so that its largest component is 1 to 2; 2 to 4 if the ray's is 2^127 or more
     vec3 inv;       // 1 / dir; 0 where dir is 0
     bvec3 still;    // dir is 0 there
     ivec3 forward;  // 1 where dir is positive, else 0
