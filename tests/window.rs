@@ -734,3 +734,37 @@ fn without_a_display_the_way_out_is_said() {
     let said = Run::from(output(command)).exits(4).stderr;
     assert!(said.contains("raxel render") && !said.contains(".rs:"), "{said}");
 }
+
+#[test]
+fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
+    let bare = Bare::open("rgba8", "vec4(1, 0, 0, 1)");
+    let filled = |color: [u8; 3]| bare.shows(|_, _| color);
+    eventually("the first picture", || filled([255, 0, 0]));
+    let graph = fs::read_to_string(bare.project.path("graphs/bare.toml")).unwrap();
+    let shader = BARE.replace("FORMAT", "rgba8");
+    bare.project.write("shaders/green.comp", shader.replace("VALUE", "vec4(0, 1, 0, 1)"));
+    let other = graph.replace("\"bare\"", "\"other\"").replace("fill.comp", "green.comp");
+    bare.project.write("graphs/other.toml", &other);
+    bare.project.write("graphs/wrong.toml", graph.replace("outColor = ", "outColour = "));
+    let title = || bare.display.xdotool(&["getwindowname", &bare.window]);
+    let open = |words: &str| {
+        press(&bare.display, "o", "the list of files", || !filled([255, 0, 0]) && !filled([0, 255, 0]));
+        bare.display.xdotool(&["type", "--delay", "60", words]);
+        std::thread::sleep(Duration::from_millis(300));
+        bare.display.xdotool(&["key", "Return"]);
+    };
+    open("wrong");
+    eventually("the mistake is told", || log(&bare.project.path("log")).contains("gen 1 failed: showing gen 0"));
+    eventually("the last good picture stays", || filled([255, 0, 0]));
+    assert!(title().starts_with("bare · "), "{}", title());
+    // It runs as soon as it is right.
+    bare.project.write("graphs/wrong.toml", &other);
+    eventually("the mended graph", || filled([0, 255, 0]));
+    assert!(log(&bare.project.path("log")).contains("opened graphs/wrong.toml"));
+    open("bare graphs");
+    eventually("the graph before", || filled([255, 0, 0]));
+    // Escape ends the list, and then the window.
+    press(&bare.display, "o", "the list of files", || !filled([255, 0, 0]));
+    press(&bare.display, "Escape", "the bare picture", || filled([255, 0, 0]));
+    bare.leave();
+}

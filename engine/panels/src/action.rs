@@ -1,6 +1,6 @@
 //! What the user asks for.
 
-use crate::view::{Brush, CompareMode, Lane, Map, Shown, Sought};
+use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown, Sought};
 
 /// The file that values of params are written into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +65,10 @@ pub enum Action {
     Gain(f32),
     /// Find how far what is shown is from the kept picture.
     Measure,
+    /// List the files of the project, for [`View::files`](crate::View::files).
+    ListFiles,
+    /// Open a file of the project, by its project path, in place of what runs.
+    Open(FileKind, String),
     /// Stop or start the clock.
     Pause,
     /// Let one frame pass.

@@ -10,6 +10,7 @@ use egui::{
 use crate::action::Action;
 use crate::layout::{Layout, Panel, Side};
 use crate::problems::problem_list;
+use crate::switcher::{Switcher, Switching};
 use crate::view::{Problem, Shown, View};
 use crate::{
     bar, brush, compare, frame, graph, inspect, magnified, params, passes, problems, resources, timeline, world,
@@ -38,6 +39,8 @@ pub struct Panels {
     preset: String,
     /// The file that a picture is loaded from.
     picture: String,
+    /// The list of the project's files, while it is open.
+    switcher: Option<Switcher>,
     /// A key of the timeline on its way to another time.
     moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
@@ -67,6 +70,21 @@ impl Panels {
     /// Shows or hides everything.
     pub fn toggle(&mut self) {
         self.layout.visible = !self.layout.visible;
+    }
+
+    /// Opens the list of the project's files, also while the panels are hidden.
+    pub fn switch(&mut self) {
+        self.switcher = Some(Switcher::default());
+    }
+
+    /// Whether the list of the project's files is open.
+    pub fn is_switching(&self) -> bool {
+        self.switcher.is_some()
+    }
+
+    /// Whether anything is drawn over the picture.
+    pub fn are_drawn(&self) -> bool {
+        self.layout.visible || self.is_switching()
     }
 
     /// Whether a press at this point, in points from the top left, resizes a dock. It must not drag the camera as well.
@@ -102,6 +120,11 @@ impl Panels {
             for side in self.sides(ctx) {
                 self.dock(ctx, view, side, (&mut actions, &mut hovered));
             }
+        }
+        if let Some(switcher) = &mut self.switcher
+            && switcher.show(ctx, view.files, &mut actions) == Switching::Ends
+        {
+            self.switcher = None;
         }
         self.follow(ctx, hovered, &mut actions);
         actions
@@ -176,6 +199,10 @@ impl Panels {
             let hidden = ScrollBarVisibility::AlwaysHidden;
             ScrollArea::horizontal().scroll_bar_visibility(hidden).auto_shrink([false, true]).show(ui, |ui| {
                 ui.horizontal(|ui| {
+                    if ui.button("Open").on_hover_text("Another graph, world or demo of the project; O").clicked() {
+                        actions.push(Action::ListFiles);
+                    }
+                    ui.separator();
                     for panel in Panel::ALL {
                         if panel == Panel::Timeline && view.timeline.is_none() {
                             continue;

@@ -21,6 +21,7 @@ mod problems;
 mod resources;
 mod samples;
 mod statistics;
+mod switcher;
 mod timeline;
 mod turns;
 pub mod view;

@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Compiling, Effect, Figures, FirstPicture, Kind, Lane, Loading, Map, Param, PassState,
-    Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Compiling, Effect, Figures, FileKind, FirstPicture, Kind, Lane, Loading, Map, Param,
+    PassState, Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -735,4 +735,40 @@ fn presets_are_kept_set_and_deleted() {
     harness.state_mut().presets.push(Preset { name: "dawn".to_owned(), ..Preset::default() });
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "Replace"), [Action::SavePreset("dawn".to_owned())]);
+}
+
+#[test]
+fn a_file_of_the_project_is_found_by_words_and_opened() {
+    let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Open"), [Action::ListFiles]);
+    let listed = |harness: &mut Harness<'_, Window>| {
+        harness.state_mut().panels.switch();
+        harness.state_mut().actions.clear();
+        harness.run_steps(4);
+    };
+    let press = |harness: &mut Harness<'_, Window>, keys: &[egui::Key]| {
+        for key in keys {
+            harness.key_press(*key);
+            harness.run_steps(3);
+        }
+        std::mem::take(&mut harness.state_mut().actions)
+    };
+    listed(&mut harness);
+    harness.get_by_label("graphs/test.toml (open)");
+    assert_eq!(click(&mut harness, "worlds/a.toml"), [Action::Open(FileKind::World, "worlds/a.toml".to_owned())]);
+    assert!(!harness.state().panels.is_switching());
+    // Words in any order leave the files that have them; arrows choose among them, and Enter opens.
+    listed(&mut harness);
+    harness.get_by_label("file to open").type_text("TOML graphs");
+    harness.run_steps(4);
+    assert!(harness.query_by_label("worlds/a.toml").is_none());
+    let open = |path: &str| [Action::Open(FileKind::Graph, path.to_owned())];
+    assert_eq!(press(&mut harness, &[egui::Key::ArrowDown, egui::Key::Enter]), open("graphs/test.toml"));
+    // Escape leaves everything as it is, and a filter that nothing has says so.
+    listed(&mut harness);
+    harness.get_by_label("file to open").type_text("nothing");
+    harness.run_steps(4);
+    harness.get_by_label("No file of the project has this in its path.");
+    assert_eq!(press(&mut harness, &[egui::Key::Enter, egui::Key::Escape]), []);
+    assert!(!harness.state().panels.is_switching());
 }

@@ -23,7 +23,7 @@ use winit::event_loop::ActiveEventLoop;
 use super::brush::Stroke;
 use super::controls::Command;
 use super::write_back::Written;
-use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
+use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
 
 /// How long a message stays in the bar.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -46,6 +46,7 @@ impl Viewer<'_> {
             Command::Larger => self.choose(|brush, _| brush::resize(brush, true)),
             Command::Smaller => self.choose(|brush, _| brush::resize(brush, false)),
             Command::NextMaterial => self.choose(brush::next_material),
+            Command::Open => self.perform(Action::ListFiles, event_loop),
             Command::Panels => self.panels.toggle(),
             Command::Home => self.go_to(self.home),
             Command::RecordKey => self.perform(Action::RecordKey, event_loop),
@@ -116,6 +117,11 @@ impl Viewer<'_> {
             | Action::Flip
             | Action::Gain(_)
             | Action::Measure) => self.compare(action),
+            Action::ListFiles => {
+                self.files = switching::list(&self.session);
+                self.panels.switch();
+            }
+            Action::Open(kind, path) => self.open_file(kind, path),
             Action::Pause => self.run_command(Command::Pause, event_loop),
             Action::Step => self.run_command(Command::Step, event_loop),
             Action::Reset => self.reset(),

@@ -132,7 +132,7 @@ impl Viewer<'_> {
             return Ok(());
         }
         self.draw_panels(event_loop);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let Some(Open { presenter, overlay, .. }) = &mut self.window else { return Ok(()) };
         let presented =
             overlay.present(presenter, |presenter, frame| presenter.present_blank(GROUND, visible.then_some(frame)));
@@ -199,6 +199,9 @@ impl Viewer<'_> {
             ReloadEvent::Reloaded(reloaded) => {
                 self.problems = problems(&reloaded.diagnostics, &reloaded.texts);
                 self.data.forget();
+                if reloaded.opened {
+                    self.begin_opened();
+                }
                 for name in self.written.drain(..) {
                     // The file has the value now; from here on it follows the file.
                     let _ = self.session.unset_param(&name);
@@ -291,6 +294,7 @@ impl Viewer<'_> {
             inspected: self.inspector.view(&self.session, resources, cursor, &region),
             magnified,
             compare: self.comparing.view(&self.session),
+            files: &self.files,
         };
         let panels = &mut self.panels;
         let actions = overlay.draw(window, |context| panels.show(context, &view));
@@ -309,7 +313,7 @@ impl Viewer<'_> {
             }
         }
         let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
         let whole = !self.session.outcomes().contains(&PassOutcome::Off);
         let presented = match open.pictures {
@@ -365,7 +369,7 @@ impl Viewer<'_> {
         }
         (self.touched, self.drawn) = (false, Instant::now());
         self.draw_panels(event_loop);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let Some(open) = &mut self.window else { return Ok(()) };
         match open.present_taken(visible) {
             Ok(_) => Ok(()),

@@ -25,6 +25,7 @@ mod presenting;
 mod presets;
 mod problem_log;
 mod reload_log;
+mod switching;
 mod title;
 mod waiting;
 mod write_back;
@@ -35,7 +36,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
-use raxel_panels::view::{Brush, Problem};
+use raxel_panels::view::{Brush, Problem, ProjectFile};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -198,6 +199,8 @@ struct Viewer<'a> {
     magnifier: Magnifier,
     comparing: Comparing,
     problems: Vec<Problem>,
+    /// Files of the project, as they were listed last.
+    files: Vec<ProjectFile>,
     printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
@@ -268,7 +271,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
             return self.waiting_event(event_loop, &event);
         }
         self.touched |= !matches!(event, WindowEvent::RedrawRequested);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let taken = match &mut self.window {
             Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
             None => false,
@@ -372,6 +375,7 @@ impl<'a> Viewer<'a> {
             reloads: ReloadLog::new(console),
             home: *session.camera(),
             problems: Vec::new(),
+            files: Vec::new(),
             printed: PrintLog::default(),
             layout_file: LayoutFile::of(session.project().root()),
             presets: Presets::of(session.project().root()),

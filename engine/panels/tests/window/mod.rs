@@ -3,8 +3,9 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use raxel_panels::view::{
-    Brush, Compare, Editing, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem, Resource,
-    Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
+    Brush, Compare, Editing, FileKind, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem,
+    ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent,
+    WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
 
@@ -29,6 +30,7 @@ pub struct Window {
     pub swatches: Vec<Swatch>,
     pub actions: Vec<Action>,
     pub world: WorldStatistics,
+    pub files: Vec<ProjectFile>,
 }
 
 impl Window {
@@ -91,6 +93,14 @@ impl Window {
                 sources: vec![("world.tree64".to_owned(), 1 << 20), ("world.lights".to_owned(), 4096)],
                 edits: [3, 1],
             },
+            files: [
+                (FileKind::Demo, "worlds/a.demo.toml"),
+                (FileKind::World, "worlds/a.toml"),
+                (FileKind::Graph, "graphs/other.toml"),
+                (FileKind::Graph, "graphs/test.toml"),
+            ]
+            .map(|(kind, path)| ProjectFile { kind, path: path.to_owned(), runs: path == "graphs/test.toml" })
+            .to_vec(),
         }
     }
 
@@ -141,6 +151,7 @@ impl Window {
             inspected: self.inspected.as_ref(),
             magnified: self.magnified.clone(),
             compare: self.compare.clone(),
+            files: &self.files,
         };
         self.actions.extend(self.panels.show(ctx, &view));
     }
