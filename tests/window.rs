@@ -137,7 +137,10 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
 fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     let display = Display::start();
     let project = Project::shipped();
-    project.write(".raxel/window.toml", "right = { open = \"inspect\", size = 100.0 }\nleft = {}\nbottom = {}\n");
+    project.write(
+        ".raxel/window.toml",
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"inspect\"] } } }\n",
+    );
     let log_path = project.path("log");
     let mut child = Running::start(
         command(
@@ -148,9 +151,9 @@ fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
         .env_remove("WAYLAND_DISPLAY")
         .stderr(fs::File::create(&log_path).unwrap()),
     );
-    // Left of all that a panel covers here, and below the bar.
+    // Left of all that a panel covers here, and below the bar and the tabs.
     let picture = |pixels: Vec<[u8; 3]>| -> Vec<[u8; 3]> {
-        (40..180).flat_map(|y| pixels[y * 320..y * 320 + 100].to_vec()).collect()
+        (56..180).flat_map(|y| pixels[y * 320..y * 320 + 100].to_vec()).collect()
     };
     let expected = picture(rendered(&project, "normal"));
     let shown = || picture(display.pixels(320, 180));
@@ -170,7 +173,7 @@ fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     let covered = |x: usize| display.pixels(320, 180)[150 * 320 + x].iter().all(|part| *part < 60);
     eventually("the panel", || covered(300) && !covered(160));
     // A press just outside of the panel takes hold of its edge.
-    drag("217", &["200", "150"]);
+    drag("173", &["160", "130"]);
     eventually("the panel is wider", || covered(160));
     assert!(shown() == expected, "the camera stays");
     drag("60", &["50", "40"]);

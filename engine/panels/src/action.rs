@@ -32,6 +32,8 @@ pub enum Action {
     ResetParam(String),
     /// Write the values of these params into a file.
     WriteParams(Vec<String>, WriteTo),
+    /// Make keys of the demo of params that are moved, or not any more.
+    Record(bool),
     /// Keep the values of all params under a name.
     SavePreset(String),
     /// Set the params to the values of this name.

@@ -13,6 +13,7 @@ mod graph;
 mod graph_layout;
 mod inspect;
 mod layout;
+mod layout_file;
 mod magnified;
 mod params;
 mod passes;
@@ -29,7 +30,7 @@ mod world;
 
 pub use action::{Action, WriteTo};
 pub use docks::Panels;
-pub use layout::{Dock, Layout, Panel, Side};
+pub use layout::{Layout, Panel, Side};
 pub use samples::Samples;
 pub use statistics::{BINS, Statistics, not_finite};
 pub use turns::turns;

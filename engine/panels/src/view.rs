@@ -26,6 +26,8 @@ pub struct View<'a> {
     pub resources: &'a [Resource],
     /// Live values in the order of the file.
     pub params: Vec<Param>,
+    /// What is moved of them becomes keys of the demo.
+    pub records: bool,
     /// Named values of them, by name.
     pub presets: Vec<Preset>,
     /// Diagnostics.

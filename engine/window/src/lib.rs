@@ -12,6 +12,7 @@ mod described;
 mod editor;
 mod elements;
 mod frame;
+mod history;
 mod inspector;
 mod layout_file;
 mod locate;
@@ -24,9 +25,11 @@ mod panel_data;
 mod presenting;
 mod presets;
 mod problem_log;
+mod recording;
 mod reload_log;
 mod switching;
 mod title;
+mod undoing;
 mod waiting;
 mod write_back;
 
@@ -55,15 +58,16 @@ use self::comparing::Comparing;
 use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
+use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
 use self::magnifier::Magnifier;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
 use self::presets::Presets;
+use self::recording::Recorder;
 use self::reload_log::ReloadLog;
 use self::title::Title;
-use self::write_back::Written;
 use raxel_control::{Control, Drive};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -208,8 +212,12 @@ struct Viewer<'a> {
     before_peek: Option<DebugTarget>,
     /// Params whose values were written to a file that was not read again yet.
     written: Vec<String>,
-    /// What the window wrote into files last.
-    last_write: Vec<Written>,
+    /// What the window has changed, to be undone.
+    history: History,
+    /// Makes keys of params that are moved.
+    recorder: Recorder,
+    /// The demo drives again when what is recorded is written.
+    hands_back: bool,
     /// Editors that were opened.
     editors: Editors,
     /// Whether the demo starts over, if the user has chosen.
@@ -276,8 +284,8 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
             Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
             None => false,
         };
-        let pressed = matches!(event, WindowEvent::MouseInput { state: ElementState::Pressed, .. });
-        let taken = taken || (pressed && self.is_on_edge());
+        let by_pointer = matches!(event, WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. });
+        let taken = if by_pointer { self.is_over_panels() } else { taken };
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resize(size),
@@ -388,7 +396,9 @@ impl<'a> Viewer<'a> {
             notice: None,
             before_peek: None,
             written: Vec::new(),
-            last_write: Vec::new(),
+            history: History::default(),
+            recorder: Recorder::default(),
+            hands_back: false,
             editors: Editors::default(),
             looped: None,
             next_runs: NextFrame::default(),
@@ -497,10 +507,10 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// Whether the cursor is where a press resizes a dock.
-    fn is_on_edge(&self) -> bool {
+    /// Whether the cursor is over a panel, or where a press resizes a dock.
+    fn is_over_panels(&self) -> bool {
         let at = self.window.as_ref().zip(self.controls.pointer());
-        at.is_some_and(|(open, pixel)| self.panels.is_edge(open.overlay.point(pixel)))
+        at.is_some_and(|(open, pixel)| open.overlay.has_pointer(&self.panels, pixel))
     }
 
     /// The left button was pressed or released. Whether it holds the edge of a wipe now.

@@ -41,5 +41,6 @@ impl Viewer<'_> {
         self.home = *self.session.camera();
         (self.before_peek, self.looped, self.refused, self.painting) = (None, None, None, None);
         self.written.clear();
+        self.history.forget_session();
     }
 }

@@ -7,7 +7,7 @@ use raxel_panels::view::{
     ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent,
     WorldStatistics, Zoom,
 };
-use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
 
 /// A window with a small graph of three passes, one of them left out.
 pub struct Window {
@@ -18,6 +18,7 @@ pub struct Window {
     pub resources: Vec<Resource>,
     pub params: Vec<Param>,
     pub presets: Vec<Preset>,
+    pub records: bool,
     pub problems: Vec<Problem>,
     pub inspected: Option<Inspected>,
     pub magnified: Magnified,
@@ -36,11 +37,8 @@ pub struct Window {
 impl Window {
     /// With these panels open.
     pub fn new(open: &[Panel]) -> Self {
-        let mut layout = Layout::default();
-        for side in [Side::Left, Side::Right, Side::Bottom] {
-            let dock = layout.dock_mut(side);
-            (dock.open, dock.below) = (None, None);
-        }
+        let mut layout = Layout::empty();
+        layout.timeline = false;
         open.iter().for_each(|panel| layout.open(*panel));
         let mut gpu = Samples::default();
         [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
@@ -68,6 +66,7 @@ impl Window {
                 Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
             ],
             presets: Vec::new(),
+            records: false,
             problems: Vec::new(),
             inspected: None,
             magnified: Magnified::default(),
@@ -128,6 +127,7 @@ impl Window {
             resources: &self.resources,
             params: self.params.clone(),
             presets: self.presets.clone(),
+            records: self.records,
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
