@@ -313,10 +313,7 @@ impl Panels {
             None => docks,
         };
         self.free = if self.layout.is_docked() || only.is_some() { free.or(self.free) } else { None };
-        match closed {
-            Some(Panel::Timeline) => self.layout.timeline = false,
-            _ => {}
-        }
+        self.layout.timeline &= closed != Some(Panel::Timeline);
         if let Some(panel) = closed {
             self.layout.close(panel);
         }

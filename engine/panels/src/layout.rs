@@ -120,7 +120,7 @@ impl Layout {
     /// No panel is open.
     pub fn empty() -> Self {
         let mut docks = DockState::new(vec![Tab::Picture]);
-        docks.translations.tab_context_menu.eject_button = "Float".to_owned();
+        "Float".clone_into(&mut docks.translations.tab_context_menu.eject_button);
         Self { visible: true, zoom: 1.0, timeline: true, docks, windows: Vec::new() }
     }
 

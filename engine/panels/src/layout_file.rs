@@ -226,12 +226,11 @@ impl Area {
 
     /// Builds it in place of the main surface, or in a new window.
     fn build(&self, docks: &mut DockState<Tab>, window: Option<Vec<Tab>>) -> egui_dock::SurfaceIndex {
-        let surface = match window {
-            Some(tabs) => docks.add_window(tabs),
-            None => {
-                *docks.main_surface_mut() = Tree::new(self.first());
-                egui_dock::SurfaceIndex::main()
-            }
+        let surface = if let Some(tabs) = window {
+            docks.add_window(tabs)
+        } else {
+            *docks.main_surface_mut() = Tree::new(self.first());
+            egui_dock::SurfaceIndex::main()
         };
         self.fill(&mut docks[surface], NodeIndex::root());
         surface

@@ -130,14 +130,13 @@ pub fn with_param_keys(text: &str, take: &Take) -> Result<String, String> {
         time.as_float().or_else(|| time.as_integer().map(|time| time as f64))
     };
     array.retain(|key| time_of(key).is_none_or(|time| time < first - SAME || time > last + SAME));
-    let mut at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
+    let at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
     let rest = [0.0, first - APART].map(|time| (time, take.before));
     let rest = rest.into_iter().filter(|(time, _)| new && *time >= 0.0 && *time < first);
     let rest = rest.take(if take.steps() { 1 } else { 2 });
-    for (time, value) in rest.chain(keys) {
+    for (offset, (time, value)) in rest.chain(keys).enumerate() {
         let key: Array = [rounded(time).into(), literal(&value)].into_iter().collect::<Array>();
-        array.insert(at, Value::Array(key));
-        at += 1;
+        array.insert(at + offset, Value::Array(key));
     }
     if new && take.steps() {
         track.insert("interpolation", value("step"));

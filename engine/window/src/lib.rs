@@ -216,8 +216,6 @@ struct Viewer<'a> {
     history: History,
     /// Makes keys of params that are moved.
     recorder: Recorder,
-    /// The demo drives again when what is recorded is written.
-    hands_back: bool,
     /// Editors that were opened.
     editors: Editors,
     /// Whether the demo starts over, if the user has chosen.
@@ -398,7 +396,6 @@ impl<'a> Viewer<'a> {
             written: Vec::new(),
             history: History::default(),
             recorder: Recorder::default(),
-            hands_back: false,
             editors: Editors::default(),
             looped: None,
             next_runs: NextFrame::default(),

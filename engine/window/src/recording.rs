@@ -28,6 +28,8 @@ pub type Key = (f64, Value);
 pub struct Recorder {
     on: bool,
     take: Option<Take>,
+    /// The demo does not drive meanwhile.
+    took_over: bool,
 }
 
 impl Recorder {
@@ -39,6 +41,16 @@ impl Recorder {
     /// Begins, or ends.
     pub fn turn(&mut self, on: bool) {
         self.on = on;
+    }
+
+    /// The demo drives the param, and must not until it is let go of.
+    pub fn take_over(&mut self) {
+        self.took_over = true;
+    }
+
+    /// Whether the demo is to drive again. Says so once.
+    pub fn hands_back(&mut self) -> bool {
+        std::mem::take(&mut self.took_over)
     }
 
     /// A param was moved at a time, and had a value before. Gives the take of another param, which has ended.

@@ -129,7 +129,7 @@ impl Viewer<'_> {
         let tracked = |demo: &Arc<Demo>| demo.tracks.iter().any(|track| track.param.value == name);
         if self.session.demo_drives() && self.session.demo().is_some_and(tracked) {
             self.session.take_over();
-            self.hands_back = true;
+            self.recorder.take_over();
         }
         let time = self.seconds();
         if let Some(take) = self.recorder.moved(name, before, time, numbers) {
@@ -166,7 +166,7 @@ impl Viewer<'_> {
                 Err(error) => self.warn(error),
             }
         }
-        if std::mem::take(&mut self.hands_back) {
+        if self.recorder.hands_back() {
             self.session.hand_back();
         }
     }
