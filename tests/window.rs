@@ -771,3 +771,68 @@ fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
     press(&bare.display, "Escape", "the bare picture", || filled([255, 0, 0]));
     bare.leave();
 }
+
+#[test]
+fn a_slider_that_is_recorded_makes_a_demo_and_undo_takes_it_back() {
+    let (display, project) = (Display::start(), Project::empty());
+    project.write(
+        "graphs/bare.toml",
+        "name = \"bare\"\npresent = \"color\"\n[params.red]\ntype = \"f32\"\ndefault = 0.25\nrange = [0.0, 1.0]\n\
+         [targets.color]\nformat = \"rgba8\"\ndisplay = { map = \"raw\" }\n\
+         [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n\
+         [passes.push]\nred = { type = \"f32\", from = \"param.red\" }\n",
+    );
+    let push = "layout(push_constant) uniform PC { float red; } pc;\nvoid main()";
+    let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(pc.red, 0, 0, 1)");
+    project.write("shaders/fill.comp", shader.replace("void main()", push));
+    project.write(
+        "worlds/box.toml",
+        "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"red\"\n",
+    );
+    let docks =
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\"] } } }\n";
+    project.write(".raxel/window.toml", docks);
+    let mut child = Running::start(
+        command(
+            project.root(),
+            &["run", "graphs/bare.toml", "--world", "worlds/box.toml", "--size", "600x400", "--validate"],
+        )
+        .env("DISPLAY", &display.name)
+        .env_remove("WAYLAND_DISPLAY")
+        .stderr(fs::File::create(project.path("log")).unwrap()),
+    );
+    let log = || log(&project.path("log"));
+    // Below bar and tabs, left of the panel.
+    let red = || display.pixels(600, 400)[200 * 600 + 100];
+    eventually("the first picture", || red() == [64, 0, 0]);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    let rest = || std::thread::sleep(Duration::from_millis(300));
+    display.xdotool(&["mousemove", "441", "56"]);
+    rest();
+    display.xdotool(&["click", "1"]);
+    rest();
+    // The handle of the only slider, from a quarter to its upper end.
+    display.xdotool(&["mousemove", "386", "137"]);
+    rest();
+    display.xdotool(&["mousedown", "1"]);
+    for x in ["400", "420", "440", "470"] {
+        rest();
+        display.xdotool(&["mousemove", x, "137"]);
+    }
+    eventually("the param follows", || red() == [255, 0, 0]);
+    display.xdotool(&["mouseup", "1"]);
+    let demo = project.path("worlds/take.demo.toml");
+    eventually("the demo", || log().contains("opened worlds/take.demo.toml"));
+    let text = fs::read_to_string(&demo).unwrap();
+    assert!(text.contains("world = \"box.toml\"\ngraph = \"bare.toml\"") && text.contains("[tracks.red]"), "{text}");
+    assert!(text.contains("[0.0, 0.25]") && text.contains(", 1.0]"), "{text}");
+    // The demo plays the motion, from dark to bright.
+    eventually("it is dark again", || red()[0] < 128);
+    eventually("it is bright again", || red() == [255, 0, 0]);
+    display.xdotool(&["mousemove", "100", "200"]);
+    press(&display, "ctrl+z", "the demo is gone", || !demo.exists());
+    eventually("the graph runs without it", || log().contains("opened graphs/bare.toml"));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log());
+}
