@@ -180,7 +180,10 @@ fn a_graph_has_mouse_and_keyboard() {
 fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     let display = Display::start();
     let project = Project::shipped();
-    project.write(".raxel/window.toml", "right = { open = \"inspect\", size = 100.0 }\nleft = {}\nbottom = {}\n");
+    project.write(
+        ".raxel/window.toml",
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"inspect\"] } } }\n",
+    );
     let log_path = project.path("log");
     let mut child = Running::start(
         command(
@@ -191,9 +194,9 @@ fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
         .env_remove("WAYLAND_DISPLAY")
         .stderr(fs::File::create(&log_path).unwrap()),
     );
-    // Left of all that a panel covers here, and below the bar.
+    // Left of all that a panel covers here, and below the bar and the tabs.
     let picture = |pixels: Vec<[u8; 3]>| -> Vec<[u8; 3]> {
-        (40..180).flat_map(|y| pixels[y * 320..y * 320 + 100].to_vec()).collect()
+        (56..180).flat_map(|y| pixels[y * 320..y * 320 + 100].to_vec()).collect()
     };
     let expected = picture(rendered(&project, "normal"));
     let shown = || picture(display.pixels(320, 180));
@@ -213,7 +216,7 @@ fn a_drag_of_a_panels_edge_leaves_the_camera_where_it_is() {
     let covered = |x: usize| display.pixels(320, 180)[150 * 320 + x].iter().all(|part| *part < 60);
     eventually("the panel", || covered(300) && !covered(160));
     // A press just outside of the panel takes hold of its edge.
-    drag("217", &["200", "150"]);
+    drag("173", &["160", "130"]);
     eventually("the panel is wider", || covered(160));
     assert!(shown() == expected, "the camera stays");
     drag("60", &["50", "40"]);
@@ -776,4 +779,103 @@ fn without_a_display_the_way_out_is_said() {
     let command = command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     let said = Run::from(output(command)).exits(4).stderr;
     assert!(said.contains("raxel render") && !said.contains(".rs:"), "{said}");
+}
+
+#[test]
+fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
+    let bare = Bare::open("rgba8", "vec4(1, 0, 0, 1)");
+    let filled = |color: [u8; 3]| bare.shows(|_, _| color);
+    eventually("the first picture", || filled([255, 0, 0]));
+    let graph = fs::read_to_string(bare.project.path("graphs/bare.toml")).unwrap();
+    let shader = BARE.replace("FORMAT", "rgba8");
+    bare.project.write("shaders/green.comp", shader.replace("VALUE", "vec4(0, 1, 0, 1)"));
+    let other = graph.replace("\"bare\"", "\"other\"").replace("fill.comp", "green.comp");
+    bare.project.write("graphs/other.toml", &other);
+    bare.project.write("graphs/wrong.toml", graph.replace("outColor = ", "outColour = "));
+    let title = || bare.display.xdotool(&["getwindowname", &bare.window]);
+    let open = |words: &str| {
+        press(&bare.display, "o", "the list of files", || !filled([255, 0, 0]) && !filled([0, 255, 0]));
+        bare.display.xdotool(&["type", "--delay", "60", words]);
+        std::thread::sleep(Duration::from_millis(300));
+        bare.display.xdotool(&["key", "Return"]);
+    };
+    open("wrong");
+    eventually("the mistake is told", || log(&bare.project.path("log")).contains("gen 1 failed: showing gen 0"));
+    eventually("the last good picture stays", || filled([255, 0, 0]));
+    assert!(title().starts_with("bare · "), "{}", title());
+    // It runs as soon as it is right.
+    bare.project.write("graphs/wrong.toml", &other);
+    eventually("the mended graph", || filled([0, 255, 0]));
+    assert!(log(&bare.project.path("log")).contains("opened graphs/wrong.toml"));
+    open("bare graphs");
+    eventually("the graph before", || filled([255, 0, 0]));
+    // Escape ends the list, and then the window.
+    press(&bare.display, "o", "the list of files", || !filled([255, 0, 0]));
+    press(&bare.display, "Escape", "the bare picture", || filled([255, 0, 0]));
+    bare.leave();
+}
+
+#[test]
+fn a_slider_that_is_recorded_makes_a_demo_and_undo_takes_it_back() {
+    let (display, project) = (Display::start(), Project::empty());
+    project.write(
+        "graphs/bare.toml",
+        "name = \"bare\"\npresent = \"color\"\n[params.red]\ntype = \"f32\"\ndefault = 0.25\nrange = [0.0, 1.0]\n\
+         [targets.color]\nformat = \"rgba8\"\ndisplay = { map = \"raw\" }\n\
+         [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n\
+         [passes.push]\nred = { type = \"f32\", from = \"param.red\" }\n",
+    );
+    let push = "layout(push_constant) uniform PC { float red; } pc;\nvoid main()";
+    let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(pc.red, 0, 0, 1)");
+    project.write("shaders/fill.comp", shader.replace("void main()", push));
+    project.write(
+        "worlds/box.toml",
+        "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"red\"\n",
+    );
+    let docks =
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\"] } } }\n";
+    project.write(".raxel/window.toml", docks);
+    let mut child = Running::start(
+        command(
+            project.root(),
+            &["run", "graphs/bare.toml", "--world", "worlds/box.toml", "--size", "600x400", "--validate"],
+        )
+        .env("DISPLAY", &display.name)
+        .env_remove("WAYLAND_DISPLAY")
+        .stderr(fs::File::create(project.path("log")).unwrap()),
+    );
+    let log = || log(&project.path("log"));
+    // Below bar and tabs, left of the panel.
+    let red = || display.pixels(600, 400)[200 * 600 + 100];
+    eventually("the first picture", || red() == [64, 0, 0]);
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    let rest = || std::thread::sleep(Duration::from_millis(300));
+    display.xdotool(&["mousemove", "441", "56"]);
+    rest();
+    display.xdotool(&["click", "1"]);
+    rest();
+    // The handle of the only slider, from a quarter to its upper end.
+    display.xdotool(&["mousemove", "386", "137"]);
+    rest();
+    display.xdotool(&["mousedown", "1"]);
+    for x in ["400", "420", "440", "470"] {
+        rest();
+        display.xdotool(&["mousemove", x, "137"]);
+    }
+    eventually("the param follows", || red() == [255, 0, 0]);
+    display.xdotool(&["mouseup", "1"]);
+    let demo = project.path("worlds/take.demo.toml");
+    eventually("the demo", || log().contains("opened worlds/take.demo.toml"));
+    let text = fs::read_to_string(&demo).unwrap();
+    assert!(text.contains("world = \"box.toml\"\ngraph = \"bare.toml\"") && text.contains("[tracks.red]"), "{text}");
+    assert!(text.contains("[0.0, 0.25]") && text.contains(", 1.0]"), "{text}");
+    // The demo plays the motion, from dark to bright.
+    eventually("it is dark again", || red()[0] < 128);
+    eventually("it is bright again", || red() == [255, 0, 0]);
+    display.xdotool(&["mousemove", "100", "200"]);
+    press(&display, "ctrl+z", "the demo is gone", || !demo.exists());
+    eventually("the graph runs without it", || log().contains("opened graphs/bare.toml"));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log());
 }

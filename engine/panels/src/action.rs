@@ -1,6 +1,6 @@
 //! What the user asks for.
 
-use crate::view::{Brush, CompareMode, Lane, Map, Shown, Sought};
+use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown, Sought};
 
 /// The file that values of params are written into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub enum Action {
     ResetParam(String),
     /// Write the values of these params into a file.
     WriteParams(Vec<String>, WriteTo),
+    /// Make keys of the demo of params that are moved, or not any more.
+    Record(bool),
     /// Keep the values of all params under a name.
     SavePreset(String),
     /// Set the params to the values of this name.
@@ -65,6 +67,10 @@ pub enum Action {
     Gain(f32),
     /// Find how far what is shown is from the kept picture.
     Measure,
+    /// List the files of the project, for [`View::files`](crate::View::files).
+    ListFiles,
+    /// Open a file of the project, by its project path, in place of what runs.
+    Open(FileKind, String),
     /// Stop or start the clock.
     Pause,
     /// Let one frame pass.

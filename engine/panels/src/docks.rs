@@ -1,22 +1,30 @@
-//! The bar at the top and the docks at three sides, and which panel each of them holds.
+//! The bar at the top and the docks below it, and which panel each of them holds.
 
-use egui::containers::panel::PanelState;
 use egui::scroll_area::ScrollBarVisibility;
 use egui::{
-    Align2, CentralPanel, Color32, Context, FontId, Frame, Id, Pos2, Rect, RichText, ScrollArea, SidePanel, TextStyle,
-    TopBottomPanel, Ui, Vec2,
+    Align2, CentralPanel, Color32, Context, FontId, Frame, Id, Margin, Order, Pos2, Rect, RichText, ScrollArea, Stroke,
+    TextStyle, TopBottomPanel, Ui, WidgetText,
 };
+use egui_dock::{DockArea, DockState, Node, NodeIndex, Style, TabViewer};
 
 use crate::action::Action;
 use crate::layout::{Layout, Panel, Side};
+use crate::layout_file::Tab;
 use crate::problems::problem_list;
+use crate::switcher::{Switcher, Switching};
 use crate::view::{Problem, Shown, View};
 use crate::{
     bar, brush, compare, frame, graph, inspect, magnified, params, passes, problems, resources, timeline, world,
 };
 
-/// Below so many points the window has room for the panels of one side only: the picture is what one looks at.
+/// Below so many points the window has room for one panel only: the picture is what one looks at.
 const NARROW: f32 = 1000.0;
+
+/// The share of a narrow window that its one panel takes.
+const NARROW_SHARE: f32 = 0.45;
+
+/// So many points beside the picture a press takes hold of an edge of a dock: egui gives it to the nearest widget within a radius.
+const GRIP: f32 = 8.0;
 
 /// What lies over the picture: how opaque it is, of 255.
 const OPACITY: u8 = 236;
@@ -26,8 +34,8 @@ const OPACITY: u8 = 236;
 pub struct Panels {
     /// Which are open; kept beside the project.
     pub layout: Layout,
-    /// The side that was touched last: in a narrow window only that one is drawn.
-    recent: Option<Side>,
+    /// The panel that was opened last: in a narrow window only that one is drawn.
+    recent: Option<Panel>,
     /// What the pointer rests on, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
     /// Texts of the fields of the panel of the world.
@@ -38,16 +46,20 @@ pub struct Panels {
     preset: String,
     /// The file that a picture is loaded from.
     picture: String,
+    /// The list of the project's files, while it is open.
+    switcher: Option<Switcher>,
     /// A key of the timeline on its way to another time.
     moving: Option<timeline::Moving>,
     /// The failed generation for which the problems were opened by themselves.
     told: Option<u64>,
-    /// The panel in whose place they were.
-    displaced: Option<Panel>,
-    /// Points of the window when it was drawn last.
-    room: Vec2,
-    /// Where a press takes hold of the edge of a dock. Half of it lies over the picture.
-    edges: Vec<Rect>,
+    /// They were, and were not open before.
+    problems_opened: bool,
+    /// Where the docks leave the picture free, in points; `None` where nothing is docked.
+    free: Option<Rect>,
+    /// The share of a narrow window that is left to the picture, once it was dragged.
+    narrow: Option<f32>,
+    /// The lower edge of the bar.
+    bar: f32,
 }
 
 /// A pass whose output is looked at while the pointer rests on it.
@@ -69,27 +81,53 @@ impl Panels {
         self.layout.visible = !self.layout.visible;
     }
 
-    /// Whether a press at this point, in points from the top left, resizes a dock. It must not drag the camera as well.
-    pub fn is_edge(&self, at: Pos2) -> bool {
-        self.layout.visible && self.edges.iter().any(|edge| edge.contains(at))
+    /// Opens the list of the project's files, also while the panels are hidden.
+    pub fn switch(&mut self) {
+        self.switcher = Some(Switcher::default());
+    }
+
+    /// Whether the list of the project's files is open.
+    pub fn is_switching(&self) -> bool {
+        self.switcher.is_some()
+    }
+
+    /// Whether anything is drawn over the picture.
+    pub fn are_drawn(&self) -> bool {
+        self.layout.visible || self.is_switching()
+    }
+
+    /// Whether a pointer at this point, in points from the top left, is over a panel or takes hold of an edge of one, and the picture must not
+    /// follow it.
+    pub fn has_pointer(&self, ctx: &Context, at: Pos2) -> bool {
+        if ctx.is_using_pointer() || self.is_switching() {
+            return true;
+        }
+        let covered = ctx.layer_id_at(at).is_some_and(|layer| layer.order != Order::Background);
+        self.are_drawn() && (covered || !self.grasp(ctx).contains(at))
+    }
+
+    /// Where presses are the picture's.
+    fn grasp(&self, ctx: &Context) -> Rect {
+        let window = ctx.content_rect();
+        let Some(mut free) = self.free else { return Rect::from_min_max(self.below_bar(ctx), window.max) };
+        // The edges of the window are no docks'.
+        free.min.x += if free.min.x > window.min.x { GRIP } else { 0.0 };
+        free.max.x -= if free.max.x < window.max.x { GRIP } else { 0.0 };
+        free.max.y -= if free.max.y < window.max.y { GRIP } else { 0.0 };
+        free
+    }
+
+    fn below_bar(&self, ctx: &Context) -> Pos2 {
+        Pos2::new(ctx.content_rect().left(), self.bar)
     }
 
     /// Draws what is open, and gives what the user asks for, in order. While nothing is visible only an open question is ended.
     pub fn show(&mut self, ctx: &Context, view: &View<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
         self.style(ctx);
-        // What goes wrong is shown by itself, once for each edit.
-        if view.status.failed != self.told {
-            self.told = view.status.failed;
-            if self.told.is_some() {
-                self.displaced = self.layout.bottom.open.filter(|panel| *panel != Panel::Problems).or(self.displaced);
-                self.open(Panel::Problems);
-            } else if self.layout.bottom.open == Some(Panel::Problems) && view.problems.is_empty() {
-                self.layout.bottom.open = self.displaced.take();
-            }
-        }
+        self.follow_problems(view);
+        self.follow_timeline(view);
         let mut hovered = None;
-        self.follow_window(ctx);
         if self.layout.visible {
             brush::outline(ctx, &view.world.editing.outline);
             magnified::show(ctx, &view.magnified);
@@ -98,10 +136,12 @@ impl Panels {
             }
             compare::edge(ctx, &view.compare);
             self.bar(ctx, view, &mut actions);
-            self.edges.clear();
-            for side in self.sides(ctx) {
-                self.dock(ctx, view, side, (&mut actions, &mut hovered));
-            }
+            self.docks(ctx, view, (&mut actions, &mut hovered));
+        }
+        if let Some(switcher) = &mut self.switcher
+            && switcher.show(ctx, view.files, &mut actions) == Switching::Ends
+        {
+            self.switcher = None;
         }
         self.follow(ctx, hovered, &mut actions);
         actions
@@ -121,34 +161,45 @@ impl Panels {
         actions
     }
 
-    /// In a window of another size each dock has the size that the user has chosen for it again, as far as there is room: a window that was
-    /// small for a moment must not leave it narrow.
-    fn follow_window(&mut self, ctx: &Context) {
-        let room = ctx.content_rect().size();
-        if self.room != room {
-            self.room = room;
-            ctx.data_mut(|data| {
-                for panel in Panel::ALL {
-                    data.remove::<PanelState>(dock_id(panel));
-                }
-            });
+    /// What goes wrong is shown by itself, once for each edit, until it is mended.
+    fn follow_problems(&mut self, view: &View<'_>) {
+        if view.status.failed == self.told {
+            return;
+        }
+        self.told = view.status.failed;
+        if self.told.is_some() {
+            self.problems_opened |= !self.layout.has(Panel::Problems);
+            self.open(Panel::Problems);
+        } else if view.problems.is_empty() && std::mem::take(&mut self.problems_opened) {
+            self.layout.close(Panel::Problems);
         }
     }
 
-    /// The sides that there is room for, in the order in which they take theirs.
-    fn sides(&self, ctx: &Context) -> Vec<Side> {
-        if ctx.content_rect().width() < NARROW {
-            let open = |side: &Side| self.layout.dock(*side).open.is_some();
-            let first = || [Side::Right, Side::Left, Side::Bottom].into_iter().find(open);
-            return vec![self.recent.or_else(first).unwrap_or(Side::Right)];
+    /// Only a demo has a timeline.
+    fn follow_timeline(&mut self, view: &View<'_>) {
+        let has = self.layout.has(Panel::Timeline);
+        if view.timeline.is_none() && has {
+            self.layout.close(Panel::Timeline);
+        } else if view.timeline.is_some() && !has && self.layout.timeline {
+            self.layout.open(Panel::Timeline);
         }
-        vec![Side::Bottom, Side::Left, Side::Right]
     }
 
-    /// Opens a panel and brings its side to the front.
+    /// The only panel that there is room for, in a narrow window.
+    fn only(&self, ctx: &Context) -> Option<Panel> {
+        if ctx.content_rect().width() >= NARROW {
+            return None;
+        }
+        let open = |panel: &Panel| self.layout.has(*panel);
+        let preferred = |side| Panel::ALL.into_iter().find(|panel| panel.side() == side && open(panel));
+        let first = || [Side::Right, Side::Left, Side::Bottom].into_iter().find_map(preferred);
+        self.recent.filter(open).or_else(first)
+    }
+
+    /// Opens a panel and brings it to the front.
     pub(crate) fn open(&mut self, panel: Panel) {
         self.layout.open(panel);
-        self.recent = Some(panel.side());
+        self.recent = Some(panel);
     }
 
     fn style(&mut self, ctx: &Context) {
@@ -171,11 +222,15 @@ impl Panels {
     }
 
     fn bar(&mut self, ctx: &Context, view: &View<'_>, actions: &mut Vec<Action>) {
-        TopBottomPanel::top("bar").frame(frame(ctx)).show(ctx, |ui| {
+        let bar = TopBottomPanel::top("bar").frame(frame(ctx)).show(ctx, |ui| {
             // A scroll bar would lie over the lower half of the buttons, and take their clicks.
             let hidden = ScrollBarVisibility::AlwaysHidden;
             ScrollArea::horizontal().scroll_bar_visibility(hidden).auto_shrink([false, true]).show(ui, |ui| {
                 ui.horizontal(|ui| {
+                    if ui.button("Open").on_hover_text("Another graph, world or demo of the project; O").clicked() {
+                        actions.push(Action::ListFiles);
+                    }
+                    ui.separator();
                     for panel in Panel::ALL {
                         if panel == Panel::Timeline && view.timeline.is_none() {
                             continue;
@@ -186,15 +241,18 @@ impl Panels {
                             }
                             _ => RichText::new(panel.title()),
                         };
-                        let seen = self.layout.is_open(panel) && self.sides(ctx).contains(&panel.side());
+                        let seen = self.layout.is_open(panel) && self.only(ctx).is_none_or(|only| only == panel);
                         if ui.selectable_label(seen, title).clicked() {
                             if seen {
                                 self.layout.toggle(panel);
                             } else {
-                                self.layout.open(panel);
+                                self.open(panel);
                             }
-                            self.recent = Some(panel.side());
                         }
+                    }
+                    if ui.button("Reset layout").on_hover_text("Docks and closes all panels as at first").clicked() {
+                        self.layout = Layout { zoom: self.layout.zoom, ..Layout::default() };
+                        self.recent = None;
                     }
                     ui.separator();
                     bar::clock(ui, &view.status, actions);
@@ -202,57 +260,65 @@ impl Panels {
                 });
             });
         });
+        self.bar = bar.response.rect.bottom();
     }
 
-    fn dock(
-        &mut self,
-        ctx: &Context,
-        view: &View<'_>,
-        side: Side,
-        (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
-    ) {
-        let Some(panel) = self.layout.dock(side).open else { return };
-        let below = self.layout.dock(side).below;
-        if panel == Panel::Timeline && view.timeline.is_none() {
+    /// Draws the docks, and notes what they leave of the window.
+    fn docks(&mut self, ctx: &Context, view: &View<'_>, (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>)) {
+        let only = self.only(ctx);
+        let narrow = only.map(|panel| {
+            let mut docks = DockState::new(vec![Tab::Picture]);
+            let share = self.narrow.unwrap_or(1.0 - NARROW_SHARE);
+            docks.main_surface_mut().split_right(NodeIndex::root(), share, vec![Tab::Panel(panel)]);
+            docks
+        });
+        if !self.layout.is_docked() && only.is_none() && self.layout.docks.surfaces_count() == 1 {
+            self.free = None;
             return;
         }
-        let (size, room) = (self.layout.dock(side).size, ctx.content_rect().size());
-        let id = dock_id(panel);
-        let content = |ui: &mut Ui| {
-            if let Some(below) = below {
-                let (id, most) = (Id::new(("below", below.title())), (ui.available_height() - 60.0).max(20.0));
-                let lower = TopBottomPanel::bottom(id).resizable(true).frame(Frame::NONE);
-                let lower = lower.default_height(ui.available_height() / 2.0).height_range(20.0..=most);
-                lower.show_inside(ui, |ui| self.content(ui, view, below, (&mut *actions, &mut *hovered)));
-            }
-            self.content(ui, view, panel, (actions, hovered));
+        let ground = frame(ctx).fill;
+        let mut style = Style::from_egui(&ctx.style());
+        (style.tab_bar.height, style.tab_bar.bg_fill) = (20.0, ground);
+        // No line lies over the picture.
+        (style.main_surface_border_stroke, style.tab.tab_body.stroke) = (Stroke::NONE, Stroke::NONE);
+        // No part of the window is smaller, in points.
+        style.separator.extra = 40.0;
+        (style.tab.tab_body.bg_fill, style.tab.tab_body.inner_margin) = (ground, Margin::same(4));
+        // The panels are lent to what draws the tabs, and the docks are not.
+        let empty = DockState::new(Vec::new());
+        let own = std::mem::replace(&mut self.layout.docks, empty);
+        let (mut docks, kept) = match narrow {
+            Some(narrow) => (narrow, Some(own)),
+            None => (own, None),
         };
-        let rect = match side {
-            Side::Left | Side::Right => {
-                let dock = if side == Side::Left { SidePanel::left(id) } else { SidePanel::right(id) };
-                // Some of the picture stays in sight, whatever the window's size.
-                let most = (room.x * 0.7).max(60.0);
-                let dock = dock.frame(frame(ctx)).default_width(size.min(most)).width_range(60.0_f32.min(most)..=most);
-                dock.show(ctx, content).response.rect
+        let mut tabs = Tabs { panels: self, view, actions, hovered, free: None, opened: None, closed: None };
+        CentralPanel::default().frame(Frame::NONE).show(ctx, |ui| {
+            DockArea::new(&mut docks)
+                .id(Id::new(if kept.is_some() { "narrow" } else { "docks" }))
+                .style(style)
+                .draggable_tabs(kept.is_none())
+                .tab_context_menus(kept.is_none())
+                .show_leaf_close_all_buttons(false)
+                .show_leaf_collapse_buttons(false)
+                .show_inside(ui, &mut tabs);
+        });
+        let Tabs { free, opened, closed, .. } = tabs;
+        self.layout.docks = match kept {
+            Some(own) => {
+                if let Node::Horizontal(split) = &docks.main_surface()[NodeIndex::root()] {
+                    self.narrow = Some(split.fraction);
+                }
+                own
             }
-            Side::Bottom => {
-                let most = (room.y * 0.6).max(40.0);
-                let dock = TopBottomPanel::bottom(id).resizable(true).frame(frame(ctx));
-                let dock = dock.default_height(size.min(most)).height_range(40.0_f32.min(most)..=most);
-                dock.show(ctx, content).response.rect
-            }
+            None => docks,
         };
-        let (edge, shown) = match side {
-            Side::Left => (Rect::from_min_max(rect.right_top(), rect.right_bottom()), rect.width()),
-            Side::Right => (Rect::from_min_max(rect.left_top(), rect.left_bottom()), rect.width()),
-            Side::Bottom => (Rect::from_min_max(rect.left_top(), rect.right_top()), rect.height()),
-        };
-        let interaction = ctx.style().interaction.clone();
-        // egui gives a press beside a widget to the nearest one within a radius.
-        self.edges.push(edge.expand(interaction.resize_grab_radius_side + interaction.interact_radius));
-        // A size that the window forced is not what the user chose.
-        if ctx.input(|input| input.pointer.any_down()) {
-            self.layout.dock_mut(side).size = shown;
+        self.free = if self.layout.is_docked() || only.is_some() { free.or(self.free) } else { None };
+        self.layout.timeline &= closed != Some(Panel::Timeline);
+        if let Some(panel) = closed {
+            self.layout.close(panel);
+        }
+        if let Some(panel) = opened {
+            self.open(panel);
         }
     }
 
@@ -262,7 +328,7 @@ impl Panels {
         view: &View<'_>,
         panel: Panel,
         (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
-    ) {
+    ) -> Option<Panel> {
         let before = actions.len();
         match panel {
             // It scrolls by itself.
@@ -276,9 +342,7 @@ impl Panels {
         }
         // What is clicked there is looked into.
         let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
-        if shows && matches!(panel, Panel::Resources | Panel::Graph) {
-            self.open(Panel::Inspect);
-        }
+        (shows && matches!(panel, Panel::Resources | Panel::Graph)).then_some(Panel::Inspect)
     }
 
     /// The panels that may be larger than their dock.
@@ -340,9 +404,62 @@ impl Panels {
     }
 }
 
-/// Under which egui keeps the size of a dock.
-fn dock_id(panel: Panel) -> Id {
-    Id::new(("dock", panel.title()))
+/// Draws the tabs of the docks.
+struct Tabs<'a, 'v> {
+    panels: &'a mut Panels,
+    view: &'a View<'v>,
+    actions: &'a mut Vec<Action>,
+    hovered: &'a mut Option<Shown>,
+    /// What the docks leave of the window.
+    free: Option<Rect>,
+    /// A panel to be opened, and one that was closed.
+    opened: Option<Panel>,
+    closed: Option<Panel>,
+}
+
+impl TabViewer for Tabs<'_, '_> {
+    type Tab = Tab;
+
+    fn title(&mut self, tab: &mut Tab) -> WidgetText {
+        match tab {
+            Tab::Picture => "Picture".into(),
+            Tab::Panel(panel) => panel.title().into(),
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, tab: &mut Tab) {
+        match *tab {
+            Tab::Picture => self.free = Some(ui.clip_rect()),
+            Tab::Panel(panel) => {
+                let opened = self.panels.content(ui, self.view, panel, (&mut *self.actions, &mut *self.hovered));
+                self.opened = opened.or(self.opened);
+            }
+        }
+    }
+
+    fn on_close(&mut self, tab: &mut Tab) -> egui_dock::tab_viewer::OnCloseResponse {
+        if let Tab::Panel(panel) = *tab {
+            self.closed = Some(panel);
+        }
+        egui_dock::tab_viewer::OnCloseResponse::Close
+    }
+
+    fn is_closeable(&self, tab: &Tab) -> bool {
+        *tab != Tab::Picture
+    }
+
+    fn allowed_in_windows(&self, tab: &mut Tab) -> bool {
+        *tab != Tab::Picture
+    }
+
+    fn clear_background(&self, tab: &Tab) -> bool {
+        *tab != Tab::Picture
+    }
+
+    fn scroll_bars(&self, _: &Tab) -> [bool; 2] {
+        // Panels scroll by themselves.
+        [false, false]
+    }
 }
 
 /// The ground of bar and docks.

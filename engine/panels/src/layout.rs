@@ -1,6 +1,10 @@
-//! Which panels are open and how large they are. Kept beside the project, never in its files.
+//! Which panels are open, where they are docked, and how large they are. Kept beside the project, never in its files.
 
+use egui::Rect;
+use egui_dock::{DockState, NodeIndex, SurfaceIndex, TabIndex};
 use serde::{Deserialize, Serialize};
+
+use crate::layout_file::{File, Tab};
 
 /// A panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,7 +32,7 @@ pub enum Panel {
     Problems,
 }
 
-/// The side of the window that a panel is docked to.
+/// The side of the window that a panel opens at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the side of its name")]
 pub enum Side {
@@ -68,7 +72,7 @@ impl Panel {
         }
     }
 
-    /// Where it is docked.
+    /// Where it opens.
     pub fn side(self) -> Side {
         match self {
             Panel::Passes | Panel::Resources => Side::Left,
@@ -78,125 +82,135 @@ impl Panel {
     }
 }
 
-/// One side of the window.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Dock {
-    /// The panel that is open there.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub open: Option<Panel>,
-    /// A second one, below it; never at the bottom of the window.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub below: Option<Panel>,
-    /// Points: its width at the sides, its height at the bottom.
-    pub size: f32,
-}
-
-impl Default for Dock {
-    fn default() -> Self {
-        Self { open: None, below: None, size: 280.0 }
-    }
-}
-
 /// The panels of a window.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Debug)]
 pub struct Layout {
     /// Whether anything is drawn over the picture.
     pub visible: bool,
     /// Times the size that the screen asks for.
     pub zoom: f32,
-    /// At the left.
-    pub left: Dock,
-    /// At the right.
-    pub right: Dock,
-    /// At the bottom.
-    pub bottom: Dock,
+    /// The timeline opens when a demo runs.
+    pub timeline: bool,
+    /// The picture and the open panels: docked as tabs, or floating.
+    pub(crate) docks: DockState<Tab>,
+    /// Where floating panels are to be, until they are drawn.
+    pub(crate) windows: Vec<(SurfaceIndex, Rect)>,
 }
 
 impl Default for Layout {
     fn default() -> Self {
-        Self {
-            visible: true,
-            zoom: 1.0,
-            left: Dock { open: Some(Panel::Passes), size: 350.0, ..Dock::default() },
-            right: Dock { open: Some(Panel::Params), size: 340.0, ..Dock::default() },
-            // Only a demo has one.
-            bottom: Dock { open: Some(Panel::Timeline), size: 200.0, ..Dock::default() },
-        }
+        let mut layout = Self::empty();
+        layout.open(Panel::Passes);
+        layout.open(Panel::Params);
+        layout
     }
 }
 
+impl PartialEq for Layout {
+    fn eq(&self, other: &Self) -> bool {
+        File::of(self) == File::of(other)
+    }
+}
+
+/// The share of the window that a side takes when its first panel opens.
+const SIDE: f32 = 0.27;
+const BOTTOM: f32 = 0.28;
+
 impl Layout {
+    /// No panel is open.
+    pub fn empty() -> Self {
+        let mut docks = DockState::new(vec![Tab::Picture]);
+        "Float".clone_into(&mut docks.translations.tab_context_menu.eject_button);
+        Self { visible: true, zoom: 1.0, timeline: true, docks, windows: Vec::new() }
+    }
+
     /// Reads what [`Layout::write`] has written. What is missing has its default.
     ///
     /// # Errors
     /// What is wrong with the text, in one line.
     pub fn read(text: &str) -> Result<Layout, String> {
-        let mut layout: Layout = toml::from_str(text).map_err(|error| error.message().to_owned())?;
-        layout.zoom = if layout.zoom.is_finite() { layout.zoom.clamp(0.5, 4.0) } else { 1.0 };
-        for (side, dock) in
-            [(Side::Left, &mut layout.left), (Side::Right, &mut layout.right), (Side::Bottom, &mut layout.bottom)]
-        {
-            dock.open = dock.open.filter(|panel| panel.side() == side);
-            let fits = |panel: &Panel| {
-                panel.side() == side && side != Side::Bottom && dock.open.is_some_and(|open| open != *panel)
-            };
-            dock.below = dock.below.filter(fits);
-            dock.size = if dock.size.is_finite() { dock.size.clamp(80.0, 4000.0) } else { Dock::default().size };
-        }
-        Ok(layout)
+        let file: File = toml::from_str(text).map_err(|error| error.message().to_owned())?;
+        Ok(file.layout())
     }
 
     /// The text of a file.
     pub fn write(&self) -> String {
-        let text = toml::to_string(self).unwrap_or_default();
+        let text = toml::to_string(&File::of(self)).unwrap_or_default();
         format!(
             "# The panels of the window. raxel writes this file when the window closes; remove it to get the default.\n{text}"
         )
     }
 
-    /// One side.
-    pub fn dock(&self, side: Side) -> &Dock {
-        match side {
-            Side::Left => &self.left,
-            Side::Right => &self.right,
-            Side::Bottom => &self.bottom,
-        }
-    }
-
-    /// One side, to be changed.
-    pub fn dock_mut(&mut self, side: Side) -> &mut Dock {
-        match side {
-            Side::Left => &mut self.left,
-            Side::Right => &mut self.right,
-            Side::Bottom => &mut self.bottom,
-        }
-    }
-
-    /// Whether a panel is open.
+    /// Whether a panel is open and no other tab hides it.
     pub fn is_open(&self, panel: Panel) -> bool {
-        let dock = self.dock(panel.side());
-        self.visible && (dock.open == Some(panel) || dock.below == Some(panel))
+        let front = |(surface, node, tab): (SurfaceIndex, NodeIndex, TabIndex)| {
+            self.docks[surface][node].get_leaf().is_some_and(|leaf| leaf.active == tab)
+        };
+        self.visible && self.docks.find_tab(&Tab::Panel(panel)).is_some_and(front)
     }
 
-    /// Opens a panel: at the bottom in the place of the one that is there, at a side below it. A third one takes the place of the lower.
+    /// Whether a panel is open, perhaps behind another tab.
+    pub fn has(&self, panel: Panel) -> bool {
+        self.docks.find_tab(&Tab::Panel(panel)).is_some()
+    }
+
+    /// Whether a panel takes room from the picture.
+    pub(crate) fn is_docked(&self) -> bool {
+        self.docks.main_surface().num_tabs() > 1
+    }
+
+    /// Opens a panel: beside the others of its side, or in front of what hides it. A side has room for two, one above the other, and the bottom
+    /// for one; a further one is a tab of the last.
     pub fn open(&mut self, panel: Panel) {
-        let dock = self.dock_mut(panel.side());
-        if panel.side() == Side::Bottom || dock.open.is_none() {
-            dock.open = Some(panel);
-        } else if dock.open != Some(panel) {
-            dock.below = Some(panel);
+        if panel == Panel::Timeline {
+            self.timeline = true;
+        }
+        if let Some(at) = self.docks.find_tab(&Tab::Panel(panel)) {
+            self.docks.set_active_tab(at);
+            return;
+        }
+        let side = panel.side();
+        let (tree, new) = (self.docks.main_surface_mut(), vec![Tab::Panel(panel)]);
+        let of_side = |tab: &Tab| matches!(tab, Tab::Panel(other) if other.side() == side);
+        let leaves: Vec<usize> = (tree.iter().enumerate())
+            .filter(|(_, node)| node.get_leaf().is_some_and(|leaf| leaf.tabs.iter().any(of_side)))
+            .map(|(index, _)| index)
+            .collect();
+        match (leaves.as_slice(), side) {
+            ([only], Side::Left | Side::Right) => drop(tree.split_below(NodeIndex(*only), 0.5, new)),
+            ([.., last], _) => {
+                if let Some(leaf) = tree.iter_mut().nth(*last).and_then(egui_dock::Node::get_leaf_mut) {
+                    leaf.append_tab(Tab::Panel(panel));
+                }
+            }
+            ([], Side::Bottom) => drop(tree.split_below(NodeIndex::root(), 1.0 - BOTTOM, new)),
+            ([], Side::Left | Side::Right) => {
+                let picture = tree.find_tab(&Tab::Picture).map_or(NodeIndex::root(), |(node, _)| node);
+                let beside =
+                    |tab: &Tab| matches!(tab, Tab::Panel(other) if ![side, Side::Bottom].contains(&other.side()));
+                // Where the other side is taken, this one is a part of what is left.
+                let share = if tree.tabs().any(beside) { SIDE / (1.0 - SIDE) } else { SIDE };
+                if side == Side::Left {
+                    tree.split_left(picture, share, new);
+                } else {
+                    tree.split_right(picture, 1.0 - share, new);
+                }
+            }
         }
     }
 
-    /// Opens a panel, or closes it.
+    /// Closes a panel.
+    pub fn close(&mut self, panel: Panel) {
+        if let Some(at) = self.docks.find_tab(&Tab::Panel(panel)) {
+            self.docks.remove_tab(at);
+        }
+    }
+
+    /// Opens a panel, or closes it where it is seen.
     pub fn toggle(&mut self, panel: Panel) {
-        let dock = self.dock_mut(panel.side());
-        if dock.open == Some(panel) {
-            dock.open = dock.below.take();
-        } else if dock.below == Some(panel) {
-            dock.below = None;
+        if self.is_open(panel) {
+            self.close(panel);
+            self.timeline &= panel != Panel::Timeline;
         } else {
             self.open(panel);
         }
@@ -211,36 +225,60 @@ mod tests {
     fn reads_what_it_writes() {
         let mut layout = Layout { zoom: 1.5, ..Layout::default() };
         layout.toggle(Panel::Passes);
-        layout.open(Panel::Problems);
-        assert_eq!(Layout::read(&layout.write()), Ok(layout));
+        for panel in [Panel::Problems, Panel::Inspect, Panel::World, Panel::Graph] {
+            layout.open(panel);
+        }
+        let window = layout.docks.add_window(vec![Tab::Panel(Panel::Compare)]);
+        let rect = Rect::from_min_size(egui::pos2(40.0, 60.0), egui::vec2(300.0, 200.0));
+        layout.windows.push((window, rect));
+        let again = Layout::read(&layout.write()).unwrap();
+        assert_eq!(again, layout, "{}", layout.write());
+        assert_eq!((again.write(), &again.windows), (layout.write(), &layout.windows));
+        assert!(
+            again.has(Panel::Compare) && again.docks.main_surface().find_tab(&Tab::Panel(Panel::Compare)).is_none()
+        );
         assert_eq!(Layout::read(""), Ok(Layout::default()));
     }
 
     #[test]
-    fn a_side_has_room_for_two_and_the_bottom_for_one() {
+    fn a_side_has_room_for_two_and_the_bottom_for_one_then_there_are_tabs() {
         let mut layout = Layout::default();
         layout.open(Panel::Inspect);
         assert!(layout.is_open(Panel::Params) && layout.is_open(Panel::Inspect));
-        layout.open(Panel::Inspect);
         layout.open(Panel::World);
-        assert_eq!((layout.right.open, layout.right.below), (Some(Panel::Params), Some(Panel::World)));
-        assert_eq!(Layout::read(&layout.write()), Ok(layout.clone()));
-        layout.toggle(Panel::Params);
-        assert_eq!((layout.right.open, layout.right.below), (Some(Panel::World), None));
+        assert!(layout.is_open(Panel::Params) && layout.is_open(Panel::World));
+        assert!(layout.has(Panel::Inspect) && !layout.is_open(Panel::Inspect), "behind the world");
+        layout.toggle(Panel::Inspect);
+        assert!(layout.is_open(Panel::Inspect) && layout.has(Panel::World), "in front again");
+        layout.toggle(Panel::Inspect);
+        assert!(!layout.has(Panel::Inspect) && layout.is_open(Panel::World));
         layout.open(Panel::Problems);
-        assert_eq!((layout.bottom.open, layout.bottom.below), (Some(Panel::Problems), None));
-        for text in ["right = { below = \"world\" }", "left = { open = \"passes\", below = \"passes\" }"] {
-            let layout = Layout::read(text).unwrap();
-            assert_eq!((layout.left.below, layout.right.below), (None, None), "{text}");
+        layout.open(Panel::Frame);
+        assert!(layout.has(Panel::Problems) && layout.is_open(Panel::Frame));
+        for panel in Panel::ALL {
+            layout.close(panel);
         }
+        assert!(!layout.is_docked() && layout.docks.find_tab(&Tab::Picture).is_some());
+        assert_eq!(layout, Layout::empty());
     }
 
     #[test]
     fn what_cannot_be_is_mended_and_what_is_no_layout_is_said() {
-        let layout = Layout::read("zoom = 99.0\nleft = { open = \"problems\", size = -5.0 }").unwrap();
-        assert_eq!((layout.zoom, layout.left.open, layout.left.size), (4.0, None, 80.0));
+        let tabs = |tabs: &str| format!("docks = {{ tabs = [{tabs}], front = 7 }}");
+        // A panel is there once, and the picture always.
+        let layout = Layout::read(&format!("zoom = 99.0\n{}", tabs("\"passes\", \"passes\""))).unwrap();
+        assert_eq!((layout.zoom, layout.docks.iter_all_tabs().count()), (4.0, 2));
+        assert!(layout.has(Panel::Passes) && layout.docks.find_tab(&Tab::Picture).is_some());
+        let layout = Layout::read(
+            "docks = { across = { share = -3.0, left = { tabs = [] }, right = { tabs = [\"params\"] } } }",
+        );
+        assert!(layout.unwrap().has(Panel::Params));
+        let window = "floating = [{ at = [inf, 0.0], size = [-5.0, 1e9], docks = { tabs = [\"frame\"] } }]";
+        assert!(Layout::read(window).unwrap().has(Panel::Frame));
         assert_eq!(Layout::read("zoom = nan").unwrap().zoom.to_bits(), 1.0_f32.to_bits());
-        assert!(Layout::read("left = 3").is_err());
-        assert!(Layout::read("left = { open = \"kitchen\" }").is_err());
+        // The layout of an older raxel.
+        assert_eq!(Layout::read("left = { open = \"inspect\", size = 100.0 }"), Ok(Layout::default()));
+        assert!(Layout::read("docks = 3").is_err());
+        assert!(Layout::read(&tabs("\"kitchen\"")).is_err());
     }
 }

@@ -3,6 +3,7 @@
 use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
 
 use crate::action::{Action, WriteTo};
+use crate::bar::RED;
 use crate::presets;
 use crate::view::{Kind, Param, View};
 
@@ -43,6 +44,13 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &
                 actions.push(Action::WriteParams(names, WriteTo::Declared));
             }
         }
+        let demo = if view.timeline.is_some() { "of the demo" } else { "of a new demo" };
+        let hint = format!("Moving a param writes keys {demo} while the clock runs, and one key while it is paused");
+        let record = RichText::new("Record");
+        let record = if view.records { record.color(RED) } else { record };
+        if ui.selectable_label(view.records, record).on_hover_text(hint).clicked() {
+            actions.push(Action::Record(!view.records));
+        }
         if ui.add_enabled(some, Button::new("Reset all")).on_hover_text("Back to the values of the file").clicked() {
             actions.extend(changed.iter().cloned().map(Action::ResetParam));
         }
@@ -51,7 +59,7 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &
     for section in sections(params) {
         let rows = |ui: &mut Ui, actions: &mut Vec<Action>| {
             for param in &section.params {
-                row(ui, param, actions);
+                row(ui, param, view.records, actions);
             }
         };
         match &section.title {
@@ -110,7 +118,7 @@ fn is_changed(param: &Param) -> bool {
     param.value != param.default && !param.driven
 }
 
-fn row(ui: &mut Ui, param: &Param, actions: &mut Vec<Action>) {
+fn row(ui: &mut Ui, param: &Param, records: bool, actions: &mut Vec<Action>) {
     let mut value = param.value.clone();
     ui.horizontal(|ui| {
         let reset = Button::new("↺").small();
@@ -121,14 +129,14 @@ fn row(ui: &mut Ui, param: &Param, actions: &mut Vec<Action>) {
         if response.clicked() {
             actions.push(Action::ResetParam(param.name.clone()));
         }
-        ui.add_enabled_ui(!param.driven, |ui| {
+        ui.add_enabled_ui(!param.driven || records, |ui| {
             if widget(ui, param, &mut value) {
                 actions.push(Action::SetParam(param.name.clone(), value));
             }
         });
         if param.driven {
             ui.label(RichText::new("demo").weak())
-                .on_hover_text("A track of the demo drives it; move the camera to take over");
+                .on_hover_text("A track of the demo drives it. Move the camera to take over, or record it.");
         }
     });
 }

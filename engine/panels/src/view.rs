@@ -26,6 +26,8 @@ pub struct View<'a> {
     pub resources: &'a [Resource],
     /// Live values in the order of the file.
     pub params: Vec<Param>,
+    /// What is moved of them becomes keys of the demo.
+    pub records: bool,
     /// Named values of them, by name.
     pub presets: Vec<Preset>,
     /// Diagnostics.
@@ -40,6 +42,8 @@ pub struct View<'a> {
     pub magnified: Magnified,
     /// What the picture is compared with.
     pub compare: Compare,
+    /// Files of the project that can be opened, as they were listed last: by kind, and each kind in order of path.
+    pub files: &'a [ProjectFile],
 }
 
 /// What is shown and how it stands with it.
@@ -73,6 +77,26 @@ pub struct Status {
     pub graph_file: String,
     /// Project paths of the files that the window wrote last, as long as that can be undone.
     pub written: Vec<String>,
+}
+
+/// What a file of the project is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "each is the kind of its name")]
+pub enum FileKind {
+    Demo,
+    World,
+    Graph,
+}
+
+/// A file of the project that can be opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProjectFile {
+    /// What it is.
+    pub kind: FileKind,
+    /// Its project path.
+    pub path: String,
+    /// It runs.
+    pub runs: bool,
 }
 
 /// A pipeline that the driver compiles.

@@ -4,7 +4,7 @@ use raxel_panels::{Layout, Panels};
 
 #[test]
 fn a_window_that_is_opened_anew_looks_as_before() {
-    let mut panels = Panels::new(Layout { zoom: 1.5, ..Layout::default() });
+    let mut panels = Panels::new(Layout::read("zoom = 1.5").unwrap());
     for _ in 0..2 {
         let context = egui::Context::default();
         for _ in 0..2 {

@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Compiling, Effect, Figures, FirstPicture, Kind, Lane, Loading, Map, Param, PassState,
-    Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Compiling, Effect, Figures, FileKind, FirstPicture, Kind, Lane, Loading, Map, Param,
+    PassState, Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -462,7 +462,7 @@ fn a_narrow_panel_of_params_leaves_labels_whole() {
     let label = "Light of the sun at noon";
     let width = |size: f32| {
         let mut window = Window::new(&[Panel::Params]);
-        window.panels.layout.right.size = size;
+        window.panels.layout = side_by_side("picture", "params", 1.0 - size / 1280.0);
         window.params = vec![Param { label: label.to_owned(), ..param("sun", vec![1.0], vec![1.0]) }];
         let harness = window.harness(1280.0, 720.0);
         let [found] = texts(&harness, label)[..] else { panic!() };
@@ -470,6 +470,14 @@ fn a_narrow_panel_of_params_leaves_labels_whole() {
         found.width()
     };
     assert!((width(200.0) - width(600.0)).abs() < 1.0, "{} {}", width(200.0), width(600.0));
+}
+
+/// Two tabs beside each other, of which the left one has this share of the window.
+fn side_by_side(left: &str, right: &str, share: f32) -> Layout {
+    let tabs = |tab: &str| format!("{{ tabs = [\"{tab}\"] }}");
+    let text =
+        format!("docks = {{ across = {{ share = {share:?}, left = {}, right = {} }} }}", tabs(left), tabs(right));
+    Layout::read(&text).unwrap()
 }
 
 #[test]
@@ -480,25 +488,60 @@ fn a_press_that_resizes_a_dock_is_not_the_pictures() {
             window.timeline = Some(Timeline { duration: 10.0, ..Timeline::default() });
             window.harness(1280.0, 720.0)
         };
-        let size = |harness: &Harness<'_, Window>| harness.state().panels.layout.dock(panel.side()).size;
-        // The edge is where presses are taken in the middle of the side.
+        // A line through the middle of the window, from the picture outwards.
+        let outwards = if panel == Panel::Passes { -1.0 } else { 1.0 };
+        let middle = if across { 640.0 } else { 360.0 };
         let at = |along: f32| if across { egui::pos2(along, 400.0) } else { egui::pos2(600.0, along) };
         let still = harness();
-        let taken: Vec<f32> =
-            (0..1280).map(|along| along as f32).filter(|along| still.state().panels.is_edge(at(*along))).collect();
-        let middle = f32::midpoint(taken[0], taken[taken.len() - 1]);
-        let inwards = if panel.side() == raxel_panels::Side::Left { 1.0 } else { -1.0 };
-        for outside in 0..16 {
+        let taken = |along: f32| still.state().panels.has_pointer(&still.ctx, at(along));
+        let edge = (0..400).map(|step| middle + outwards * step as f32).find(|along| taken(*along)).unwrap();
+        let mut resized = 0;
+        for step in -12..20 {
             let mut harness = harness();
-            let from = middle + inwards * outside as f32;
-            let before = size(&harness);
-            drag(&mut harness, at(from), at(from + 60.0 * inwards));
-            let resized = (size(&harness) - before).abs() > 10.0;
-            let edge = still.state().panels.is_edge(at(from));
-            assert!(edge || !resized, "{panel:?}: {outside} points outside resizes and is not taken");
-            assert!(outside > 0 || resized, "{panel:?}: its edge resizes");
+            let from = edge + outwards * step as f32;
+            let before = harness.state().panels.layout.clone();
+            drag(&mut harness, at(from), at(from - 60.0 * outwards));
+            let changed = harness.state().panels.layout != before;
+            assert!(taken(from) || !changed, "{panel:?}: {step} points from the edge resizes and is not taken");
+            resized += usize::from(changed);
         }
+        assert!(resized > 0, "{panel:?}: its edge resizes");
     }
+}
+
+#[test]
+fn a_panel_is_a_tab_a_window_or_a_part_of_the_window() {
+    let mut window = Window::new(&[]);
+    window.panels.layout = Layout::read(
+        "docks = { across = { share = 0.7, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\", \"inspect\"], front = 1 } } }\n\
+         floating = [{ at = [100.0, 200.0], size = [420.0, 200.0], docks = { tabs = [\"frame\"] } }]",
+    )
+    .unwrap();
+    window.inspected = Some(inspected());
+    let mut harness = window.harness(1280.0, 720.0);
+    // The tab in front is drawn, the one behind is not; the floating panel is where the file says.
+    assert!(texts(&harness, "reading").is_empty() && harness.query_by_label("Write to file").is_none());
+    harness.get_by_label("2,097,152 voxels in 300 chunks");
+    let free =
+        |harness: &Harness<'_, Window>, x, y| !harness.state().panels.has_pointer(&harness.ctx, egui::pos2(x, y));
+    assert!(!free(&harness, 300.0, 300.0) && !free(&harness, 1100.0, 300.0) && free(&harness, 300.0, 600.0));
+    // A click on the name of the hidden one brings it to the front, one more closes it.
+    click(&mut harness, "Params");
+    harness.get_by_label("Write to file");
+    click(&mut harness, "Params");
+    assert!(harness.query_by_label("Write to file").is_none() && harness.state().panels.layout.is_open(Panel::Inspect));
+    // What is drawn is what is kept.
+    let layout = harness.state().panels.layout.clone();
+    let again = Layout::read(&layout.write()).unwrap();
+    assert_eq!(again, layout);
+}
+
+#[test]
+fn a_layout_is_brought_back_to_the_first() {
+    let mut harness = Window::new(&[Panel::World, Panel::Frame]).harness(1280.0, 720.0);
+    click(&mut harness, "Reset layout");
+    let layout = &harness.state().panels.layout;
+    assert!(layout.is_open(Panel::Passes) && layout.is_open(Panel::Params) && !layout.has(Panel::Frame), "{layout:?}");
 }
 
 #[test]
@@ -507,10 +550,10 @@ fn two_panels_share_a_side() {
     click(&mut harness, "Inspect");
     let y = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect().center().y;
     let inspect = |harness: &Harness<'_, Window>| texts(harness, "reading")[0].center().y;
-    assert!(y(&harness, "Write to file") < 100.0 && inspect(&harness) > 300.0, "{}", inspect(&harness));
+    assert!(y(&harness, "Write to file") < 130.0 && inspect(&harness) > 300.0, "{}", inspect(&harness));
     click(&mut harness, "Params");
     assert!(harness.query_by_label("Write to file").is_none());
-    assert!(inspect(&harness) < 100.0);
+    assert!(inspect(&harness) < 150.0);
 }
 
 #[test]
@@ -735,4 +778,53 @@ fn presets_are_kept_set_and_deleted() {
     harness.state_mut().presets.push(Preset { name: "dawn".to_owned(), ..Preset::default() });
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "Replace"), [Action::SavePreset("dawn".to_owned())]);
+}
+
+#[test]
+fn a_file_of_the_project_is_found_by_words_and_opened() {
+    let mut harness = Window::new(&[Panel::Params]).harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "Open"), [Action::ListFiles]);
+    let listed = |harness: &mut Harness<'_, Window>| {
+        harness.state_mut().panels.switch();
+        harness.state_mut().actions.clear();
+        harness.run_steps(4);
+    };
+    let press = |harness: &mut Harness<'_, Window>, keys: &[egui::Key]| {
+        for key in keys {
+            harness.key_press(*key);
+            harness.run_steps(3);
+        }
+        std::mem::take(&mut harness.state_mut().actions)
+    };
+    listed(&mut harness);
+    harness.get_by_label("graphs/test.toml (open)");
+    assert_eq!(click(&mut harness, "worlds/a.toml"), [Action::Open(FileKind::World, "worlds/a.toml".to_owned())]);
+    assert!(!harness.state().panels.is_switching());
+    // Words in any order leave the files that have them; arrows choose among them, and Enter opens.
+    listed(&mut harness);
+    harness.get_by_label("file to open").type_text("TOML graphs");
+    harness.run_steps(4);
+    assert!(harness.query_by_label("worlds/a.toml").is_none());
+    let open = |path: &str| [Action::Open(FileKind::Graph, path.to_owned())];
+    assert_eq!(press(&mut harness, &[egui::Key::ArrowDown, egui::Key::Enter]), open("graphs/test.toml"));
+    // Escape leaves everything as it is, and a filter that nothing has says so.
+    listed(&mut harness);
+    harness.get_by_label("file to open").type_text("nothing");
+    harness.run_steps(4);
+    harness.get_by_label("No file of the project has this in its path.");
+    assert_eq!(press(&mut harness, &[egui::Key::Enter, egui::Key::Escape]), []);
+    assert!(!harness.state().panels.is_switching());
+}
+
+#[test]
+fn a_param_that_a_demo_drives_is_moved_while_it_is_recorded() {
+    let mut window = Window::new(&[Panel::Params]);
+    window.params[1].driven = true;
+    let mut harness = window.harness(1280.0, 720.0);
+    assert_eq!(click(&mut harness, "fog"), [], "the demo has it");
+    assert_eq!(click(&mut harness, "Record"), [Action::Record(true)]);
+    harness.state_mut().records = true;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "fog"), [Action::SetParam("fog".to_owned(), vec![1.0])]);
+    assert_eq!(click(&mut harness, "Record"), [Action::Record(false)]);
 }

@@ -5,6 +5,10 @@ use std::path::{Component, Path, PathBuf};
 use raxel_diagnostics::{Diagnostic, DiskFiles, SourceMap, codes, names};
 
 use crate::manifest::{self, Manifest};
+use crate::reload::ProjectFile;
+
+/// Folders that files are looked for in lie so deep in `graphs` and `worlds`: a link back to a folder above must not go on for ever.
+const DEPTH: usize = 4;
 
 /// A project on disk. Every path that raxel shows or keeps is relative to its root, with `/` separators.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,6 +123,29 @@ impl Project {
         self.list("worlds", |name| name.ends_with(".demo.toml"))
     }
 
+    /// Every demo, world and graph, those in folders below included: by kind, and each kind in order of path.
+    pub fn every_file(&self) -> Vec<ProjectFile> {
+        let mut worlds = self.list_below("worlds", DEPTH);
+        let demos: Vec<String> = worlds.extract_if(.., |path| path.ends_with(".demo.toml")).collect();
+        let graphs = self.list_below("graphs", DEPTH).into_iter().map(ProjectFile::Graph);
+        demos
+            .into_iter()
+            .map(ProjectFile::Demo)
+            .chain(worlds.into_iter().map(ProjectFile::World))
+            .chain(graphs)
+            .collect()
+    }
+
+    /// The TOML files of a folder, and of those in it up to a depth.
+    fn list_below(&self, folder: &str, depth: usize) -> Vec<String> {
+        let mut found = self.list(folder, is_toml);
+        if depth > 0 {
+            let inner = self.list(folder, |name| !is_toml(name));
+            found.extend(inner.iter().flat_map(|folder| self.list_below(folder, depth - 1)));
+        }
+        found
+    }
+
     /// What the project's manifest says, or everything that is wrong with it and the texts that this points into.
     pub fn manifest(&self) -> Result<Manifest, (Vec<Diagnostic>, SourceMap)> {
         let mut texts = SourceMap::default();
@@ -209,6 +236,27 @@ mod tests {
         std::fs::write(folder.path().join("alone.toml"), "").unwrap();
         let alone = Project::around_file(&folder.path().join("alone.toml")).unwrap();
         assert_eq!(alone.root(), folder.path().canonicalize().unwrap());
+    }
+
+    #[test]
+    fn every_file_is_listed_by_kind() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = Project::at(folder.path()).unwrap();
+        assert_eq!(project.every_file(), []);
+        for path in ["graphs/b.toml", "graphs/more/a.toml", "worlds/w.toml", "worlds/w.demo.toml", "worlds/m/m.vox"] {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "").unwrap();
+        }
+        let graph = |path: &str| ProjectFile::Graph(path.to_owned());
+        let (demo, world) = ("worlds/w.demo.toml".to_owned(), "worlds/w.toml".to_owned());
+        let expected = [ProjectFile::Demo(demo), ProjectFile::World(world), graph("graphs/b.toml")];
+        assert_eq!(project.every_file(), [&expected[..], &[graph("graphs/more/a.toml")]].concat());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(folder.path(), folder.path().join("graphs/loop")).unwrap();
+            assert!(project.every_file().len() >= 4, "a link in a circle ends");
+        }
     }
 
     #[test]

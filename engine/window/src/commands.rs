@@ -22,8 +22,9 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
+use super::history::{Change, Step};
 use super::write_back::Written;
-use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
+use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
 
 /// How long a message stays in the bar.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -41,11 +42,12 @@ impl Viewer<'_> {
                 self.session.step();
             }
             Command::Reset => self.reset(),
-            Command::Undo => self.edited(|session| session.undo().map(drop)),
-            Command::Redo => self.edited(|session| session.redo().map(drop)),
+            Command::Undo => self.undo(),
+            Command::Redo => self.redo(),
             Command::Larger => self.choose(|brush, _| brush::resize(brush, true)),
             Command::Smaller => self.choose(|brush, _| brush::resize(brush, false)),
             Command::NextMaterial => self.choose(brush::next_material),
+            Command::Open => self.perform(Action::ListFiles, event_loop),
             Command::Panels => self.panels.toggle(),
             Command::Home => self.go_to(self.home),
             Command::RecordKey => self.perform(Action::RecordKey, event_loop),
@@ -97,17 +99,15 @@ impl Viewer<'_> {
             Action::Rows(first) => self.inspector.rows(first),
             Action::WriteTable => self.inspector.write(),
             Action::SetParam(name, value) => self.set_param(&name, &value),
-            Action::ResetParam(name) => {
-                let reset = self.session.unset_param(&name);
-                self.said(reset);
-            }
+            Action::ResetParam(name) => self.reset_param(&name),
+            Action::Record(on) => self.recorder.turn(on),
             Action::WriteParams(names, to) => self.write_params(&names, to),
             Action::SavePreset(name) => self.save_preset(&name),
             Action::ApplyPreset(name) => self.apply_preset(&name),
-            Action::DeletePreset(name) => {
-                let deleted = self.presets.remove(self.session.graph_path(), &name);
-                self.said(deleted);
-            }
+            Action::DeletePreset(name) => match self.presets.remove(self.session.graph_path(), &name) {
+                Ok(written) => self.note_write([written]),
+                Err(error) => self.warn(error),
+            },
             Action::UndoWrite => self.undo_write(),
             Action::Pin(at) => self.inspector.pin(at),
             Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
@@ -118,6 +118,11 @@ impl Viewer<'_> {
             | Action::Flip
             | Action::Gain(_)
             | Action::Measure) => self.compare(action),
+            Action::ListFiles => {
+                self.files = switching::list(&self.session);
+                self.panels.switch();
+            }
+            Action::Open(kind, path) => self.open_file(kind, path),
             Action::Pause => self.run_command(Command::Pause, event_loop),
             Action::Step => self.run_command(Command::Step, event_loop),
             Action::Reset => self.reset(),
@@ -163,8 +168,8 @@ impl Viewer<'_> {
             Action::WriteCamera(name) => self.write_camera(&name),
             Action::Speed(voxels) => self.controls.set_speed(voxels),
             Action::Brush(brush) => self.brush = brush,
-            Action::Undo => self.run_command(Command::Undo, event_loop),
-            Action::Redo => self.run_command(Command::Redo, event_loop),
+            Action::Undo => self.undo_world(),
+            Action::Redo => self.redo_world(),
         }
     }
 
@@ -178,7 +183,8 @@ impl Viewer<'_> {
             Ok(None) => return,
             // Nobody knows what is under the cursor: nothing is edited behind it.
             Err(unavailable) => {
-                return self.edited(|_| Err(EditError::from(unavailable).into()));
+                self.edited(|_| Err(EditError::from(unavailable).into()));
+                return;
             }
         };
         if self.painting == Some(hit.exact.voxel) {
@@ -186,19 +192,25 @@ impl Viewer<'_> {
         }
         self.painting = (effect == Effect::Paint).then_some(hit.exact.voxel);
         match brush::stroke(&self.brush, effect, &hit) {
-            Stroke::Edit(edit) => self.edited(|session| session.edit(&[edit]).map(drop)),
+            Stroke::Edit(edit) => {
+                if self.edited(|session| session.edit(&[edit]).map(drop)) {
+                    self.history.note(Step::World);
+                }
+            }
             Stroke::Pick(material) => self.choose(|brush, _| brush.material = Some(material)),
         }
     }
 
-    /// Edits the world, and says why when that is refused.
-    fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) {
+    /// Edits the world, and says why when that is refused. False then.
+    pub(super) fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) -> bool {
         let result = edit(&mut self.session);
+        let made = result.is_ok();
         self.refused = result.as_ref().err().map(ToString::to_string);
         if let Err(failure) = result {
             self.notice(failure.to_string());
             self.console.diagnostics(&failure.into_diagnostics(), &SourceMap::default(), To::Stderr);
         }
+        made
     }
 
     /// Chooses another brush, and says which.
@@ -230,11 +242,30 @@ impl Viewer<'_> {
     }
 
     fn set_param(&mut self, name: &str, numbers: &[f64]) {
-        let param = self.session.params().iter().find(|param| param.name == name);
-        if let Some(value) = param.and_then(|param| from_components(numbers, &param.default)) {
-            let set = self.session.set_param(name, value);
-            self.said(set);
+        let Some(param) = self.session.params().iter().find(|param| param.name == name) else { return };
+        let (default, before) = (param.default, self.session.param(name).unwrap_or(param.default));
+        let Some(value) = from_components(numbers, &default) else { return };
+        self.record(name, before, numbers);
+        let set = self.session.set_param(name, value);
+        if set.is_ok() {
+            let change = Change { name: name.to_owned(), before: changed(before, default), after: Some(value) };
+            self.history.note_param(change, self.is_held());
         }
+        self.said(set);
+    }
+
+    fn reset_param(&mut self, name: &str) {
+        let before = self.session.param(name).ok();
+        let reset = self.session.unset_param(name);
+        if reset.is_ok() {
+            self.history.note_param(Change { name: name.to_owned(), before, after: None }, false);
+        }
+        self.said(reset);
+    }
+
+    /// Whether something of a panel is pressed.
+    pub(super) fn is_held(&self) -> bool {
+        self.window.as_ref().is_some_and(|open| open.overlay.is_held())
     }
 
     /// Keeps the values of all params under a name.
@@ -242,7 +273,10 @@ impl Viewer<'_> {
         let value = |param: &Param| Some((param.name.clone(), components(&self.session.param(&param.name).ok()?)));
         let values = self.session.params().iter().filter_map(value).collect();
         match self.presets.save(self.session.graph_path(), name, &values) {
-            Ok(()) => self.notice(format!("kept the values as `{name}`")),
+            Ok(written) => {
+                self.note_write([written]);
+                self.notice(format!("kept the values as `{name}`"));
+            }
             Err(error) => self.warn(error),
         }
     }
@@ -254,16 +288,24 @@ impl Viewer<'_> {
         else {
             return;
         };
-        let mut left = Vec::new();
+        let (mut left, mut changes) = (Vec::new(), Vec::new());
         for (param, numbers) in values {
             let default = self.session.params().iter().find(|known| known.name == param).map(|known| known.default);
-            match default.and_then(|default| from_components(&numbers, &default)) {
-                Some(value) => {
+            match default.and_then(|default| Some((default, from_components(&numbers, &default)?))) {
+                Some((default, value)) => {
+                    let before = self.session.param(&param).unwrap_or(default);
                     let set = self.session.set_param(&param, value);
+                    if set.is_ok() && before != value {
+                        let before = changed(before, default);
+                        changes.push(Change { name: param, before, after: Some(value) });
+                    }
                     self.said(set);
                 }
                 None => left.push(format!("`{param}`")),
             }
+        }
+        if !changes.is_empty() {
+            self.history.note(Step::Params(changes));
         }
         if left.is_empty() {
             self.notice(format!("set the params to `{name}`"));
@@ -305,20 +347,10 @@ impl Viewer<'_> {
     }
 
     /// Notes what was written, to be undone.
-    fn note_write(&mut self, written: impl IntoIterator<Item = Written>) {
+    pub(super) fn note_write(&mut self, written: impl IntoIterator<Item = Written>) {
         let written: Vec<Written> = written.into_iter().collect();
         if !written.is_empty() {
-            self.last_write = written;
-        }
-    }
-
-    /// Puts the files of the last write back as they were.
-    fn undo_write(&mut self) {
-        for written in std::mem::take(&mut self.last_write) {
-            match written.undo() {
-                Ok(()) => self.notice(format!("restored {}", written.file)),
-                Err(error) => self.warn(error),
-            }
+            self.history.note(Step::Files(written));
         }
     }
 
@@ -337,13 +369,13 @@ impl Viewer<'_> {
     }
 
     /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
-    fn write_demo(
+    pub(super) fn write_demo(
         &mut self,
         done: &str,
         change: impl FnOnce(&str, f64, &Camera) -> std::result::Result<String, String>,
     ) {
         let Some(demo) = self.session.demo() else {
-            return self.warn("no demo runs: `raxel run worlds/NAME.demo.toml` opens one to record into".to_owned());
+            return self.warn("no demo runs: O opens one, or *Record* in Params makes one".to_owned());
         };
         let (file, camera) = (demo.file.clone(), *self.session.camera());
         let time = demo.local_time(self.session.clock().now().map_or(Moment::START, |now| now.time));
@@ -399,7 +431,7 @@ impl Viewer<'_> {
         }
     }
 
-    fn said<E: std::fmt::Display>(&mut self, result: std::result::Result<(), E>) {
+    pub(super) fn said<E: std::fmt::Display>(&mut self, result: std::result::Result<(), E>) {
         if let Err(error) = result {
             self.warn(error.to_string());
         }
@@ -468,6 +500,11 @@ impl Viewer<'_> {
         output::write_picture(Pending::new(&path)?, &picture)?;
         Ok(path)
     }
+}
+
+/// A value that is not the file's.
+fn changed(value: Value, default: Value) -> Option<Value> {
+    (value != default).then_some(value)
 }
 
 /// A file of that name and extension in the current folder that does not exist yet.

@@ -30,6 +30,8 @@ pub(super) enum Command {
     Smaller,
     /// Of another material.
     NextMaterial,
+    /// List the files of the project, to open one of them.
+    Open,
     /// Show or hide the panels.
     Panels,
     /// Pin the texel under the cursor, or none any more.
@@ -78,6 +80,7 @@ P               pin the texel under the cursor in Inspect, and let go of it
                 a drag and the arrow keys move the picture
 B  X  V         keep what is shown; ways to compare with it: wipe, difference, off;  the kept picture alone
 Tab             next debug target or layer of one; Shift+Tab the one before
+O               open another graph, world or demo of the project
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
 Delete          give up a pass that the device has worked on for long
@@ -177,6 +180,7 @@ impl Controls {
                 Command::NextComparison
             }
             Key::Character(text) if text.eq_ignore_ascii_case("v") && !modifiers.control_key() => Command::Flip,
+            Key::Character(text) if text.eq_ignore_ascii_case("o") && !modifiers.control_key() => Command::Open,
             Key::Character(text) if text == "." => Command::Step,
             Key::Character(text) if text == "[" => Command::Smaller,
             Key::Character(text) if text == "]" => Command::Larger,

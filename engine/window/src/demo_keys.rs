@@ -4,10 +4,14 @@ use raxel_panels::view::Lane;
 use raxel_runtime::camera::Camera;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
-use super::write_back::{camera_values, parsed, rounded};
+use super::recording::Take;
+use super::write_back::{camera_values, implicit_table, literal, parsed, rounded};
 
 /// A key that is so near in seconds is the one that is recorded anew.
 const SAME: f64 = 0.005;
+
+/// A key that ends what was before stands so many seconds in front of the next.
+const APART: f64 = 0.01;
 
 /// Why a check stays where it is.
 const FIXED: &str = "a check is changed in the file: its reference is the picture of its frame";
@@ -106,6 +110,55 @@ pub fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<String,
     Ok(document.to_string())
 }
 
+/// The text of a demo with these keys of a param, in order of time, in place of those from the first to the last of them. Until the first key of
+/// a new track, the param has the value of `before`.
+pub fn with_param_keys(text: &str, take: &Take) -> Result<String, String> {
+    let (keys, param) = (take.keys(), &take.param);
+    let (Some(first), Some(last)) = (keys.first().map(|key| key.0), keys.last().map(|key| key.0)) else {
+        return Ok(text.to_owned());
+    };
+    let mut document = parsed(text)?;
+    let tracks = document.entry("tracks").or_insert_with(implicit_table);
+    let tracks = tracks.as_table_like_mut().ok_or("`tracks` of the file is not a table")?;
+    let new = !tracks.contains_key(param);
+    let track = tracks.entry(param).or_insert(Item::Table(Table::new()));
+    let track = track.as_table_like_mut().ok_or_else(|| format!("`tracks.{param}` of the file is not a table"))?;
+    let array = track.entry("keys").or_insert(value(Array::new()));
+    let array = array.as_array_mut().ok_or_else(|| format!("`keys` of the track `{param}` is not an array"))?;
+    let time_of = |key: &Value| {
+        let time = key.as_array()?.get(0)?;
+        time.as_float().or_else(|| time.as_integer().map(|time| time as f64))
+    };
+    array.retain(|key| time_of(key).is_none_or(|time| time < first - SAME || time > last + SAME));
+    let at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
+    let rest = [0.0, first - APART].map(|time| (time, take.before));
+    let rest = rest.into_iter().filter(|(time, _)| new && *time >= 0.0 && *time < first);
+    let rest = rest.take(if take.steps() { 1 } else { 2 });
+    for (offset, (time, value)) in rest.chain(keys).enumerate() {
+        let key: Array = [rounded(time).into(), literal(&value)].into_iter().collect::<Array>();
+        array.insert(at + offset, Value::Array(key));
+    }
+    if new && take.steps() {
+        track.insert("interpolation", value("step"));
+    }
+    Ok(document.to_string())
+}
+
+/// The text of a demo of a graph and a world, by their project paths, with the keys of a take and the camera as it is.
+pub fn new_demo(graph: &str, world: &str, take: &Take, camera: &Camera) -> Result<String, String> {
+    let inside = |path: &str, folder: &str| {
+        let inside = path.strip_prefix(folder).and_then(|path| path.strip_prefix('/')).map(str::to_owned);
+        inside.ok_or_else(|| format!("a demo plays only what is in `{folder}`, and `{path}` is not"))
+    };
+    let (graph, world) = (inside(graph, "graphs")?, inside(world, "worlds")?);
+    let duration = take.keys().last().map_or(1.0, |key| key.0.ceil().max(1.0));
+    let mut document = DocumentMut::new();
+    for (key, item) in [("world", value(world)), ("graph", value(graph)), ("duration", value(duration))] {
+        document.insert(key, item);
+    }
+    with_param_keys(&with_camera_key(&document.to_string(), 0.0, camera)?, take)
+}
+
 /// The key of the file under which a track's keys stand.
 fn array_of(lane: &Lane) -> &'static str {
     match lane {
@@ -147,6 +200,9 @@ fn replace(old: &mut Value, new: Value) {
 
 #[cfg(test)]
 mod tests {
+    use raxel_graph::checked;
+
+    use super::super::recording::Recorder;
     use super::*;
 
     const DEMO: &str = "# A flight.\nduration = 8.0\n\n# the start\n[[camera]]\ntime     = 0.0 # s\nposition = [1.0, 2.0, 3.0]\nlook_at  = [0.0, 0.0, 0.0]\n\n\
@@ -210,6 +266,49 @@ mod tests {
             inline.starts_with("camera = [{ time = 0.0, yaw = 1 }, { time = 2.0, position = [7.5, 8.0, -9.25]"),
             "{inline}"
         );
+    }
+
+    /// A take of these times and values.
+    fn take(param: &str, samples: &[(f64, f64)]) -> Take {
+        let mut recorder = Recorder::default();
+        recorder.turn(true);
+        for (time, value) in samples {
+            recorder.moved(param, checked::Value::F32(0.5), *time, &[*value]);
+        }
+        recorder.frame(9.0, false).unwrap()
+    }
+
+    #[test]
+    fn a_param_is_recorded_over_the_keys_that_are_there() {
+        let recorded = with_param_keys(DEMO, &take("fog", &[(4.0, 1.0), (5.0, 3.0), (6.0, 1.0)])).unwrap();
+        assert_eq!(recorded, DEMO.replace("[5, 2.0]]", "[4.0, 1.0], [5.0, 3.0], [6.0, 1.0]]"));
+        // One key, while the demo is paused.
+        let one = with_param_keys(DEMO, &take("fog", &[(2.0, 4.0)])).unwrap();
+        assert_eq!(one, DEMO.replace("[5, 2.0]", "[2.0, 4.0], [5, 2.0]"));
+        // Before a new track begins, nothing changes.
+        let new = with_param_keys(DEMO, &take("sun", &[(2.0, 4.0), (3.0, 5.0)])).unwrap();
+        let track = "[tracks.sun]\nkeys = [[0.0, 0.5], [1.99, 0.5], [2.0, 4.0], [3.0, 5.0]]\n";
+        assert!(new.contains(track) && new.contains("keys = [[0.0, 1.0], [5, 2.0]] # mist"), "{new}");
+        let at_once = with_param_keys("duration = 3.0\n", &take("sun", &[(0.0, 4.0)])).unwrap();
+        assert_eq!(at_once, "duration = 3.0\n\n[tracks.sun]\nkeys = [[0.0, 4.0]]\n");
+        assert!(with_param_keys("tracks = 3", &take("sun", &[(0.0, 4.0)])).is_err());
+        assert!(with_param_keys("tracks.sun.keys = 3", &take("sun", &[(0.0, 4.0)])).is_err());
+    }
+
+    #[test]
+    fn a_new_demo_plays_what_was_recorded() {
+        let take = take("fog", &[(0.5, 1.0), (2.25, 4.0)]);
+        let camera = Camera::at([7.5, 8.0, -9.25]);
+        let text = new_demo("graphs/more/a.toml", "worlds/b.toml", &take, &camera).unwrap();
+        assert!(
+            text.starts_with("world = \"b.toml\"\ngraph = \"more/a.toml\"\nduration = 3.0\n\n[[camera]]\ntime = 0.0\n"),
+            "{text}"
+        );
+        assert!(
+            text.ends_with("\n[tracks.fog]\nkeys = [[0.0, 0.5], [0.49, 0.5], [0.5, 1.0], [2.25, 4.0]]\n"),
+            "{text}"
+        );
+        assert!(new_demo("a.toml", "worlds/b.toml", &take, &camera).unwrap_err().contains("`a.toml` is not"));
     }
 
     #[test]

@@ -70,6 +70,7 @@ impl Viewer<'_> {
         }
         self.turn_demo();
         self.fly();
+        self.record_frame();
         let inspects =
             self.panels.layout.is_open(Panel::Inspect) || self.inspector.is_copying() || self.writes_values();
         self.session.set_region(self.magnifier.region());
@@ -132,7 +133,7 @@ impl Viewer<'_> {
             return Ok(());
         }
         self.draw_panels(event_loop);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let Some(Open { presenter, overlay, .. }) = &mut self.window else { return Ok(()) };
         let presented =
             overlay.present(presenter, |presenter, frame| presenter.present_blank(GROUND, visible.then_some(frame)));
@@ -199,6 +200,9 @@ impl Viewer<'_> {
             ReloadEvent::Reloaded(reloaded) => {
                 self.problems = problems(&reloaded.diagnostics, &reloaded.texts);
                 self.data.forget();
+                if reloaded.opened {
+                    self.begin_opened();
+                }
                 for name in self.written.drain(..) {
                     // The file has the value now; from here on it follows the file.
                     let _ = self.session.unset_param(&name);
@@ -216,6 +220,7 @@ impl Viewer<'_> {
 
     /// Draws the panels over the next picture and does what the user asks for in them.
     fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
+        let over_panels = self.is_over_panels();
         let (magnified, region) = (self.magnified(), self.magnifier.region());
         let extent = self.session.viewport().window();
         let Some(Open { window, overlay, .. }) = &mut self.window else { return };
@@ -240,13 +245,13 @@ impl Viewer<'_> {
             }),
             picture: if self.presented == 0 { FirstPicture::Awaited } else { FirstPicture::Shown },
             graph_file: self.session.graph_path().to_owned(),
-            written: self.last_write.iter().map(|written| written.file.clone()).collect(),
+            written: self.history.last_files(),
             notice: self.notice.as_ref().filter(|(_, until)| Instant::now() < *until).map(|(text, _)| text.clone()),
         };
-        let cursor = self.controls.cursor().filter(|_| !overlay.has_pointer());
+        let cursor = self.controls.cursor().filter(|_| !over_panels);
         let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
         // Which voxel that is takes a walk through the world: only where it is said.
-        let says = self.panels.layout.is_open(Panel::World) && !overlay.has_pointer();
+        let says = self.panels.layout.is_open(Panel::World) && !over_panels;
         let pixel = self.controls.cursor().filter(|_| says).map(|pixel| self.magnifier.unmagnified(pixel, extent));
         let (hit, unavailable) = match pixel.map(|pixel| self.session.pick(pixel, brush::REACH)) {
             Some(Ok(hit)) => (hit, None),
@@ -285,12 +290,14 @@ impl Viewer<'_> {
             resources,
             presets: self.presets.view(self.session.graph_path(), &params),
             params,
+            records: self.recorder.is_on(),
             problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
             inspected: self.inspector.view(&self.session, resources, cursor, &region),
             magnified,
             compare: self.comparing.view(&self.session),
+            files: &self.files,
         };
         let panels = &mut self.panels;
         let actions = overlay.draw(window, |context| panels.show(context, &view));
@@ -309,7 +316,7 @@ impl Viewer<'_> {
             }
         }
         let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
         let whole = !self.session.outcomes().contains(&PassOutcome::Off);
         let presented = match open.pictures {
@@ -365,7 +372,7 @@ impl Viewer<'_> {
         }
         (self.touched, self.drawn) = (false, Instant::now());
         self.draw_panels(event_loop);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let Some(open) = &mut self.window else { return Ok(()) };
         match open.present_taken(visible) {
             Ok(_) => Ok(()),
@@ -424,8 +431,8 @@ impl Viewer<'_> {
         let smoothed = self.frame_time.map_or(seconds, |old| old * 0.9 + seconds * 0.1);
         self.frame_time = Some(smoothed);
         self.data.interval.push(seconds * 1e3);
-        let over_panel = self.window.as_ref().is_some_and(|open| open.overlay.has_pointer());
-        let cursor = self.controls.cursor().filter(|_| !over_panel);
+        let over_panels = self.is_over_panels();
+        let cursor = self.controls.cursor().filter(|_| !over_panels);
         let window = self.session.viewport().window();
         self.session.set_cursor(cursor.map(|pixel| self.magnifier.unmagnified(pixel, window)));
         self.note_time_of_day();

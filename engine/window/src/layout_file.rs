@@ -81,7 +81,7 @@ mod tests {
         assert!(!file.path.exists(), "it may change again");
         file.look(&layout).unwrap();
         assert_eq!(LayoutFile::of(project.path()).read(), (layout, None));
-        fs::write(&file.path, "left = 7").unwrap();
+        fs::write(&file.path, "docks = 7").unwrap();
         let (layout, said) = file.read();
         assert!(layout == Layout::default() && said.is_some_and(|said| said.contains("window.toml")));
     }

@@ -13,6 +13,7 @@ mod editor;
 mod elements;
 mod frame;
 mod given;
+mod history;
 mod inspector;
 mod layout_file;
 mod locate;
@@ -25,8 +26,11 @@ mod panel_data;
 mod presenting;
 mod presets;
 mod problem_log;
+mod recording;
 mod reload_log;
+mod switching;
 mod title;
+mod undoing;
 mod waiting;
 mod write_back;
 
@@ -36,7 +40,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
-use raxel_panels::view::{Brush, Problem};
+use raxel_panels::view::{Brush, Problem, ProjectFile};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -55,15 +59,16 @@ use self::comparing::Comparing;
 use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
+use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
 use self::magnifier::Magnifier;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
 use self::presets::Presets;
+use self::recording::Recorder;
 use self::reload_log::ReloadLog;
 use self::title::Title;
-use self::write_back::Written;
 use raxel_control::{Control, Drive};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -199,6 +204,8 @@ struct Viewer<'a> {
     magnifier: Magnifier,
     comparing: Comparing,
     problems: Vec<Problem>,
+    /// Files of the project, as they were listed last.
+    files: Vec<ProjectFile>,
     printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
@@ -206,8 +213,10 @@ struct Viewer<'a> {
     before_peek: Option<DebugTarget>,
     /// Params whose values were written to a file that was not read again yet.
     written: Vec<String>,
-    /// What the window wrote into files last.
-    last_write: Vec<Written>,
+    /// What the window has changed, to be undone.
+    history: History,
+    /// Makes keys of params that are moved.
+    recorder: Recorder,
     /// Editors that were opened.
     editors: Editors,
     /// Whether the demo starts over, if the user has chosen.
@@ -271,13 +280,13 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
             return self.waiting_event(event_loop, &event);
         }
         self.touched |= !matches!(event, WindowEvent::RedrawRequested);
-        let visible = self.panels.layout.visible;
+        let visible = self.panels.are_drawn();
         let taken = match &mut self.window {
             Some(Open { window, overlay, .. }) => overlay.take(window, &event) && visible,
             None => false,
         };
-        let pressed = matches!(event, WindowEvent::MouseInput { state: ElementState::Pressed, .. });
-        let taken = taken || (pressed && self.is_on_edge());
+        let by_pointer = matches!(event, WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. });
+        let taken = if by_pointer { self.is_over_panels() } else { taken };
         given::note(self.session.inputs(), &event, taken);
         // What the graph alone has moves no camera, edits no world, and is no command.
         let taken = taken || self.given;
@@ -378,6 +387,7 @@ impl<'a> Viewer<'a> {
             reloads: ReloadLog::new(console),
             home: *session.camera(),
             problems: Vec::new(),
+            files: Vec::new(),
             printed: PrintLog::default(),
             layout_file: LayoutFile::of(session.project().root()),
             presets: Presets::of(session.project().root()),
@@ -390,7 +400,8 @@ impl<'a> Viewer<'a> {
             notice: None,
             before_peek: None,
             written: Vec::new(),
-            last_write: Vec::new(),
+            history: History::default(),
+            recorder: Recorder::default(),
             editors: Editors::default(),
             looped: None,
             next_runs: NextFrame::default(),
@@ -500,10 +511,10 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// Whether the cursor is where a press resizes a dock.
-    fn is_on_edge(&self) -> bool {
+    /// Whether the cursor is over a panel, or where a press resizes a dock.
+    fn is_over_panels(&self) -> bool {
         let at = self.window.as_ref().zip(self.controls.pointer());
-        at.is_some_and(|(open, pixel)| self.panels.is_edge(open.overlay.point(pixel)))
+        at.is_some_and(|(open, pixel)| open.overlay.has_pointer(&self.panels, pixel))
     }
 
     /// The left button was pressed or released. Whether it holds the edge of a wipe now.

@@ -6,7 +6,7 @@ use egui::epaint::ClippedPrimitive;
 use egui::{Context, FullOutput, Popup, Pos2, TexturesDelta, ViewportId, pos2};
 use egui_winit::State;
 use raxel_overlay::{meshes, patch, texture};
-use raxel_panels::{Action, turns};
+use raxel_panels::{Action, Panels, turns};
 use raxel_runtime::present::{OverlayFrame, PresentError, Presenter};
 use winit::event::{KeyEvent, WindowEvent};
 use winit::keyboard::{Key, NamedKey};
@@ -59,13 +59,18 @@ impl Overlay {
 
     /// A pixel of the window in points, as the panels count.
     #[expect(clippy::cast_possible_truncation, reason = "pixels of a window are small numbers")]
-    pub fn point(&self, [x, y]: [f64; 2]) -> Pos2 {
+    fn point(&self, [x, y]: [f64; 2]) -> Pos2 {
         pos2(x as f32, y as f32) / self.context.pixels_per_point()
     }
 
-    /// Whether the pointer is over a panel.
-    pub fn has_pointer(&self) -> bool {
-        self.context.wants_pointer_input() || self.context.is_pointer_over_area()
+    /// Whether a pointer at this pixel of the window is over a panel, or takes hold of an edge of one.
+    pub fn has_pointer(&self, panels: &Panels, pixel: [f64; 2]) -> bool {
+        panels.has_pointer(&self.context, self.point(pixel))
+    }
+
+    /// Whether something of a panel is dragged or pressed.
+    pub fn is_held(&self) -> bool {
+        self.context.is_using_pointer()
     }
 
     /// Draws the interface, to be shown over the next picture. Gives what the user asks for, in order.

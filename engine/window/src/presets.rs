@@ -9,6 +9,11 @@ use raxel_output::replace;
 use raxel_panels::view::{Param, Preset};
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
+use super::write_back::{Written, text_of};
+
+/// Project path of the file.
+const FILE: &str = ".raxel/presets.toml";
+
 /// What a new file begins with.
 const HEAD: &str = "# Presets of params: values by graph, name and param. The window writes them.\n";
 
@@ -25,7 +30,7 @@ pub struct Presets {
 impl Presets {
     /// Of the project at a folder. [`Self::read`] finds what there is.
     pub fn of(project: &Path) -> Self {
-        Self { path: project.join(".raxel/presets.toml"), known: BTreeMap::new() }
+        Self { path: project.join(FILE), known: BTreeMap::new() }
     }
 
     /// Reads the file. What was known stays where it cannot be read.
@@ -76,7 +81,7 @@ impl Presets {
     ///
     /// # Errors
     /// Why the file cannot be read or written.
-    pub fn save(&mut self, graph: &str, name: &str, values: &Values) -> Result<(), String> {
+    pub fn save(&mut self, graph: &str, name: &str, values: &Values) -> Result<Written, String> {
         self.change(|document| {
             let presets = document.entry(graph).or_insert_with(implicit_table);
             let presets = presets.as_table_like_mut()?;
@@ -93,24 +98,26 @@ impl Presets {
     ///
     /// # Errors
     /// Why the file cannot be read or written.
-    pub fn remove(&mut self, graph: &str, name: &str) -> Result<(), String> {
+    pub fn remove(&mut self, graph: &str, name: &str) -> Result<Written, String> {
         self.change(|document| {
             document.get_mut(graph)?.as_table_like_mut()?.remove(name);
             Some(())
         })
     }
 
-    fn change(&mut self, edit: impl FnOnce(&mut DocumentMut) -> Option<()>) -> Result<(), String> {
+    fn change(&mut self, edit: impl FnOnce(&mut DocumentMut) -> Option<()>) -> Result<Written, String> {
         // Another window may have written it, and a user.
+        let before = text_of(&self.path).map_err(|error| self.wrong(&error.to_string()))?;
         let mut document = self.document()?;
         edit(&mut document).ok_or_else(|| self.wrong("what stands under the graph's name must be a table"))?;
         let mut text = document.to_string();
-        if !self.path.exists() {
+        if before.is_none() {
             text.insert_str(0, HEAD);
         }
         let written = self.path.parent().map_or(Ok(()), fs::create_dir_all);
         written.and_then(|()| replace(&self.path, text.as_bytes())).map_err(|error| self.wrong(&error.to_string()))?;
-        self.read()
+        self.read()?;
+        Ok(Written::of(FILE, &self.path, before, text))
     }
 
     fn document(&self) -> Result<DocumentMut, String> {

@@ -35,6 +35,7 @@ impl<'a> ReloadLog<'a> {
                         "reason": "reloaded",
                         "generation": reloaded.generation,
                         "changed": reloaded.changed,
+                        "opened": reloaded.opened,
                         "milliseconds": reloaded.milliseconds,
                         "kept": reloaded.resources.kept,
                         "created": reloaded.resources.created,
@@ -42,7 +43,8 @@ impl<'a> ReloadLog<'a> {
                     }));
                 }
                 self.console.message(&format!(
-                    "reloaded {} in {:.0} ms, gen {}",
+                    "{} {} in {:.0} ms, gen {}",
+                    if reloaded.opened { "opened" } else { "reloaded" },
                     reloaded.changed.join(", "),
                     reloaded.milliseconds,
                     reloaded.generation

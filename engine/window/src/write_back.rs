@@ -1,7 +1,8 @@
 //! Values that were found in the window, written into the files that they belong to. Comments and order of a file stay as they are.
 
 use std::fs;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 use raxel_graph::checked::Value;
 use raxel_output::replace;
@@ -16,20 +17,50 @@ pub struct Written {
     /// Project path of the file.
     pub file: String,
     path: PathBuf,
-    before: String,
-    after: String,
+    /// Its text, where there is such a file.
+    before: Option<String>,
+    after: Option<String>,
 }
 
 impl Written {
-    /// Puts the file back as it was. Refused when somebody else has written it since. Errors are one line each.
-    pub fn undo(&self) -> Result<(), String> {
+    /// A text that was written over what was there before.
+    pub fn of(file: &str, path: &Path, before: Option<String>, after: String) -> Self {
+        Self { file: file.to_owned(), path: path.to_owned(), before, after: Some(after) }
+    }
+
+    /// Puts the file back as it was, and gives what that has changed. Refused when somebody else has written it since. Errors are one line
+    /// each.
+    pub fn undo(&self) -> Result<Written, String> {
         let Self { file, path, before, after } = self;
         let said = |error: std::io::Error| format!("{file}: {error}");
-        if fs::read_to_string(path).map_err(said)? != *after {
+        if text_of(path).map_err(said)? != *after {
             return Err(format!("{file} has been edited since the window wrote it: nothing is undone there"));
         }
-        replace(path, before.as_bytes()).map_err(said)
+        match before {
+            Some(text) => replace(path, text.as_bytes()),
+            None => fs::remove_file(path),
+        }
+        .map_err(said)?;
+        Ok(Written { before: after.clone(), after: before.clone(), ..self.clone() })
     }
+}
+
+/// The text of a file; `None` where there is none.
+pub(super) fn text_of(path: &Path) -> std::io::Result<Option<String>> {
+    match fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        read => read.map(Some),
+    }
+}
+
+/// Makes a file of a project that is not there yet. Errors are one line each.
+pub fn create(project: &Project, file: &str, text: &str) -> Result<Written, String> {
+    let path = project.on_disk(file);
+    if path.exists() {
+        return Err(format!("{file} is there already"));
+    }
+    replace(&path, text.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(Written::of(file, &path, None, text.to_owned()))
 }
 
 /// Changes the text of a file of a project; `None` when the text stays as it is. Errors are one line each.
@@ -46,7 +77,7 @@ pub fn edit(
         return Ok(None);
     }
     replace(&path, after.as_bytes()).map_err(said)?;
-    Ok(Some(Written { file: file.to_owned(), path, before, after }))
+    Ok(Some(Written::of(file, &path, Some(before), after)))
 }
 
 /// Names of the params whose default the text of a graph has. What is not TOML has none.
@@ -72,7 +103,7 @@ pub fn with_override(text: &str, name: &str, new: &Value) -> Result<String, Stri
 }
 
 /// A table that is not written itself, but only its members.
-fn implicit_table() -> Item {
+pub(super) fn implicit_table() -> Item {
     let mut table = Table::new();
     table.set_implicit(true);
     Item::Table(table)
@@ -135,7 +166,7 @@ pub(super) fn parsed(text: &str) -> Result<DocumentMut, String> {
 
 /// A value as TOML writes it, floats by their shortest digits.
 #[expect(clippy::cast_possible_truncation, reason = "the number is the component of a value of 32 bits")]
-fn literal(written: &Value) -> toml_edit::Value {
+pub(super) fn literal(written: &Value) -> toml_edit::Value {
     let number = |number: f64| {
         if is_integer(written) {
             toml_edit::Value::Integer(Formatted::new(number as i64))
@@ -198,8 +229,18 @@ mod tests {
         let written = write().unwrap();
         assert_eq!((written.file.as_str(), write()), ("a.toml", None), "the text has the value already");
         assert_ne!(read(), GRAPH);
-        written.undo().unwrap();
+        let undone = written.undo().unwrap();
         assert_eq!(read(), GRAPH);
+        // What was undone is made again.
+        assert_eq!(undone.undo().as_ref(), Ok(&written));
+        assert_ne!(read(), GRAPH);
+        written.undo().unwrap();
+        let made = create(&project, "b.toml", "# new").unwrap();
+        assert!(create(&project, "b.toml", "# newer").unwrap_err().contains("is there already"));
+        let gone = made.undo().unwrap();
+        assert!(!folder.path().join("b.toml").exists());
+        gone.undo().unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("b.toml")).unwrap(), "# new");
         let written = write().unwrap();
         fs::write(folder.path().join("a.toml"), "# mine\n").unwrap();
         assert!(written.undo().unwrap_err().contains("edited since"));

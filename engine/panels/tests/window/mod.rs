@@ -3,10 +3,11 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use raxel_panels::view::{
-    Brush, Compare, Editing, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem, Resource,
-    Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
+    Brush, Compare, Editing, FileKind, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem,
+    ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent,
+    WorldStatistics, Zoom,
 };
-use raxel_panels::{Action, Layout, Panel, Panels, Samples, Side, Statistics, View, not_finite};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
 
 /// A window with a small graph of three passes, one of them left out.
 pub struct Window {
@@ -17,6 +18,7 @@ pub struct Window {
     pub resources: Vec<Resource>,
     pub params: Vec<Param>,
     pub presets: Vec<Preset>,
+    pub records: bool,
     pub problems: Vec<Problem>,
     pub inspected: Option<Inspected>,
     pub magnified: Magnified,
@@ -29,16 +31,14 @@ pub struct Window {
     pub swatches: Vec<Swatch>,
     pub actions: Vec<Action>,
     pub world: WorldStatistics,
+    pub files: Vec<ProjectFile>,
 }
 
 impl Window {
     /// With these panels open.
     pub fn new(open: &[Panel]) -> Self {
-        let mut layout = Layout::default();
-        for side in [Side::Left, Side::Right, Side::Bottom] {
-            let dock = layout.dock_mut(side);
-            (dock.open, dock.below) = (None, None);
-        }
+        let mut layout = Layout::empty();
+        layout.timeline = false;
         open.iter().for_each(|panel| layout.open(*panel));
         let mut gpu = Samples::default();
         [1.0, 2.0, 3.0].into_iter().for_each(|ms| gpu.push(ms));
@@ -66,6 +66,7 @@ impl Window {
                 Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
             ],
             presets: Vec::new(),
+            records: false,
             problems: Vec::new(),
             inspected: None,
             magnified: Magnified::default(),
@@ -91,6 +92,14 @@ impl Window {
                 sources: vec![("world.tree64".to_owned(), 1 << 20), ("world.lights".to_owned(), 4096)],
                 edits: [3, 1],
             },
+            files: [
+                (FileKind::Demo, "worlds/a.demo.toml"),
+                (FileKind::World, "worlds/a.toml"),
+                (FileKind::Graph, "graphs/other.toml"),
+                (FileKind::Graph, "graphs/test.toml"),
+            ]
+            .map(|(kind, path)| ProjectFile { kind, path: path.to_owned(), runs: path == "graphs/test.toml" })
+            .to_vec(),
         }
     }
 
@@ -118,6 +127,7 @@ impl Window {
             resources: &self.resources,
             params: self.params.clone(),
             presets: self.presets.clone(),
+            records: self.records,
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),
@@ -141,6 +151,7 @@ impl Window {
             inspected: self.inspected.as_ref(),
             magnified: self.magnified.clone(),
             compare: self.compare.clone(),
+            files: &self.files,
         };
         self.actions.extend(self.panels.show(ctx, &view));
     }

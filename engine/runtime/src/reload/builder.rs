@@ -11,7 +11,7 @@ use raxel_execute::{ExecuteError, Prepared};
 
 use super::debounce::{Debounce, FileActivity};
 use super::event::{Failed, Rebuilt, Stages};
-use super::project_state::{BuildSettings, ProjectState};
+use super::project_state::{BuildSettings, ProjectFile, ProjectState};
 use super::watch::{Notice, Tell, Watcher};
 use crate::build::{self, DeviceContext, Selection};
 use crate::build_error::BuildError;
@@ -58,6 +58,7 @@ enum Message {
     FileChanged(String, FileActivity),
     FolderChanged,
     DeviceChanged,
+    Open(ProjectFile),
     Stop,
 }
 
@@ -133,6 +134,12 @@ impl Reloader {
             // A builder that has stopped needs no device.
             let _ = self.messages.send(Message::DeviceChanged);
         }
+    }
+
+    /// Loads another file in place of what runs: an outcome as of an edit.
+    pub fn open(&self, file: ProjectFile) {
+        // A builder that has stopped opens nothing.
+        let _ = self.messages.send(Message::Open(file));
     }
 
     /// The outcomes since the last call, oldest first.
@@ -238,9 +245,21 @@ impl Builder {
             Message::FileChanged(path, activity) => self.debounce.touch(&path, activity, Instant::now()),
             Message::FolderChanged => self.watcher.renew(),
             Message::DeviceChanged => self.unfinished = self.unfinished.or(self.without_device.take()),
+            Message::Open(file) => self.open(&file),
             Message::Stop => return false,
         }
         true
+    }
+
+    /// Loads another file in place of what runs. Until it is right, edits of it are followed, and what ran before runs on.
+    fn open(&mut self, file: &ProjectFile) {
+        let start = Instant::now();
+        (self.held, self.without_device, self.unfinished) = (None, None, Some(start));
+        self.state.open(file, &self.loader);
+        self.rebuilt = Rebuilt { graph: true, world: true, demo: self.state.demo.is_some(), shaders: Vec::new() };
+        self.changed = vec![file.path().to_owned()];
+        self.load += milliseconds_since(start);
+        self.watch();
     }
 
     /// Watches what the project depends on. What changed before the watch began, or while it was read, is noticed too.

@@ -41,6 +41,8 @@ pub struct Reloaded {
     pub generation: u64,
     /// Project paths of the files that changed.
     pub changed: Vec<String>,
+    /// Another graph, world or demo runs than before ([`crate::Session::open_file`]), and it begins at its first frame.
+    pub opened: bool,
     /// What was built anew.
     pub rebuilt: Rebuilt,
     /// What became of the contents of targets and buffers.

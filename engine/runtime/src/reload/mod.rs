@@ -9,3 +9,4 @@ mod watch;
 
 pub use builder::Waker;
 pub use event::{Failed, Rebuilt, ReloadEvent, Reloaded, Stages};
+pub use project_state::ProjectFile;

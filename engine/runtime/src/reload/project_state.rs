@@ -36,6 +36,26 @@ pub struct ProjectState {
     pub named: Named,
 }
 
+/// A file of the project that takes the place of what runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ProjectFile {
+    /// A graph, over the world that runs.
+    Graph(String),
+    /// A world, under the graph that runs.
+    World(String),
+    /// A demo with its graph and its world.
+    Demo(String),
+}
+
+impl ProjectFile {
+    /// Its project path.
+    pub fn path(&self) -> &str {
+        match self {
+            ProjectFile::Graph(path) | ProjectFile::World(path) | ProjectFile::Demo(path) => path,
+        }
+    }
+}
+
 /// What a user named besides a demo.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Named {
@@ -74,6 +94,32 @@ impl ProjectState {
         let before = std::mem::replace(&mut self.graph_path, path.to_owned());
         self.other_graphs.insert(before, std::mem::replace(&mut self.graph, graph));
         true
+    }
+
+    /// Loads another file in place of what runs. A demo that runs ends.
+    pub fn open(&mut self, file: &ProjectFile, loader: &Loader) {
+        (self.demo, self.demo_path, self.named) = (None, None, Named::default());
+        self.other_graphs.clear();
+        match file {
+            ProjectFile::Graph(path) => (self.graph_path, self.graph) = (path.clone(), loader.graph(path)),
+            ProjectFile::World(path) => (self.world_path, self.world) = (Some(path.clone()), loader.world(path)),
+            ProjectFile::Demo(path) => {
+                let part = loader.demo(path);
+                if let Ok(demo) = &part.result {
+                    let graph = &demo.graph.value;
+                    (self.graph_path, self.graph) = (graph.clone(), loader.graph(graph));
+                    name_missing(&mut self.graph, &demo.graph);
+                }
+                (self.demo, self.demo_path) = (Some(part), Some(path.clone()));
+                self.follow_demo(loader);
+            }
+        }
+    }
+
+    /// Whether a graph, a world or a demo is another file than in `before`.
+    pub fn is_of_other_files(&self, before: &Self) -> bool {
+        let paths = |state: &Self| (state.graph_path.clone(), state.world_path.clone(), state.demo_path.clone());
+        paths(self) != paths(before)
     }
 
     /// Loads what the demo names and is not there yet or wrong, and drops what it names no longer. True for graphs and for the world when there

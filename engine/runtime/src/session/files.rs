@@ -9,7 +9,7 @@ use super::{FrameError, OpenError, Options};
 use crate::load::Loader;
 use crate::project::Project;
 use crate::reload::builder::{Outcome, Reloader};
-use crate::reload::project_state::{BuildSettings, ProjectState};
+use crate::reload::project_state::{BuildSettings, ProjectFile, ProjectState};
 
 /// A project with what is loaded of it.
 pub(super) struct ProjectFiles {
@@ -47,6 +47,11 @@ impl ProjectFiles {
         if let Some(reloader) = &self.reloader {
             reloader.set_settings(settings());
         }
+    }
+
+    /// Loads another file in place of what runs. False where nothing builds it.
+    pub fn open(&self, file: ProjectFile) -> bool {
+        self.reloader.as_ref().map(|reloader| reloader.open(file)).is_some()
     }
 
     /// The edits that were built since the last call.

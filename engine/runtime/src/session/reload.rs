@@ -8,8 +8,11 @@ use raxel_diagnostics::{Diagnostic, codes};
 use super::Session;
 use crate::build;
 use crate::debug_target::DebugTarget;
+use crate::editing::Editing;
 use crate::reload::builder::{Outcome, Ready};
+use crate::reload::project_state::{ProjectFile, ProjectState};
 use crate::reload::{Failed, ReloadEvent, Reloaded};
+use crate::world::SessionWorld;
 
 impl Session {
     /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames. A session that
@@ -25,6 +28,14 @@ impl Session {
         self.try_again(timeout);
         let outcomes = if self.events.is_empty() { self.files.wait(timeout) } else { self.files.poll() };
         self.take_outcomes(outcomes)
+    }
+
+    /// Opens another graph, world or demo of the project in place of what runs, on another thread: [`Session::poll_reload`] tells how that went,
+    /// as of an edit. Until the file is right, what ran before runs on, and edits of the new file are followed. A graph runs over the world
+    /// that is shown, a world under the graph that runs, and either ends the demo. False where files are not watched
+    /// ([`super::Options::watch`]): nothing is opened.
+    pub fn open_file(&mut self, file: ProjectFile) -> bool {
+        self.files.open(file)
     }
 
     fn take_outcomes(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {
@@ -54,10 +65,15 @@ impl Session {
             return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
         };
         let (graph, base) = (graph.clone(), world.clone());
-        let (edited, found) = self.world.editing.rebase(&base, &self.world.shown);
+        let opened = state.is_of_other_files(&self.files.state);
+        let (editing, edited, found) = self.editing_of(&state, &base);
         diagnostics.extend(found);
+        if editing.is_some() && diagnostics.iter().any(Diagnostic::is_error) {
+            return ReloadEvent::Failed(Failed { generation, changed, diagnostics, texts });
+        }
         // A streamed world may have begun to load before it had the edits.
-        self.renderer.context.sources.edit_streamed(&base, &self.world.editing.positions());
+        let positions = editing.as_ref().unwrap_or(&self.world.editing).positions();
+        self.renderer.context.sources.edit_streamed(&base, &positions);
         let world = edited.unwrap_or_else(|| base.clone());
         let (warnings, all_texts) = (diagnostics.clone(), texts.clone());
         // Something may have been chosen since the build began.
@@ -86,9 +102,16 @@ impl Session {
             self.renderer.plans.remember(wanted, plan);
         }
         if let Err(error) = self.debug_target().resolve(&graph) {
-            let gone = Diagnostic::warning(codes::session::UNKNOWN_TARGET, error.to_string());
-            diagnostics.push(gone.note(format!("`{}` is shown instead", graph.resource(graph.present).name)));
+            // Another graph shows its own picture; a target that an edit has taken away is missed.
+            if !opened {
+                let gone = Diagnostic::warning(codes::session::UNKNOWN_TARGET, error.to_string());
+                diagnostics.push(gone.note(format!("`{}` is shown instead", graph.resource(graph.present).name)));
+            }
             self.renderer.shown.debug_target = DebugTarget::default();
+        }
+        let other_world = state.world_path != self.files.state.world_path;
+        if let Some(editing) = editing {
+            self.world.editing = editing;
         }
         let demo = state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
         let script = demo.as_ref().map(|demo| demo.script(self.scene())).unwrap_or_default();
@@ -98,10 +121,14 @@ impl Session {
         self.files.adopt(state, warnings, all_texts);
         self.renderer.plans.forgive();
         self.adopt_graph(graph);
+        if opened {
+            self.begin_opened(other_world);
+        }
         let milliseconds = since.elapsed().as_secs_f64() * 1e3;
         ReloadEvent::Reloaded(Reloaded {
             generation,
             changed,
+            opened,
             rebuilt,
             resources,
             milliseconds,
@@ -109,5 +136,37 @@ impl Session {
             diagnostics,
             texts,
         })
+    }
+
+    /// The edits of the world that is to run, where they are others than those of the world that runs; the world with them, if there are any; and
+    /// what is to be said.
+    fn editing_of(
+        &mut self,
+        state: &ProjectState,
+        base: &Arc<SessionWorld>,
+    ) -> (Option<Editing>, Option<Arc<SessionWorld>>, Vec<Diagnostic>) {
+        let before = &self.files.state;
+        if (&state.world_path, &state.demo_path) == (&before.world_path, &before.demo_path) {
+            let (edited, found) = self.world.editing.rebase(base, &self.world.shown);
+            return (None, edited, found);
+        }
+        let mut editing = Editing::new(base.clone());
+        // A demo shows the same everywhere, and so it begins with what the world's file builds.
+        let found = match &state.demo_path {
+            Some(_) => Vec::new(),
+            None => editing.open_save(self.files.project.root(), &**self.files.loader.files(), self.options.saves),
+        };
+        let edited = editing.world();
+        (Some(editing), edited, found)
+    }
+
+    /// Other files run from here on: they begin at their first frame, another world where its first camera is.
+    fn begin_opened(&mut self, other_world: bool) {
+        if other_world {
+            self.playback.view.camera = self.world.shown.first_camera();
+        }
+        let demo = &mut self.playback.demo;
+        (demo.taken_over, demo.target, demo.target_held) = (false, None, false);
+        self.reset();
     }
 }

@@ -1,0 +1,144 @@
+//! What the window has changed, step by step, to be taken back and made again.
+
+use raxel_graph::checked::Value;
+
+use super::write_back::Written;
+
+/// Steps that are kept.
+const MOST: usize = 256;
+
+/// A change that the window has made.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// An edit of the world. The session keeps it.
+    World,
+    /// Files were written.
+    Files(Vec<Written>),
+    /// Params had other values.
+    Params(Vec<Change>),
+}
+
+/// A param, and its values before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// Its name.
+    pub name: String,
+    /// `None` for the value of the file.
+    pub before: Option<Value>,
+    /// `None` for the value of the file.
+    pub after: Option<Value>,
+}
+
+/// The steps that were made and those that were taken back, oldest first.
+#[derive(Debug, Default)]
+pub struct History {
+    done: Vec<Step>,
+    undone: Vec<Step>,
+}
+
+impl History {
+    /// Notes a step. What was taken back before can no longer be made again.
+    pub fn note(&mut self, step: Step) {
+        self.undone.clear();
+        self.done.push(step);
+        if self.done.len() > MOST {
+            self.done.remove(0);
+        }
+    }
+
+    /// Notes another value of a param. While it is moved, all its values are one step.
+    pub fn note_param(&mut self, change: Change, moving: bool) {
+        if let (true, true, Some(Step::Params(last))) = (moving, self.undone.is_empty(), self.done.last_mut())
+            && let [last] = last.as_mut_slice()
+            && last.name == change.name
+        {
+            last.after = change.after;
+            return;
+        }
+        self.note(Step::Params(vec![change]));
+    }
+
+    /// Takes the newest step out, to be undone.
+    pub fn take_done(&mut self) -> Option<Step> {
+        self.done.pop()
+    }
+
+    /// Takes the step out that was undone last, to be made again.
+    pub fn take_undone(&mut self) -> Option<Step> {
+        self.undone.pop()
+    }
+
+    /// A step was undone: this makes it again.
+    pub fn was_undone(&mut self, step: Step) {
+        self.undone.push(step);
+    }
+
+    /// A step was made again: this undoes it.
+    pub fn was_redone(&mut self, step: Step) {
+        self.done.push(step);
+    }
+
+    /// Takes the newest of the steps out that a test holds for.
+    pub fn take_last(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+        let at = self.done.iter().rposition(is_it)?;
+        Some(self.done.remove(at))
+    }
+
+    /// The same of the steps that were taken back.
+    pub fn take_last_undone(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+        let at = self.undone.iter().rposition(is_it)?;
+        Some(self.undone.remove(at))
+    }
+
+    /// Project paths of the files that were written last.
+    pub fn last_files(&self) -> Vec<String> {
+        let files = |step: &Step| match step {
+            Step::Files(written) => Some(written.iter().map(|written| written.file.clone()).collect()),
+            Step::World | Step::Params(_) => None,
+        };
+        self.done.iter().rev().find_map(files).unwrap_or_default()
+    }
+
+    /// Other files run: values of params before say nothing of them, nor edits of another world.
+    pub fn forget_session(&mut self) {
+        self.done.retain(|step| matches!(step, Step::Files(_)));
+        self.undone.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(name: &str, before: f32, after: f32) -> Change {
+        Change { name: name.to_owned(), before: Some(Value::F32(before)), after: Some(Value::F32(after)) }
+    }
+
+    #[test]
+    fn a_gesture_is_one_step_and_a_new_step_ends_what_can_be_made_again() {
+        let mut history = History::default();
+        history.note_param(change("fog", 0.0, 1.0), true);
+        history.note_param(change("fog", 1.0, 2.0), true);
+        assert_eq!(history.take_done(), Some(Step::Params(vec![change("fog", 0.0, 2.0)])));
+        history.was_undone(Step::Params(vec![change("fog", 0.0, 2.0)]));
+        history.note_param(change("fog", 0.0, 3.0), true);
+        assert_eq!(history.take_undone(), None);
+        history.note_param(change("fog", 3.0, 4.0), false);
+        history.note_param(change("sun", 0.0, 4.0), true);
+        assert_eq!([(); 4].map(|()| history.take_done().is_some()), [true, true, true, false]);
+    }
+
+    #[test]
+    fn the_newest_of_a_kind_is_taken_out_and_only_so_many_are_kept() {
+        let mut history = History::default();
+        for _ in 0..2 * MOST {
+            history.note(Step::World);
+        }
+        history.note_param(change("fog", 0.0, 1.0), false);
+        assert_eq!(history.take_last(|step| *step == Step::World), Some(Step::World));
+        assert_eq!(history.done.len(), MOST - 1);
+        assert!(history.last_files().is_empty() && matches!(history.done.last(), Some(Step::Params(_))));
+        history.forget_session();
+        assert!(history.done.is_empty());
+    }
+}

@@ -1,0 +1,46 @@
+//! Another graph, world or demo of the project takes the place of what runs.
+
+use raxel_panels::view;
+use raxel_panels::view::FileKind;
+use raxel_runtime::Session;
+use raxel_runtime::reload::ProjectFile;
+
+use super::Viewer;
+
+/// The files of the project that can be opened, as the panels list them.
+pub(super) fn list(session: &Session) -> Vec<view::ProjectFile> {
+    let demo = session.demo().map(|demo| demo.file.as_str());
+    let world = session.world().path.as_deref();
+    let file = |file: ProjectFile| {
+        let (kind, runs) = match &file {
+            ProjectFile::Demo(path) => (FileKind::Demo, demo == Some(path)),
+            ProjectFile::World(path) => (FileKind::World, world == Some(path)),
+            ProjectFile::Graph(path) => (FileKind::Graph, session.graph_path() == path),
+        };
+        view::ProjectFile { kind, path: file.path().to_owned(), runs }
+    };
+    session.project().every_file().into_iter().map(file).collect()
+}
+
+impl Viewer<'_> {
+    /// Opens a file in place of what runs. Until it is right, the last picture stays.
+    pub(super) fn open_file(&mut self, kind: FileKind, path: String) {
+        self.notice(format!("opens {path}"));
+        let file = match kind {
+            FileKind::Demo => ProjectFile::Demo(path),
+            FileKind::World => ProjectFile::World(path),
+            FileKind::Graph => ProjectFile::Graph(path),
+        };
+        if !self.session.open_file(file) {
+            self.warn("files are not watched: nothing else can be opened".to_owned());
+        }
+    }
+
+    /// Other files run from here on: what was chosen for those before says nothing of them.
+    pub(super) fn begin_opened(&mut self) {
+        self.home = *self.session.camera();
+        (self.before_peek, self.looped, self.refused, self.painting) = (None, None, None, None);
+        self.written.clear();
+        self.history.forget_session();
+    }
+}

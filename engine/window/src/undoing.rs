@@ -1,0 +1,187 @@
+//! Undo and redo of what the window has changed, and keys of params that are recorded.
+
+use std::sync::Arc;
+
+use raxel_execute::moment::Moment;
+use raxel_graph::checked::Value;
+use raxel_runtime::reload::ProjectFile;
+use raxel_runtime::timeline::Demo;
+
+use super::history::{Change, Step};
+use super::recording::Take;
+use super::{Viewer, demo_keys, write_back};
+
+/// Which way a step goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Back,
+    Again,
+}
+
+impl Viewer<'_> {
+    /// Takes the newest step back: of the world, of files, of params. Edits that a save had before the window was opened come last.
+    pub(super) fn undo(&mut self) {
+        match self.history.take_done() {
+            Some(step) => {
+                if let Some(step) = self.go(step, Way::Back) {
+                    self.history.was_undone(step);
+                }
+            }
+            None if self.session.edit_steps()[0] > 0 => self.undo_world(),
+            None => self.notice("there is nothing to undo".to_owned()),
+        }
+    }
+
+    /// Makes the step again that was taken back last.
+    pub(super) fn redo(&mut self) {
+        match self.history.take_undone() {
+            Some(step) => {
+                if let Some(step) = self.go(step, Way::Again) {
+                    self.history.was_redone(step);
+                }
+            }
+            None if self.session.edit_steps()[1] > 0 => self.redo_world(),
+            None => self.notice("there is nothing to redo".to_owned()),
+        }
+    }
+
+    /// Takes the newest edit of the world back, whatever was changed since.
+    pub(super) fn undo_world(&mut self) {
+        self.history.take_last(|step| *step == Step::World);
+        if let Some(step) = self.go(Step::World, Way::Back) {
+            self.history.was_undone(step);
+        }
+    }
+
+    /// Makes the newest edit of the world again that was taken back.
+    pub(super) fn redo_world(&mut self) {
+        self.history.take_last_undone(|step| *step == Step::World);
+        if let Some(step) = self.go(Step::World, Way::Again) {
+            self.history.was_redone(step);
+        }
+    }
+
+    /// Puts the files back that were written last, whatever was changed since.
+    pub(super) fn undo_write(&mut self) {
+        if let Some(step) = self.history.take_last(|step| matches!(step, Step::Files(_)))
+            && let Some(step) = self.go(step, Way::Back)
+        {
+            self.history.was_undone(step);
+        }
+    }
+
+    /// Goes a step, and gives the one that leads the other way; `None` when that failed.
+    fn go(&mut self, step: Step, way: Way) -> Option<Step> {
+        match step {
+            Step::World => {
+                let went = self.edited(|session| match way {
+                    Way::Back => session.undo().map(drop),
+                    Way::Again => session.redo().map(drop),
+                });
+                went.then_some(Step::World)
+            }
+            Step::Files(written) => {
+                let mut back = Vec::new();
+                for written in written.iter().rev() {
+                    match written.undo() {
+                        Ok(other) => {
+                            self.notice(format!("restored {}", written.file));
+                            back.push(other);
+                        }
+                        Err(error) => self.warn(error),
+                    }
+                }
+                let read = self.presets.read();
+                self.said(read);
+                self.leave_demo();
+                (!back.is_empty()).then_some(Step::Files(back))
+            }
+            Step::Params(changes) => {
+                let names: Vec<String> = changes.iter().map(|change| format!("`{}`", change.name)).collect();
+                for Change { name, before, .. } in &changes {
+                    let set = match before {
+                        Some(value) => self.session.set_param(name, *value),
+                        None => self.session.unset_param(name),
+                    };
+                    self.said(set);
+                }
+                self.notice(format!("changed {} back", names.join(", ")));
+                let other = |Change { name, before, after }| Change { name, before: after, after: before };
+                Some(Step::Params(changes.into_iter().map(other).collect()))
+            }
+        }
+    }
+
+    /// Goes on without the demo where its file is gone: undo has taken back that it was made.
+    fn leave_demo(&mut self) {
+        let project = self.session.project();
+        if self.session.demo().is_some_and(|demo| !project.on_disk(&demo.file).exists()) {
+            let graph = self.session.graph_path().to_owned();
+            self.session.open_file(ProjectFile::Graph(graph));
+        }
+    }
+
+    /// Notes that a param is moved, if that is recorded. A demo that drives the param must not change it meanwhile.
+    pub(super) fn record(&mut self, name: &str, before: Value, numbers: &[f64]) {
+        if !self.recorder.is_on() {
+            return;
+        }
+        let tracked = |demo: &Arc<Demo>| demo.tracks.iter().any(|track| track.param.value == name);
+        if self.session.demo_drives() && self.session.demo().is_some_and(tracked) {
+            self.session.take_over();
+            self.recorder.take_over();
+        }
+        let time = self.seconds();
+        if let Some(take) = self.recorder.moved(name, before, time, numbers) {
+            self.write_take(&take);
+        }
+    }
+
+    /// Before a frame: writes what was recorded, once the param is let go of.
+    pub(super) fn record_frame(&mut self) {
+        let (time, held) = (self.seconds(), self.is_held());
+        if let Some(take) = self.recorder.frame(time, held) {
+            self.write_take(&take);
+        }
+    }
+
+    /// Seconds of the demo, or of the clock.
+    fn seconds(&self) -> f64 {
+        let now = self.session.clock().now().map_or(Moment::START, |now| now.time);
+        self.session.demo().map_or(now.seconds(), |demo| demo.local_time(now))
+    }
+
+    /// Writes keys into the demo, or makes one that plays them.
+    fn write_take(&mut self, take: &Take) {
+        let keys = take.keys().len();
+        let done = format!("recorded {keys} {} of `{}`", if keys == 1 { "key" } else { "keys" }, take.param);
+        if self.session.demo().is_some() {
+            self.write_demo(&done, |text, _, _| demo_keys::with_param_keys(text, take));
+        } else {
+            match self.new_demo(take) {
+                Ok(file) => {
+                    self.notice(format!("{done}, in {file}, which plays now"));
+                    self.session.open_file(ProjectFile::Demo(file));
+                }
+                Err(error) => self.warn(error),
+            }
+        }
+        if self.recorder.hands_back() {
+            self.session.hand_back();
+        }
+    }
+
+    /// Makes a demo of what runs with the keys of a take, and gives its project path.
+    fn new_demo(&mut self, take: &Take) -> Result<String, String> {
+        let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
+        let text = demo_keys::new_demo(self.session.graph_path(), world, take, self.session.camera())?;
+        let project = self.session.project();
+        let name =
+            |n: u32| if n == 1 { "worlds/take.demo.toml".to_owned() } else { format!("worlds/take-{n}.demo.toml") };
+        let file =
+            (1..10_000).map(name).find(|file| !project.on_disk(file).exists()).ok_or("there are too many takes")?;
+        let written = write_back::create(project, &file, &text)?;
+        self.note_write([written]);
+        Ok(file)
+    }
+}
