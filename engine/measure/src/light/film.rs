@@ -190,10 +190,5 @@ fn one(
 fn displayed(session: &mut Session) -> Result<Picture, ReadError> {
     let picture = session.read_presented()?;
     let pixels = picture.rgba.chunks_exact(4).map(|pixel| [0, 1, 2].map(|i| f32::from(pixel[i]) / 255.0));
-    Ok(Picture {
-        width: picture.width,
-        height: picture.height,
-        pixels: pixels.collect(),
-        encoding: Encoding::Display,
-    })
+    Ok(Picture { width: picture.width, height: picture.height, pixels: pixels.collect(), encoding: Encoding::Display })
 }

@@ -112,7 +112,11 @@ impl Bench {
         Ok(Outcome {
             flip: last.and_then(|last| hdr_flip(both[0], last)),
             mean: last.map_or(0.0, Picture::mean),
-            flicker: first.before_last.as_ref().zip(last).map_or(0.0, |(before, last)| flicker(before, last, both, epsilon)),
+            flicker: first
+                .before_last
+                .as_ref()
+                .zip(last)
+                .map_or(0.0, |(before, last)| flicker(before, last, both, epsilon)),
             still,
             first_ms: first.times.first(),
             frame_ms: first.times.later(),
@@ -344,7 +348,10 @@ fn driven(session: &Session, motion: &Motion) -> Vec<Driven> {
 }
 
 /// Puts everything that moves where it is with this part of the way still before it. A param stays in its range.
-#[expect(clippy::cast_possible_truncation, reason = "params of graphs are 32-bit numbers, and casts of floats saturate")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "params of graphs are 32-bit numbers, and casts of floats saturate"
+)]
 fn place(
     session: &mut Session,
     end: &Camera,

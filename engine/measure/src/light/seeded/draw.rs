@@ -36,9 +36,10 @@ impl Draw {
         of[self.0.index(of.len())]
     }
 
-    /// An sRGB colour between two values of each channel.
+    /// An sRGB colour: a grey between two values with a tint.
     pub(super) fn color(&mut self, least: i32, most: i32) -> [u8; 3] {
-        std::array::from_fn(|_| u8::try_from(self.int(least, most).clamp(0, 255)).unwrap_or(0))
+        let grey = self.int(least, most);
+        std::array::from_fn(|_| u8::try_from((grey + self.int(-44, 44)).clamp(12, 252)).unwrap_or(0))
     }
 }
 
@@ -61,8 +62,7 @@ impl Text {
 
     /// A material that gives off light.
     pub(super) fn lamp(&mut self, name: &str, [r, g, b]: [u8; 3], emission: f64) {
-        let _ =
-            writeln!(self.materials, "{name} = {{ albedo = \"#{r:02x}{g:02x}{b:02x}\", emission = {emission:?} }}");
+        let _ = writeln!(self.materials, "{name} = {{ albedo = \"#{r:02x}{g:02x}{b:02x}\", emission = {emission:?} }}");
     }
 
     /// An operation as it stands in the file, without its braces.

@@ -251,15 +251,7 @@ pub(super) fn cave(draw: &mut Draw) -> Draft {
         let spread = 0.5 * radius;
         [middle.map(|center| center - spread), middle.map(|center| center + spread)]
     });
-    Draft {
-        text,
-        stands: stands.collect(),
-        pitch: [-35.0, 25.0],
-        above: None,
-        solid: 0.8,
-        light,
-        scattered: false,
-    }
+    Draft { text, stands: stands.collect(), pitch: [-35.0, 25.0], above: None, solid: 0.8, light, scattered: false }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "places of a cave are within 100 voxels")]

@@ -110,7 +110,11 @@ fn one(kind: Kind, seed: u64, number: u32) -> Result<Seeded, NoView> {
         let instances = draw.chance(0.5);
         let model = (instances || draft.scattered).then(|| model(&mut draw));
         let model_file = format!("{name}.vox");
-        let models = if model.is_some() { format!("\n[models]\nthing = {{ file = \"{model_file}\" }}\n") } else { String::new() };
+        let models = if model.is_some() {
+            format!("\n[models]\nthing = {{ file = \"{model_file}\" }}\n")
+        } else {
+            String::new()
+        };
         let bare = draft.text.file("name = \"seeded\"", &models);
         let mut files = vec![("world.toml".to_owned(), bare.into_bytes())];
         files.extend(model.clone().map(|bytes| (model_file.clone(), bytes)));

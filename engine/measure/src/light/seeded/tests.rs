@@ -33,7 +33,7 @@ fn a_seed_gives_the_same_files_bit_for_bit() {
         }
         hasher.update(format!("{:?}", seeded.scene).as_bytes());
     }
-    assert_eq!(&hasher.finalize().to_hex()[..16], "");
+    assert_eq!(&hasher.finalize().to_hex()[..16], "595ad8483ca34a6c");
     // The others do not matter, and another seed has other scenes.
     let caves = scenes(7, 2, &[Kind::Cave]).unwrap();
     assert_eq!(caves, [all[2].clone(), all[6].clone()]);
@@ -86,7 +86,7 @@ fn a_hundred_seeds_have_valid_scenes() {
 #[test]
 fn cameras_see_light() {
     let size = [16, 9];
-    for seeded in (0..6).flat_map(|seed| scenes(seed, 4, &Kind::ALL).unwrap()) {
+    for seeded in (0..3).flat_map(|seed| scenes(seed, 4, &Kind::ALL).unwrap()) {
         let world = world(&seeded);
         if world.streamed().is_some() {
             continue;

@@ -99,9 +99,8 @@ fn judge(base: &dyn Base, materials: &[Material], draft: &Draft, view: View) -> 
 
 /// Whether the sun, the open sky or a lamp is seen from a hit, or it gives off light itself.
 fn is_lit(base: &dyn Base, materials: &[Material], draft: &Draft, point: DVec3, hit: &CastHit) -> bool {
-    let emits = |hit: &CastHit| {
-        materials.get(usize::from(hit.exact.material)).is_some_and(|material| material.emission > 0.0)
-    };
+    let emits =
+        |hit: &CastHit| materials.get(usize::from(hit.exact.material)).is_some_and(|material| material.emission > 0.0);
     if emits(hit) {
         return true;
     }

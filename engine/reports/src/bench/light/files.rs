@@ -31,12 +31,7 @@ impl About {
 }
 
 /// Writes everything into a folder.
-pub(super) fn write(
-    folder: &Path,
-    bench: &Bench,
-    all: &[Judgement],
-    summaries: &[Summary],
-) -> Result<Vec<String>> {
+pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement], summaries: &[Summary]) -> Result<Vec<String>> {
     let about = About::of(bench);
     let effort = bench.effort();
     let mut written = Vec::new();

@@ -86,7 +86,9 @@ fn failure(error: FilmError, demo: &str, console: &Console) -> Failure {
         FilmError::Open(error) => open_failure(error, console),
         FilmError::Frame(FrameError::Device(error)) => error.into(),
         FilmError::Set(error) => Failure::usage(format!("`--set`: {error}")),
-        error @ FilmError::Short { .. } => Failure::usage(format!("`{demo}`: {error}")).help("--every takes fewer seconds"),
+        error @ FilmError::Short { .. } => {
+            Failure::usage(format!("`{demo}`: {error}")).help("--every takes fewer seconds")
+        }
         error => Failure::new(Exit::Project, format!("`{demo}`: {error}")),
     }
 }

@@ -166,7 +166,14 @@ fn scene(&(name, world, view, params): &Known) -> Scene {
         camera
     });
     let params = params.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    Scene { name: name.to_owned(), world: world.to_owned(), camera, params, epsilon: Epsilon::NAMED, ..Scene::default() }
+    Scene {
+        name: name.to_owned(),
+        world: world.to_owned(),
+        camera,
+        params,
+        epsilon: Epsilon::NAMED,
+        ..Scene::default()
+    }
 }
 
 /// A scene by its name, or `WORLD` or `WORLD:CAMERA`.
