@@ -224,7 +224,7 @@ fn model(draw: &mut Draw) -> Vec<u8> {
                     _ => edges >= 2,
                 };
                 if solid {
-                    voxels.push((IVec3::from_array(at), if (x + y + z) & 3 == 0 { 2 } else { 1 }));
+                    voxels.push((IVec3::from_array(at), if (x + y + z).rem_euclid(4) == 0 { 2 } else { 1 }));
                 } else if lit && at == [0; 3] {
                     voxels.push((IVec3::ZERO, 3));
                 }
@@ -241,7 +241,10 @@ fn model(draw: &mut Draw) -> Vec<u8> {
 
 /// The first lines of a world file: what moves, how to look at it, its name.
 fn head(scene: &Scene) -> String {
-    let set: String = scene.params.iter().map(|(name, value)| format!(" --set {name}={value}")).collect();
+    let mut set = String::new();
+    for (name, value) in &scene.params {
+        let _ = write!(set, " --set {name}={value}");
+    }
     let mut moves = match scene.motion.camera {
         CameraMotion::Sideways => "the camera sideways".to_owned(),
         CameraMotion::By([0.0, 0.0, 0.0]) => "not the camera".to_owned(),

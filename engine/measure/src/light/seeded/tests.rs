@@ -74,7 +74,8 @@ fn a_hundred_seeds_have_valid_scenes() {
                 (motion.camera == CameraMotion::By([0.0; 3]), "still"),
             ]
             .into_iter()
-            .filter_map(|(is, what)| is.then(|| what.to_owned()))
+            .filter(|(is, _)| *is)
+            .map(|(_, what)| what.to_owned())
             .collect::<Vec<_>>()
         })
         .collect();
