@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
-use raxel::measure::light::{Effort, Scene};
+use raxel::measure::light::{Effort, Epsilon, Scene};
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
 
@@ -50,7 +50,8 @@ pub fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
 
 /// `worlds/test.toml` from its own camera, as the judge takes it.
 pub fn scene() -> Scene {
-    Scene { name: "test".to_owned(), world: "worlds/test.toml".to_owned(), camera: None, params: Vec::new() }
+    let (name, world) = ("test".to_owned(), "worlds/test.toml".to_owned());
+    Scene { name, world, epsilon: Epsilon::NAMED, ..Scene::default() }
 }
 
 /// How the judge looks at small pictures, standing still: `frames` of each system, against at most `paths` paths a pixel.

@@ -61,7 +61,7 @@ pub(crate) enum Verb {
     New(verbs::new::Args),
     Init(verbs::new::InitArgs),
     Schema(verbs::schema::Args),
-    Bench(raxel_reports::bench::Args),
+    Bench(Box<raxel_reports::bench::Args>),
     Stress(raxel_reports::stress::Args),
     Doctor(verbs::doctor::Args),
     Explain(verbs::explain::Args),

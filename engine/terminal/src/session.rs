@@ -43,6 +43,18 @@ pub struct What {
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
 
+    /// The camera.
+    #[command(flatten)]
+    pub eye: Eye,
+
+    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub watchdog: Duration,
+}
+
+/// A camera of the command line.
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
+pub struct Eye {
     /// Where the camera is, in voxels; or one of the world's cameras by name.
     #[arg(long, value_name = "NAME|X,Y,Z", value_parser = viewpoint, allow_hyphen_values = true)]
     pub camera: Option<Viewpoint>,
@@ -50,10 +62,33 @@ pub struct What {
     /// What the camera looks at, in voxels.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
+}
 
-    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
-    pub watchdog: Duration,
+impl Eye {
+    /// Whether nothing is said of a camera.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The camera that is asked for, in a world; what is not said stays as `camera` has it.
+    pub fn of(&self, mut camera: Camera, world: &SessionWorld) -> Result<Camera> {
+        match &self.camera {
+            Some(Viewpoint::Position(Triple(position))) => {
+                camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(*position) };
+            }
+            Some(Viewpoint::Named(name)) => camera = named_camera(world, name)?,
+            None => {}
+        }
+        if let Some(Triple(target)) = self.look_at {
+            if camera.is_at(target) {
+                let [x, y, z] = target;
+                let message = format!("`--look-at {x},{y},{z}` is where the camera is: it has no direction");
+                return Err(Failure::usage(message).help("--camera X,Y,Z puts it elsewhere"));
+            }
+            camera.look_at(target);
+        }
+        Ok(camera)
+    }
 }
 
 /// Reads a number of seconds such as `2.5`.
@@ -194,35 +229,24 @@ impl What {
         }
         console.diagnostics(session.warnings(), session.texts(), To::Stderr);
         for assignment in &self.set {
-            let (name, value) = assignment
-                .split_once('=')
-                .ok_or_else(|| Failure::usage(format!("`--set {assignment}` has no `=`")).help("--set name=value"))?;
+            let (name, value) = assigned("--set", assignment)?;
             session
-                .set_param_text(name.trim(), value.trim())
+                .set_param_text(name, value)
                 .map_err(|error| Failure::usage(format!("`--set {assignment}`: {error}")))?;
         }
-        if self.camera.is_some() || self.look_at.is_some() {
+        if !self.eye.is_empty() {
             session.take_over();
-            let mut camera = *session.camera();
-            match &self.camera {
-                Some(Viewpoint::Position(Triple(position))) => {
-                    camera = Camera { yaw: camera.yaw, pitch: camera.pitch, fov: camera.fov, ..Camera::at(*position) };
-                }
-                Some(Viewpoint::Named(name)) => camera = named_camera(session.world(), name)?,
-                None => {}
-            }
-            if let Some(Triple(target)) = self.look_at {
-                if camera.is_at(target) {
-                    let [x, y, z] = target;
-                    let message = format!("`--look-at {x},{y},{z}` is where the camera is: it has no direction");
-                    return Err(Failure::usage(message).help("--camera X,Y,Z puts it elsewhere"));
-                }
-                camera.look_at(target);
-            }
+            let camera = self.eye.of(*session.camera(), session.world())?;
             session.set_camera(camera);
         }
         Ok(())
     }
+}
+
+/// Name and value of an option such as `--set name=value`.
+pub fn assigned<'t>(option: &str, text: &'t str) -> Result<(&'t str, &'t str)> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+    parts.ok_or_else(|| Failure::usage(format!("`{option} {text}` has no `=`")).help(format!("{option} name=value")))
 }
 
 /// The failure of opening, its diagnostics shown.

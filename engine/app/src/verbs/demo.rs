@@ -10,7 +10,7 @@ use raxel_runtime::project::Project;
 use raxel_terminal::args::{Messages, OnDevice, Size, scale, size};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
-use raxel_terminal::session::{What, seconds};
+use raxel_terminal::session::{Eye, What, seconds};
 use raxel_window as window;
 
 use super::render;
@@ -153,8 +153,7 @@ impl Args {
             target: None,
             after: None,
             set: self.set.clone(),
-            camera: None,
-            look_at: None,
+            eye: Eye::default(),
             watchdog: self.watchdog,
         }
     }

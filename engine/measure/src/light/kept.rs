@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use raxel_runtime::Session;
 
 use super::reference::{About, References};
-use super::{Effort, Picture};
+use super::{Effort, Picture, Scene};
 
 /// Where a reference lies, or will.
 pub(super) struct Place {
@@ -14,8 +14,9 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Of the reference that a session of its graph would make: by device and driver, effort, camera, params, graph, shaders, and every voxel.
-    pub(super) fn of(session: &Session, effort: &Effort) -> Self {
+    /// Of the reference that a session of its graph would make: by device and driver, effort, ε, camera, params, graph, shaders, the files of the world,
+    /// and every voxel of one that is not streamed.
+    pub(super) fn of(session: &Session, scene: &Scene, effort: &Effort) -> Self {
         let mut hasher = blake3::Hasher::new();
         let mut part = |bytes: &[u8]| {
             hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -24,7 +25,7 @@ impl Place {
         for name in super::device_name(session.device()) {
             part(name.as_bytes());
         }
-        part(format!("{:?} {:?} {:?}", effort.size, effort.goal, effort.most_paths).as_bytes());
+        part(format!("{:?} {:?} {:?} {:?}", effort.size, effort.goal, effort.most_paths, scene.epsilon).as_bytes());
         part(format!("{:?}", session.camera()).as_bytes());
         part(&serde_json::to_vec(&**session.graph()).unwrap_or_default());
         for pass in &session.graph().passes {
@@ -33,6 +34,12 @@ impl Place {
         for param in session.params() {
             let value = session.param(&param.name).ok();
             part(format!("{} {value:?}", param.name).as_bytes());
+        }
+        for file in &session.world().loaded().files {
+            part(&fs::read(session.project().on_disk(file)).unwrap_or_default());
+        }
+        if let Some(streamed) = session.world().streamed() {
+            part(format!("{:?} {:?}", streamed.settings, streamed.generator.fingerprint()).as_bytes());
         }
         let world = session.world().voxels();
         part(format!("{:?}", world.materials()).as_bytes());

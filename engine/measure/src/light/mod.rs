@@ -5,10 +5,13 @@
 //! before exposure, haze and tone curve. Its param `seed` makes another, independent run.
 
 pub mod error;
+pub mod film;
 pub mod flip;
 mod kept;
+mod overlay;
 pub mod reference;
 mod run;
+pub mod seeded;
 
 use std::path::PathBuf;
 
@@ -19,7 +22,7 @@ use raxel_runtime::params::SetError;
 use raxel_runtime::session::{FrameError, OpenError, ReadError};
 use serde::Serialize;
 
-pub use error::{Judged, judge};
+pub use error::{Epsilon, Judged, judge};
 pub use reference::References;
 pub use run::Bench;
 
@@ -30,7 +33,7 @@ pub const REFERENCE: &str = "graphs/light/reference_centre.toml";
 pub const RADIANCE: &str = "radiance";
 
 /// A view of a world under some light.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Its name.
     pub name: String,
@@ -40,6 +43,33 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// Params that are set in every system that has them.
     pub params: Vec<(String, f32)>,
+    /// The same as texts, of any type; they win.
+    pub set: Vec<(String, String)>,
+    /// What moves in the part of a run that moves.
+    pub motion: Motion,
+    /// Params that move the world's instances. A system that lacks one of them gets it for the run.
+    pub instance_params: Vec<String>,
+    /// What keeps the weight of dark pixels finite.
+    pub epsilon: Epsilon,
+}
+
+/// What moves. It ends where the references were made: with the scene's camera and params.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// The camera.
+    pub camera: CameraMotion,
+    /// Params, by how much each changes in a second. Systems without the param go without.
+    pub params: Vec<(String, f32)>,
+}
+
+/// How a camera moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum CameraMotion {
+    /// To the right or the left, whichever side it can come from further.
+    #[default]
+    Sideways,
+    /// By so many voxels a second.
+    By([f64; 3]),
 }
 
 /// Where and how long everything is run.
@@ -82,6 +112,14 @@ pub enum LightError {
     /// A param cannot be set.
     #[error(transparent)]
     Set(#[from] SetError),
+    /// The graph with the params that move instances cannot be written.
+    #[error("`{path}` cannot be written: {error}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// It has nothing that can be judged.
     #[error("it has no target `radiance` of floats")]
     NoRadiance,

@@ -4,7 +4,7 @@ use raxel_graph::checked::Value;
 use raxel_runtime::Session;
 use serde::{Deserialize, Serialize};
 
-use super::{LightError, Picture, RADIANCE, Scene, run};
+use super::{Epsilon, LightError, Picture, RADIANCE, Scene, luminance, run};
 
 /// Paths a pixel and frame: more in one dispatch would meet the limit of loop rounds of software devices.
 const PATHS: u32 = 4;
@@ -35,6 +35,8 @@ pub struct About {
     pub noise: f64,
     /// Mean luminance.
     pub mean: f64,
+    /// The ε of all errors of the scene.
+    pub epsilon: f64,
     /// BLAKE3 of each half's floats: the same on the same device and driver.
     pub hashes: [String; 2],
     /// Mean luminance with all lamps off; `None` where there are none.
@@ -55,7 +57,7 @@ impl References {
     ) -> Result<Self, LightError> {
         let paths = if gpu { MOST_PATHS } else { PATHS }.min(most);
         session.set_param("paths", Value::I32(paths.cast_signed()))?;
-        let (first, forecast, frames, path_ms) = until(session, goal, most.div_ceil(paths), paths)?;
+        let (first, forecast, frames, path_ms) = until(session, goal, most.div_ceil(paths), paths, scene.epsilon)?;
         session.set_param("seed", Value::U32(SECOND_SEED))?;
         session.reset();
         for _ in 0..frames {
@@ -64,14 +66,17 @@ impl References {
         let second = Picture::of(&session.read_target(RADIANCE)?);
         session.set_param("seed", Value::U32(FIRST_SEED))?;
         let dark = run::has_lamps(session).then(|| dark(session)).transpose()?;
-        let judged = super::judge([&first, &second], [&first, &second]);
+        let mean = f64::midpoint(first.mean(), second.mean());
+        let epsilon = scene.epsilon.of(mean);
+        let judged = super::judge([&first, &second], [&first, &second], epsilon);
         let about = About {
             scene: scene.name.clone(),
             size: first.size,
             paths: frames * paths,
             forecast,
             noise: judged.noise,
-            mean: f64::midpoint(first.mean(), second.mean()),
+            mean,
+            epsilon,
             hashes: [first.hash(), second.hash()],
             dark,
             path_ms,
@@ -96,7 +101,13 @@ const SECOND_SEED: u32 = 0x7e57_0002;
     clippy::cast_sign_loss,
     reason = "casts of floats saturate, and the number is clamped"
 )]
-fn until(session: &mut Session, goal: f64, most: u32, paths: u32) -> Result<(Picture, f64, u32, f64), LightError> {
+fn until(
+    session: &mut Session,
+    goal: f64,
+    most: u32,
+    paths: u32,
+    epsilon: Epsilon,
+) -> Result<(Picture, f64, u32, f64), LightError> {
     session.set_param("seed", Value::U32(FIRST_SEED))?;
     session.reset();
     let (mut frames, mut next, mut times) = (0, 8.min(most), Vec::new());
@@ -109,7 +120,8 @@ fn until(session: &mut Session, goal: f64, most: u32, paths: u32) -> Result<(Pic
             }
             frames += 1;
         }
-        let forecast = forecast(&session.read_target("sum")?.floats(), &session.read_target("squares")?.floats());
+        let (sums, squares) = (session.read_target("sum")?.floats(), session.read_target("squares")?.floats());
+        let forecast = forecast(&sums, &squares, epsilon);
         if forecast <= goal || frames >= most {
             times.sort_by(f64::total_cmp);
             let path_ms = times[times.len() / 2] / f64::from(paths);
@@ -122,11 +134,14 @@ fn until(session: &mut Session, goal: f64, most: u32, paths: u32) -> Result<(Pic
 }
 
 /// Mean of σ² / n / (μ² + ε) over pixels and channels, from sums and sums of squares of n paths.
-fn forecast(sums: &[[f32; 4]], squares: &[[f32; 4]]) -> f64 {
+fn forecast(sums: &[[f32; 4]], squares: &[[f32; 4]], epsilon: Epsilon) -> f64 {
+    let bright = |[r, g, b, n]: &[f32; 4]| luminance(&[*r, *g, *b]) / f64::from(*n);
+    let light = sums.iter().map(bright).filter(|value| value.is_finite()).sum::<f64>() / sums.len().max(1) as f64;
+    let epsilon = epsilon.of(light);
     let channel = |sum: f32, square: f32, n: f64| {
         let mean = f64::from(sum) / n;
         let variance = (f64::from(square) / n - mean * mean).max(0.0);
-        variance / (n - 1.0).max(1.0) / (mean * mean + super::error::EPSILON)
+        variance / (n - 1.0).max(1.0) / (mean * mean + epsilon)
     };
     let pixel = |(sum, square): (&[f32; 4], &[f32; 4])| {
         (0..3).map(|i| channel(sum[i], square[i], f64::from(sum[3]))).sum::<f64>() / 3.0
@@ -154,6 +169,11 @@ mod tests {
     fn the_forecast_is_the_variance_of_the_mean() {
         // Two values, 0 and 2, in equal parts over 100 paths: mean 1, variance 1.
         let (sums, squares) = ([[100.0, 100.0, 100.0, 100.0]], [[200.0, 200.0, 200.0, 0.0]]);
-        assert!((forecast(&sums, &squares) - 1.0 / 99.0 / 1.01).abs() < 1e-9);
+        assert!((forecast(&sums, &squares, Epsilon::NAMED) - 1.0 / 99.0 / 1.01).abs() < 1e-9);
+        // Their mean luminance is 1, and a hundredth of it makes no difference to an ε that follows it.
+        let bright = forecast(&sums, &squares, Epsilon::Mean);
+        assert!((bright - 1.0 / 99.0 / (1.0 + 1.0 / 9.0)).abs() < 1e-9);
+        let dim = forecast(&[[1.0, 1.0, 1.0, 100.0]], &[[0.02, 0.02, 0.02, 0.0]], Epsilon::Mean);
+        assert!((dim - bright).abs() < 1e-6, "{dim} {bright}");
     }
 }

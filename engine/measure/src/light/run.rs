@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_gpu::DeviceKind;
-use raxel_graph::checked::{ResourceKind, Value};
+use raxel_graph::checked::{Fact, ResourceKind, Value};
 use raxel_graph::plan::{Lifetime, Observe, Plan, ResourceDesc};
-use raxel_oracle::{Lattice, Oracle, Ray};
+use raxel_oracle::Ray;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::session::{Options, Session};
@@ -16,14 +16,19 @@ use raxel_shader::interface::ScalarKind;
 use super::error::{flicker, judge};
 use super::flip::hdr_flip;
 use super::kept::Place;
-use super::{Effort, Lag, LightError, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE, References, Scene};
+use super::{
+    CameraMotion, Effort, Lag, LightError, Motion, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE, References,
+    Scene, overlay,
+};
 
 /// Seeds of the two runs.
 const SEEDS: [u32; 2] = [1, 2];
 /// Milliseconds of GPU work that wake a GPU before it is timed.
 const WAKING: f64 = 300.0;
-/// Voxels that the camera moves in a frame while it pans: 53 a second at 60 Hz.
-const STEP: f64 = 53.0 / 60.0;
+/// Frames a second of what moves.
+const RATE: f64 = 60.0;
+/// Voxels a second of a camera that moves sideways.
+const SPEED: f64 = 53.0;
 
 /// Runs systems over scenes.
 pub struct Bench {
@@ -68,7 +73,7 @@ impl Bench {
     /// Makes the references of a scene, or finds those that an earlier run has made.
     pub fn references(&mut self, scene: &Scene) -> Result<References, LightError> {
         let mut session = self.open(REFERENCE, scene, &["sum", "squares"])?;
-        let place = self.effort.keep.then(|| Place::of(&session, &self.effort));
+        let place = self.effort.keep.then(|| Place::of(&session, scene, &self.effort));
         if let Some(found) = place.as_ref().and_then(|place| place.read(&scene.name)) {
             return Ok(found);
         }
@@ -84,7 +89,7 @@ impl Bench {
     /// Runs a system in a scene, and judges it.
     pub fn system(&mut self, graph: &str, scene: &Scene, references: &References) -> Result<Outcome, LightError> {
         let mut session = self.open(graph, scene, &[])?;
-        let both = references.both();
+        let (both, epsilon) = (references.both(), references.about.epsilon);
         wake(&mut session)?;
         let runs = SEEDS.map(|seed| still(&mut session, seed, self.effort.frames));
         let [first, second] = runs;
@@ -94,18 +99,24 @@ impl Bench {
             .map(|((frame, a), (_, b))| Point {
                 frame: *frame,
                 ms: times[*frame as usize - 1],
-                judged: judge([a, b], both),
+                judged: judge([a, b], both, epsilon),
             })
             .collect();
         let last = first.pictures.last_key_value().map(|(_, picture)| picture);
-        let pan = (self.effort.pan > 0).then(|| pan(&mut session, self.effort.pan, both)).transpose()?;
+        let pan = (self.effort.pan > 0)
+            .then(|| pan(&mut session, &scene.motion, self.effort.pan, both, epsilon))
+            .transpose()?;
         let dark = references.about.dark.filter(|_| self.effort.lag > 0 && session.param("lamp_strength").is_ok());
         let lag = dark.map(|dark| lag(&mut session, &self.effort, dark)).transpose()?;
         self.listen(&mut session);
         Ok(Outcome {
             flip: last.and_then(|last| hdr_flip(both[0], last)),
             mean: last.map_or(0.0, Picture::mean),
-            flicker: first.before_last.as_ref().zip(last).map_or(0.0, |(before, last)| flicker(before, last, both)),
+            flicker: first
+                .before_last
+                .as_ref()
+                .zip(last)
+                .map_or(0.0, |(before, last)| flicker(before, last, both, epsilon)),
             still,
             first_ms: first.times.first(),
             frame_ms: first.times.later(),
@@ -117,6 +128,7 @@ impl Bench {
     }
 
     fn open(&mut self, graph: &str, scene: &Scene, pinned: &[&str]) -> Result<Session, LightError> {
+        let graph = overlay::with_params(&self.effort.project, graph, &scene.instance_params)?;
         let mut session = Session::open(Options {
             project: Some(self.effort.project.clone()),
             graph: Some(graph.into()),
@@ -145,6 +157,11 @@ impl Bench {
                 session.set_param(name, Value::F32(*value))?;
             }
         }
+        for (name, text) in &scene.set {
+            if session.param(name).is_ok() {
+                session.set_param_text(name, text)?;
+            }
+        }
         // A system with a sky and surfaces of its own says by this param how it can be compared.
         if let Ok(Value::Bool(_)) = session.param("judged") {
             session.set_param("judged", Value::Bool(true))?;
@@ -169,7 +186,7 @@ fn own_bytes(plan: &Plan) -> u64 {
 
 /// Whether a lamp can go out there.
 pub(super) fn has_lamps(session: &Session) -> bool {
-    session.world().voxels().has_emission() && session.param("lamp_strength").is_ok()
+    session.world().holds(&Fact::WorldHasEmission) && session.param("lamp_strength").is_ok()
 }
 
 /// Gives a system other random numbers; one without a `seed` has none.
@@ -276,24 +293,85 @@ fn still(session: &mut Session, number: u32, frames: u32) -> Result<Run, LightEr
     Ok(run)
 }
 
-/// A camera that moves sideways and ends where the references were made from.
-fn pan(session: &mut Session, frames: u32, references: [&Picture; 2]) -> Result<Pan, LightError> {
+/// A camera and params that move, and end where the references were made.
+fn pan(
+    session: &mut Session,
+    motion: &Motion,
+    frames: u32,
+    references: [&Picture; 2],
+    epsilon: f64,
+) -> Result<Pan, LightError> {
     let end = *session.camera();
-    let way = free_way(session, &end, STEP * f64::from(frames - 1));
+    let seconds = f64::from(frames - 1) / RATE;
+    let way = match motion.camera {
+        CameraMotion::Sideways => free_way(session, &end, SPEED * seconds),
+        CameraMotion::By(rate) => free(session, &end, -DVec3::from_array(rate) * seconds),
+    };
+    let driven = driven(session, motion);
     let mut pictures = Vec::new();
     let mut times = Times::default();
     for number in SEEDS {
         seed(session, number)?;
-        session.set_camera(moved(&end, way));
+        place(session, &end, way, &driven, seconds, 1.0)?;
         session.reset();
         for frame in 1..=frames {
-            session.set_camera(moved(&end, way * (f64::from(frames - frame) / f64::from((frames - 1).max(1)))));
+            let left = f64::from(frames - frame) / f64::from((frames - 1).max(1));
+            place(session, &end, way, &driven, seconds, left)?;
             times.frame(session)?;
         }
         pictures.push(Picture::of(&session.read_target(RADIANCE)?));
     }
-    session.set_camera(end);
-    Ok(Pan { voxels: way.length(), frame_ms: times.later(), judged: judge([&pictures[0], &pictures[1]], references) })
+    place(session, &end, way, &driven, seconds, 0.0)?;
+    let judged = judge([&pictures[0], &pictures[1]], references, epsilon);
+    Ok(Pan { voxels: way.length(), frame_ms: times.later(), judged })
+}
+
+/// A param that moves.
+struct Driven {
+    name: String,
+    /// Where it ends.
+    end: Value,
+    /// Change in a second.
+    rate: f64,
+    range: [f64; 2],
+}
+
+/// The params of a motion that the graph has, as numbers.
+fn driven(session: &Session, motion: &Motion) -> Vec<Driven> {
+    let of = |(name, rate): &(String, f32)| {
+        let param = session.params().iter().find(|param| param.name == *name)?;
+        let end = session.param(name).ok()?;
+        let range = param.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        Some(Driven { name: name.clone(), end, rate: f64::from(*rate), range })
+    };
+    motion.params.iter().filter_map(of).collect()
+}
+
+/// Puts everything that moves where it is with this part of the way still before it. A param stays in its range.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "params of graphs are 32-bit numbers, and casts of floats saturate"
+)]
+fn place(
+    session: &mut Session,
+    end: &Camera,
+    way: DVec3,
+    driven: &[Driven],
+    seconds: f64,
+    left: f64,
+) -> Result<(), LightError> {
+    session.set_camera(moved(end, way * left));
+    for Driven { name, end, rate, range } in driven {
+        let at = |end: f64| (end - rate * seconds * left).clamp(range[0], range[1]);
+        let value = match end {
+            _ if left == 0.0 => *end,
+            Value::F32(end) => Value::F32(at(f64::from(*end)) as f32),
+            Value::I32(end) => Value::I32(at(f64::from(*end)).round() as i32),
+            other => *other,
+        };
+        session.set_param(name, value)?;
+    }
+    Ok(())
 }
 
 fn moved(camera: &Camera, by: DVec3) -> Camera {
@@ -306,15 +384,24 @@ fn moved(camera: &Camera, by: DVec3) -> Camera {
 
 /// The way to the left or right along which a camera can come from furthest, at most so far: short of the first voxel.
 fn free_way(session: &Session, camera: &Camera, most: f64) -> DVec3 {
-    let oracle = Oracle::new(session.world().voxels());
     let right = camera.rotation() * DVec3::X;
-    let free = |dir: DVec3| {
-        let ray = Ray::new(camera.cell.to_array(), camera.frac.to_array(), dir.as_vec3().to_array());
-        let hit = oracle.first_hit(&ray).hit.zip(Lattice::of(&ray));
-        hit.map_or(most, |(hit, lattice)| (0.8 * hit.time.in_lengths(&lattice)).min(most))
-    };
-    let (to_right, to_left) = (free(right), free(-right));
-    if to_right >= to_left { right * to_right } else { -right * to_left }
+    let (to_right, to_left) = (free(session, camera, right * most), free(session, camera, -right * most));
+    if to_right.length() >= to_left.length() { to_right } else { to_left }
+}
+
+/// As much of a way as is free from a camera on: short of the first voxel. Nothing of it in a voxel.
+fn free(session: &Session, camera: &Camera, way: DVec3) -> DVec3 {
+    let most = way.length();
+    if most == 0.0 {
+        return way;
+    }
+    let ray = Ray::new(camera.cell.to_array(), camera.frac.to_array(), way.as_vec3().to_array());
+    match session.cast(&ray, 2.0 * most) {
+        Ok(None) => way,
+        Ok(Some(hit)) => way * (0.8 * hit.distance / most).min(1.0),
+        // Nobody knows what is there.
+        Err(_) => DVec3::ZERO,
+    }
 }
 
 /// Lets the light settle, switches the lamps off, and looks how much of their light is left.

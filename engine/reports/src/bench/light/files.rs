@@ -9,6 +9,7 @@ use raxel_terminal::failure::Result;
 use serde_json::{Value, json};
 
 use super::super::files::{command, today};
+use super::summary::{Summary, summary_json};
 use super::table::at;
 use super::{Judgement, Row, chart};
 
@@ -30,7 +31,7 @@ impl About {
 }
 
 /// Writes everything into a folder.
-pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement]) -> Result<Vec<String>> {
+pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement], summaries: &[Summary]) -> Result<Vec<String>> {
     let about = About::of(bench);
     let effort = bench.effort();
     let mut written = Vec::new();
@@ -53,6 +54,7 @@ pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement]) -> Result<V
         "pan": effort.pan,
         "references": all.iter().map(|judgement| json!(judgement.references.about)).collect::<Vec<_>>(),
         "rows": all.iter().flat_map(|judgement| judgement.rows.iter().map(|row| row_json(judgement, row))).collect::<Vec<_>>(),
+        "over_random_scenes": summaries.iter().map(summary_json).collect::<Vec<_>>(),
     });
     put("results.json".to_owned(), format!("{value:#}\n").as_bytes())?;
     put("results.csv".to_owned(), &csv(all)?)?;
@@ -101,6 +103,7 @@ fn csv(all: &[Judgement]) -> Result<Vec<u8>> {
         "noise",
         "p99",
         "not_finite",
+        "epsilon",
         "reason",
     ];
     let mut table = Table::new(names.iter())?;
@@ -111,7 +114,11 @@ fn csv(all: &[Judgement]) -> Result<Vec<u8>> {
                 let numbers =
                     [ms, judged.error, judged.error_se, judged.bias2, judged.bias2_se, judged.noise, judged.p99];
                 let numbers = numbers.map(|number| number.to_string());
-                table.row(head.into_iter().chain(numbers).chain([judged.not_finite.to_string(), String::new()]))
+                table.row(head.into_iter().chain(numbers).chain([
+                    judged.not_finite.to_string(),
+                    judgement.references.about.epsilon.to_string(),
+                    String::new(),
+                ]))
             };
             match &row.outcome {
                 Ok(outcome) => {

@@ -2,30 +2,41 @@
 
 mod chart;
 mod files;
+mod film;
 mod scenes;
+mod summary;
 mod table;
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::PossibleValuesParser;
 use raxel_diagnostics::names::{closest, list};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_measure::light::error::FORMULA;
-use raxel_measure::light::{Bench, Effort, LightError, Outcome, REFERENCE, References, Scene};
+use raxel_measure::light::seeded::Kind;
+use raxel_measure::light::{Bench, Effort, Epsilon, LightError, Outcome, REFERENCE, References, Scene};
 use raxel_output::{Folders, Pending};
 use raxel_runtime::project::Project;
 use raxel_terminal::args::{Messages, Size, each_once, size};
 use raxel_terminal::console::{self, Console, Format, To};
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::offline::OfflineProject;
+use raxel_terminal::session::Eye;
 
 use super::labels::stem;
 
 /// Judges lighting systems: the error of their light against a converged path tracer, bias and noise apart, over GPU time.
+///
+/// Scenes are those with names, any world, or random ones by a seed. With `--film`, frames of a demo are compared with their moments at rest.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel bench light -o out/                          everything, with CSV, JSON and charts\n  \
                         raxel bench light face_cache --scenes room,leak    one system in two scenes\n  \
-                        raxel bench light --scenes worlds/valley.toml --size 320x180 --frames 16\n  \
+                        raxel bench light face_cache --seed 7              one system in random scenes\n  \
+                        raxel bench light --seed 7 --print-scenes          the files of these scenes\n  \
+                        raxel bench light face_cache --world worlds/frontier.toml --set sun_elevation=-6 --set sun_strength=0\n  \
+                        raxel bench light face_cache --world worlds/fair.toml --move carousel=40 --move camera=0,0,0\n  \
+                        raxel bench light --film worlds/dusk.demo.toml     frames of a film against their moments at rest\n  \
                         raxel bench light --references -o out/             only the references, with their hashes"
 )]
 pub struct Args {
@@ -37,6 +48,71 @@ pub struct Args {
     #[arg(long, value_name = "SCENE,…", value_delimiter = ',')]
     scenes: Vec<String>,
 
+    /// A scene of this world, streamed or not, seen from `--camera`.
+    #[arg(long, value_name = "WORLD")]
+    world: Option<PathBuf>,
+
+    /// The camera of that scene.
+    #[command(flatten)]
+    eye: Eye,
+
+    /// Random scenes of this seed: the same seed gives the same scenes.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// How many random scenes, the kinds in turn.
+    #[arg(long, value_name = "K", default_value_t = 12, requires = "seed", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    count: u32,
+
+    /// Kinds of random scenes.
+    #[arg(
+        long,
+        value_name = "KIND,…",
+        value_delimiter = ',',
+        requires = "seed",
+        value_parser = PossibleValuesParser::new(Kind::ALL.map(Kind::name)),
+        default_value = "room,street,cave,land"
+    )]
+    kinds: Vec<String>,
+
+    /// Print the world files of the random scenes, and run nothing.
+    #[arg(long, requires = "seed")]
+    print_scenes: bool,
+
+    /// Set a param in every scene and in every system that has it; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+
+    /// What moves, besides what scenes move: a param by so much a second, or `camera=X,Y,Z` by so many voxels a second; may be repeated.
+    #[arg(long = "move", value_name = "NAME=RATE", allow_hyphen_values = true)]
+    moves: Vec<String>,
+
+    /// The ε of errors: `mean`, the square of a third of the mean luminance, or a number; 0.01 in the scenes with names, else `mean` by default.
+    #[arg(long, value_name = "mean|E", value_parser = epsilon)]
+    epsilon: Option<Epsilon>,
+
+    /// Compare frames of this demo with their moments at rest, by its own graph or by each GRAPH.
+    #[arg(
+        long,
+        value_name = "DEMO",
+        conflicts_with_all = [
+            "scenes", "world", "camera", "look_at", "seed", "moves", "epsilon", "frames", "pan", "lag", "paths", "goal", "references"
+        ]
+    )]
+    film: Option<PathBuf>,
+
+    /// Seconds from one moment of the film to the next.
+    #[arg(long, value_name = "SECONDS", default_value = "1", requires = "film", value_parser = seconds)]
+    every: f64,
+
+    /// Frames of a moment of the film until it counts as settled; 500 on a GPU and 32 on a software device by default.
+    #[arg(long, value_name = "N", requires = "film", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+    settle: Option<u32>,
+
+    /// Frames a second of the film; the demo's by default.
+    #[arg(long, value_name = "FPS", requires = "film", value_parser = seconds)]
+    fps: Option<f64>,
+
     /// Pixels; 960x540 on a GPU and 96x54 on a software device by default.
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<Size>,
@@ -45,7 +121,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=60_000))]
     frames: Option<u32>,
 
-    /// Frames of a moving camera; 120 on a GPU and none on a software device by default.
+    /// Frames in which camera, params and instances move; 120 on a GPU by default, on a software device 8 with `--seed` or `--move` and else none.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pan: Option<u32>,
 
@@ -65,12 +141,25 @@ pub struct Args {
     #[arg(long, conflicts_with = "systems")]
     references: bool,
 
-    /// Write results.csv, results.json and a chart for each scene into this folder.
+    /// Write results.csv, results.json and a chart for each scene into this folder; of a film, film.csv and film.json.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 
     #[command(flatten)]
     pub messages: Messages,
+}
+
+fn epsilon(text: &str) -> std::result::Result<Epsilon, String> {
+    if text == "mean" {
+        return Ok(Epsilon::Mean);
+    }
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number > 0.0);
+    number.map(Epsilon::Fixed).ok_or_else(|| "write `mean`, or a number above 0".to_owned())
+}
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (0.001..=1000.0).contains(number));
+    number.ok_or_else(|| "a number from 0.001 to 1000".to_owned())
 }
 
 /// One system in one scene.
@@ -101,13 +190,20 @@ impl Judgement {
 }
 
 pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+    if let Some(demo) = &args.film {
+        return film::run(args, demo, device, console);
+    }
+    if args.print_scenes {
+        scenes::of_seed(args)?.iter().for_each(|seeded| console::data(&format!("{}\n", seeded.text())));
+        return Ok(());
+    }
     let _made = args.output.as_ref().map(|folder| Folders::make(folder)).transpose()?;
     if let Some(folder) = &args.output {
         Pending::new(&folder.join("results.json"))?;
     }
     let front = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let scenes = scenes::find(&args.scenes, &front, console)?;
     let systems = find_systems(&args.systems, &front.project)?;
+    let scenes = scenes::find(args, &systems, &front, console)?;
     let effort = effort(args, device, &front.project)?;
     let mut bench = Bench::new(effort);
     let mut all: Vec<Judgement> = Vec::new();
@@ -115,6 +211,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     if console.format() != Format::Json {
         console::data(&format!("{FORMULA}\n"));
     }
+    let random = |judgement: &Judgement| scenes::is_random(&judgement.scene);
     for scene in scenes {
         let references = bench.references(&scene).map_err(|error| reference_failure(error, &scene))?;
         table::print_reference(&references.about, console);
@@ -134,10 +231,11 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         all.push(judgement);
         // A run that is broken off leaves what it has measured.
         if let Some(folder) = &args.output {
-            let written = files::write(folder, &bench, &all)?;
+            let written = files::write(folder, &bench, &all, &summary::summaries(&all, random))?;
             console.detail(&format!("wrote {}", written.join(", ")));
         }
     }
+    summary::print(&summary::summaries(&all, random), console);
     for complaint in bench.complaints() {
         console.message(&format!("validation {}", complaint.replace('\n', " ")));
     }
@@ -174,7 +272,7 @@ fn effort(args: &Args, device: &DeviceOptions, project: &Project) -> Result<Effo
         validation: device.validation,
         size: args.size.map_or(if software { [96, 54] } else { [960, 540] }, |size| size.0),
         frames: or(args.frames, 256, 16),
-        pan: or(args.pan, 120, 0),
+        pan: or(args.pan, 120, if args.seed.is_some() || !args.moves.is_empty() { 8 } else { 0 }),
         lag: or(args.lag, 100, 0),
         most_paths: or(args.paths, 16384, 256),
         goal,
@@ -187,32 +285,39 @@ const FOLDERS: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
 
 /// The path tracer, then the systems that are named, or all.
 fn find_systems(named: &[String], project: &Project) -> Result<Vec<String>> {
-    let reference = |path: &String| stem(path).starts_with("reference");
-    let all = FOLDERS.map(|folder| project.graphs_in(folder)).concat();
-    let known: Vec<String> = all.into_iter().filter(|path| !reference(path)).collect();
     if !project.on_disk(REFERENCE).is_file() {
         return Err(Failure::new(Exit::Project, format!("the project has no `{REFERENCE}` to judge by")));
     }
-    let find = |name: &String| {
-        let found = known.iter().find(|path| *path == name || stem(path) == name);
-        let file = || project.path_of(Path::new(name)).ok().filter(|path| project.on_disk(path).is_file());
-        found.cloned().or_else(file).ok_or_else(|| {
-            let failure = Failure::new(Exit::Project, format!("there is no graph `{name}`"));
-            if let Some(path) = known.iter().find(|path| stem(path) == stem(name)) {
-                return failure.help(format!("did you mean `{path}`?"));
-            }
-            match closest(name, known.iter().map(|path| stem(path))) {
-                Some(close) => failure.help(format!("did you mean `{close}`?")),
-                None => failure.help(format!(
-                    "{} have {}",
-                    FOLDERS.join(" and "),
-                    list(known.iter().map(|path| stem(path)))
-                )),
-            }
-        })
+    let systems = if named.is_empty() {
+        known_systems(project)
+    } else {
+        named.iter().map(|name| find_graph(name, project)).collect::<Result<_>>()?
     };
-    let systems: Vec<String> =
-        if named.is_empty() { known.clone() } else { named.iter().map(find).collect::<Result<_>>()? };
     let all: Vec<String> = std::iter::once(REFERENCE.to_owned()).chain(systems).collect();
     Ok(each_once(all))
+}
+
+/// All systems but the path tracers.
+fn known_systems(project: &Project) -> Vec<String> {
+    let all = FOLDERS.map(|folder| project.graphs_in(folder)).concat();
+    all.into_iter().filter(|path| !stem(path).starts_with("reference")).collect()
+}
+
+/// The project path of a graph that is named by its file, or as one of the known systems.
+fn find_graph(name: &String, project: &Project) -> Result<String> {
+    let known = known_systems(project);
+    let found = known.iter().find(|path| *path == name || stem(path) == name);
+    let file = || project.path_of(Path::new(name)).ok().filter(|path| project.on_disk(path).is_file());
+    found.cloned().or_else(file).ok_or_else(|| {
+        let failure = Failure::new(Exit::Project, format!("there is no graph `{name}`"));
+        if let Some(path) = known.iter().find(|path| stem(path) == stem(name)) {
+            return failure.help(format!("did you mean `{path}`?"));
+        }
+        match closest(name, known.iter().map(|path| stem(path))) {
+            Some(close) => failure.help(format!("did you mean `{close}`?")),
+            None => {
+                failure.help(format!("{} have {}", FOLDERS.join(" and "), list(known.iter().map(|path| stem(path)))))
+            }
+        }
+    })
 }

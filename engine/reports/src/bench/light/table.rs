@@ -17,12 +17,14 @@ pub(super) fn print_reference(about: &About, console: &Console) {
     }
     let [width, height] = about.size;
     console::data(&format!(
-        "\n{}, {width}×{height}: two halves of {} paths a pixel, each with an error of {:.2e} (forecast {:.2e}), {} ms a path; {} {}{}\n",
+        "\n{}, {width}×{height}: two halves of {} paths a pixel, each with an error of {:.2e} (forecast {:.2e}), {} ms a path; mean {}, e {:.2e}; {} {}{}\n",
         about.scene,
         about.paths,
         about.noise,
         about.forecast,
         three(about.path_ms),
+        three(about.mean),
+        about.epsilon,
         &about.hashes[0][..16],
         &about.hashes[1][..16],
         if about.kept { ", made before" } else { "" },
