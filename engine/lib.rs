@@ -13,43 +13,44 @@ pub use raxel_runtime::{EditFailure, FrameError, Observe, OpenError, Options, Re
 
 /// Compiled shaders and pipelines, kept from one run to the next.
 pub use raxel_cache as cache;
-/// Edits of worlds, queries, saves.
+/// Edits of worlds, queries of voxels, saves.
 pub use raxel_edit as edit;
-/// What a session is executed with: reports of frames, read-back, times without rounding.
+/// Runs plans on a device: reports of frames, read-back, exact times.
 pub use raxel_execute as execute;
-/// What builds voxels: operations, land, scattered models.
+/// Generators of voxels: operations, land, scattered models.
 pub use raxel_generate as generate;
-/// From a checked graph to its plan.
+/// Checked graphs and their plans.
 pub use raxel_graph as graph;
 /// Graph files: TOML and shaders in, a checked graph out.
 pub use raxel_graphfile as graphfile;
 /// GPU encodings of voxel worlds.
 pub use raxel_layouts as layouts;
-/// Bench and stress: run time against error.
+/// Benchmarks: bench, stress and light, run time against error.
 pub use raxel_measure as measure;
 /// The exact tracer and the error metrics.
 pub use raxel_oracle as oracle;
-/// Pictures, frames and films: what `raxel render` writes, from a session of yours.
+/// Writes pictures, frames and films of a session, as `raxel render` does.
 pub use raxel_output as output;
 /// Rays through voxels, as [`Session::cast`] takes them.
 pub use raxel_ray as ray;
+/// Layouts of other renderers, to compare with.
 pub use raxel_rivals as rivals;
-/// Everything of a session that is not re-exported here.
+/// Sessions: the items above, and everything else of them.
 pub use raxel_runtime as runtime;
 /// The shader compiler and its interfaces.
 pub use raxel_shader as shader;
-/// Worlds that are loaded around a camera.
+/// Streamed worlds: tiles around a camera, in a pool on the device.
 pub use raxel_stream as stream;
-/// Voxels.
+/// Voxels: chunks, materials, tiles, `.vox` models.
 pub use raxel_world as world;
-/// World files.
+/// World files: TOML in, voxels or a generator out.
 pub use raxel_worldfile as worldfile;
 
-/// Vulkan, as far as a program with a session of its own meets it: the devices there are, the one that is open, messages of the validation
-/// layer, and errors. [`Presenter`] shows pictures in a window of yours, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).
+/// The part of Vulkan that a program with a session needs: the devices of the machine, the open device, messages of the validation layer, and
+/// errors. [`Presenter`] shows pictures in your window, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).
 ///
-/// Commands, barriers, memory and descriptors are not public. They leave the order of the device's accesses to their caller, and the only
-/// callers are the executor, which follows a plan, and the code that raxel's own tests check:
+/// Commands, barriers, memory and descriptors are not public, because their callers must order the accesses of the device. Only the executor,
+/// which follows a plan, and code that raxel's own tests check call them:
 ///
 /// ```compile_fail
 /// use raxel::gpu::CommandBuffer;

@@ -1,4 +1,4 @@
-// Writes what the tracer knows about the first hit of each pixel, one target each.
+// Writes the first hit of each pixel: a target for each of its values.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/camera.glsl>

@@ -1,4 +1,4 @@
-// The first hit of each pixel, found for tiles of 16 x 16 pixels at a time; pixels that packets cannot decide go into a queue.
+// Finds the first hit of each pixel, in packets of 16 x 16 pixels. Pixels that a packet cannot decide go into a queue.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/packet.glsl>
@@ -26,7 +26,7 @@ void rx_tile_miss(ivec2 pixel) {
 void rx_tile_rest(ivec2 pixel, float t_free) {
     uint i = atomicAdd(restCount.count, 1u);
     rest.pixels[i] = uvec2(uint(pixel.x) | (uint(pixel.y) << 16), floatBitsToUint(t_free));
-    // The first of 64 pixels makes room for all of them: operations on one word take turns.
+    // The first of 64 pixels makes room for all of them, because atomic operations on one word run one after the other.
     if (i % 64u == 0u) atomicMax(restCount.groups[0], min(i / 64u + 1u, 65535u));
     if (i == 0u) {
         restCount.groups[1] = 1u;

@@ -1,4 +1,4 @@
-// The first hit of each pixel in the queue, ray by ray.
+// Finds the first hit of each pixel in the queue, ray by ray.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

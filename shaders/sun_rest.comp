@@ -1,4 +1,4 @@
-// Whether the sun is seen from what the pixels in the queue see, ray by ray.
+// Finds whether the sun reaches the hits of the pixels in the queue, ray by ray.
 #version 460
 #include <raxel/world.glsl>
 #include "sun_ray.glsl"

@@ -1,4 +1,4 @@
-// Whether the sun is seen from what each pixel sees, for tiles of 16 x 16 pixels whose rays lie close together; pixels that packets cannot decide go into a queue.
+// Finds whether the sun reaches the hit of each pixel, in packets of 16 x 16 pixels whose rays lie close together. Pixels that a packet cannot decide go into a queue.
 #version 460
 #include <raxel/world.glsl>
 #define RX_TILE_ANY_HIT
@@ -47,7 +47,7 @@ void main() {
     }
     uint some = RX_TILE_BALLOT(mine != 0u), count = uint(bitCount(some)), at = 0u;
     if (lane == 0u && some != 0u) {
-        // One operation for nearly all tiles, since they take turns at the same memory: workgroups are dispatched for 64 entries more at a time.
+        // Atomic operations on one word run one after the other, so nearly all tiles make only one: workgroups are added for 64 entries at a time.
         at = atomicAdd(restCount.count, count);
         if (at == 0u) {
             restCount.groups[1] = 1u;

@@ -1,5 +1,5 @@
-// One mip of a world as a 3-D image (layout `texture3d`) from the next finer one, after rx_set has written mip 0: a texel is 0 if all
-// texels of its cube are, else a material among them. One dispatch for each mip, from mip 1 on, with a thread for each of its texels.
+// Makes one mip of a world as a 3-D image (layout `texture3d`) from the next finer one, after rx_set has written mip 0. A texel is 0 if all
+// texels of its cube are 0, else it is one of their materials. Dispatch once for each mip, from mip 1 on, with a thread for each texel.
 #version 460
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;

@@ -4,14 +4,17 @@
 //! RAXEL_WRITE_DOCS=1 cargo test --profile checked --test docs
 //! ```
 //!
-//! writes the generated parts: everything after `## Every key`, the figures about layouts, and the index of diagnostics.
+//! writes the generated parts: everything after `## Every key` and `## Every name`, the figures about layouts, and the index of diagnostics.
 
 mod common;
 #[path = "docs/map.rs"]
 mod map;
 #[path = "docs/reference.rs"]
 mod reference;
+#[path = "docs/rust_api.rs"]
+mod rust_api;
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -257,6 +260,8 @@ const SUBJECTS: [(&str, &str); 5] = [
     ("RX03", "Worlds, edits and saves"),
     ("RX04", "Projects, demos, instances, stores and runs"),
 ];
+/// Codes that belong to another subject than their beginning says.
+const MOVED: [(&str, &str); 2] = [("RX0490", "RX03"), ("RX0491", "RX01")];
 
 /// `./raxel test` runs clippy with warnings as errors, so a public item without docs fails it in every crate.
 #[test]
@@ -273,6 +278,15 @@ fn public_items_have_docs_in_every_crate() {
         let lints = manifest(&path).get("lints").and_then(|lints| lints.get("workspace")?.as_bool());
         assert_eq!(lints, Some(true), "{}", path.display());
     }
+}
+
+#[test]
+fn the_page_of_the_rust_api_has_every_name() {
+    let path = "docs/book/look-up/rust.md";
+    let page = std::fs::read_to_string(repository().join(path)).unwrap();
+    let mark = "## Every name\n";
+    let (head, _) = page.split_once(mark).unwrap();
+    settle(path, &format!("{head}{mark}{}", rust_api::tables()));
 }
 
 #[test]
@@ -296,17 +310,11 @@ fn every_diagnostic_is_in_the_index() {
                     raxel reports all mistakes at once. It prints the first twenty, errors before warnings, and counts the rest. With `--format \
                     json`,\nthe count is the last line: `{\"reason\":\"more-diagnostics\",\"errors\":99980,\"warnings\":0}`.\n"
         .to_owned();
-    let mut subject = "";
+    let mut lists: BTreeMap<&str, String> = BTreeMap::new();
     for line in listed.lines() {
         let (code, title) = line.split_once("  ").unwrap();
-        let group = &code[..4];
-        if group != subject {
-            subject = group;
-            let (_, about) =
-                SUBJECTS.iter().find(|(known, _)| *known == group).unwrap_or_else(|| panic!("{code} has no subject"));
-            let _ = write!(text, "\n## {about}\n\n");
-        }
-        let _ = writeln!(text, "* [{code}]({code}.md) {title}");
+        let subject = MOVED.iter().find(|(moved, _)| *moved == code).map_or(&code[..4], |(_, subject)| subject);
+        let _ = writeln!(lists.entry(subject).or_default(), "* [{code}]({code}.md) {title}");
         let page = std::fs::read_to_string(repository().join(format!("docs/errors/{code}.md"))).unwrap();
         let (heading, body) = page.split_once("\n\n").unwrap();
         assert_eq!(heading, format!("# {code}: {title}"));
@@ -314,6 +322,10 @@ fn every_diagnostic_is_in_the_index() {
             !body.starts_with("```") && body.contains("```"),
             "{code}: a page says what is wrong, and has an example"
         );
+    }
+    for (subject, list) in lists {
+        let (_, about) = SUBJECTS.iter().find(|(known, _)| *known == subject).expect("every code has a subject");
+        let _ = write!(text, "\n## {about}\n\n{list}");
     }
     settle("docs/errors/README.md", &text);
 }

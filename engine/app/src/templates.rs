@@ -5,11 +5,11 @@
 pub(crate) enum Template {
     /// A traced voxel world with sun, shadow and sky.
     Voxel,
-    /// A voxel world lit as in the README's picture: global light, sky, mist, automatic exposure.
+    /// A voxel world lit as in the README's picture: global illumination, sky, mist, automatic exposure.
     Beauty,
-    /// A voxel world with a glow around what is bright: a chain of mips over the picture.
+    /// A voxel world with a glow around bright places: a chain of mips over the picture.
     Post,
-    /// Two chemicals that spread and react: state that is kept from step to step; no world.
+    /// Two chemicals that spread and react: state that lasts from step to step; no world.
     Simulation,
     /// One pass that paints the screen; no world.
     Minimal,

@@ -8,13 +8,13 @@ use serde::Serialize;
 
 use crate::{Code, codes};
 
-/// How much a diagnostic matters.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Nothing new is built; the last good state stays.
+    /// raxel builds nothing new; the last good state stays.
     Error,
-    /// Built all the same, but the author should look.
+    /// raxel goes on, but the author should look.
     Warning,
 }
 
@@ -49,7 +49,7 @@ impl<T> Spanned<T> {
         Self { value, span }
     }
 
-    /// If the value is the path of a file: says where it is named of every error that the file does not exist.
+    /// If the value is the path of a file: adds this place to every error that says that the file does not exist.
     pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
         for diagnostic in found {
             if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
@@ -130,7 +130,7 @@ impl Diagnostic {
     }
 }
 
-/// The same diagnostics in the same order, each once: files that are read by several passes report their mistakes several times.
+/// Removes repeated diagnostics and keeps the order. A file that several passes read reports its mistakes several times.
 pub fn each_once(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<Diagnostic> {
     let all: Vec<Diagnostic> = diagnostics.into_iter().collect();
     let mut seen = HashSet::new();

@@ -1,4 +1,4 @@
-//! Tiles that were made once, packed, so that a camera that goes back makes nothing again.
+//! Caches packed tiles, so that a camera that goes back finds them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,21 +10,21 @@ use crate::packed::PackedChunk;
 /// Bytes of a tile beside those of its packed cells: its place in the cache, about.
 const ENTRY: u64 = 160;
 
-/// A source with a memory: tiles that were asked for are kept packed, as many as a number of bytes has room for. What was given up last is
-/// kept longest. Since a source always gives the same answers, nothing in it ever becomes wrong.
+/// A source with a cache: keeps requested tiles packed, within a number of bytes, and evicts the least recently used. A source always gives
+/// the same tile, so nothing in the cache becomes stale.
 pub struct ChunkCache {
     source: Arc<dyn ChunkProvider>,
     kept: Mutex<Kept>,
 }
 
-/// How a [`ChunkCache`] is doing.
+/// Statistics of a [`ChunkCache`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KeptStats {
-    /// Tiles that are kept.
+    /// Number of cached tiles.
     pub tiles: usize,
-    /// Bytes that they take, and bytes that they may take.
+    /// Bytes that they take, and the most that they may take.
     pub bytes: [u64; 2],
-    /// Tiles that were found here, and tiles that had to be made.
+    /// Number of hits, and of misses.
     pub found_made: [u64; 2],
 }
 
@@ -46,18 +46,18 @@ enum Packed {
 }
 
 impl ChunkCache {
-    /// A memory of so many bytes over a source. Without any, nothing is kept.
+    /// A cache of at most `bytes` bytes over a source. With 0, it keeps nothing.
     pub fn new(source: Arc<dyn ChunkProvider>, bytes: u64) -> Self {
         let kept = Kept { most: bytes, bytes: 0, entries: LruCache::unbounded(), found_made: [0; 2] };
         Self { source, kept: Mutex::new(kept) }
     }
 
-    /// Bytes that a tile takes here.
+    /// Bytes that a tile takes in the cache.
     pub fn bytes_of(content: &Content) -> u64 {
         Packed::of(content).bytes()
     }
 
-    /// How it is doing.
+    /// The statistics of the cache.
     pub fn stats(&self) -> KeptStats {
         let kept = self.kept();
         KeptStats { tiles: kept.entries.len(), bytes: [kept.bytes, kept.most], found_made: kept.found_made }

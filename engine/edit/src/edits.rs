@@ -12,37 +12,37 @@ use crate::operation::{EditError, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, Scene};
 
-/// The chunks that edits have changed, over those of a [`Base`], with what can be undone.
+/// The chunks that edits have changed, over those of a [`Base`], with the history of undo and redo.
 #[derive(Debug, Default)]
 pub struct Edits {
     overlay: BTreeMap<ChunkPos, Stored>,
     history: History,
 }
 
-/// What edits made of the chunk at a position.
+/// The chunk at a position, if edits have changed it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Overlay {
-    /// No edit has changed it: the base knows it.
+    /// No edit has changed the chunk: ask the base.
     Base,
-    /// Its voxels; `None` has no solids.
+    /// The edited chunk; `None` has no solid voxels.
     Edited(Option<Arc<Chunk>>),
 }
 
 /// What an edit changed.
 #[derive(Clone, Debug, Default)]
 pub struct Change {
-    /// The chunks that the edit changed, in the order of their positions. Empty: it changed nothing.
+    /// The changed chunks, in the order of their positions. Empty if nothing changed.
     pub chunks: Vec<ChunkChange>,
 }
 
 /// A chunk before and after an edit.
 #[derive(Clone, Debug)]
 pub struct ChunkChange {
-    /// Where it lies.
+    /// Position in chunks.
     pub pos: ChunkPos,
-    /// Its voxels before; `None` without solids.
+    /// The chunk before; `None` has no solid voxels.
     pub before: Option<Arc<Chunk>>,
-    /// Its voxels after; `None` without solids.
+    /// The chunk after; `None` has no solid voxels.
     pub after: Option<Arc<Chunk>>,
     /// Whether it is the edits' own now. False when it is the base's again: after [`Operation::Restore`], and when its first edit was undone.
     pub edited: bool,
@@ -64,14 +64,14 @@ impl Change {
         Operation::Put { chunks: self.chunks.par_iter().map(put).collect() }
     }
 
-    /// The chunks with what they became.
+    /// The changed chunks after the edit.
     pub fn after(&self) -> impl Iterator<Item = (ChunkPos, Option<Arc<Chunk>>)> + '_ {
         self.chunks.iter().map(|chunk| (chunk.pos, chunk.after.clone()))
     }
 }
 
 impl Edits {
-    /// Applies operations in order, as one step that is undone at once. With an error, nothing has changed.
+    /// Applies operations in order, as one step of undo. After an error, nothing has changed.
     pub fn apply(&mut self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Change, EditError> {
         let changed = self.run(operations, scene, base)?;
         if !changed.is_empty() {
@@ -89,13 +89,13 @@ impl Edits {
         Ok(self.commit(changed))
     }
 
-    /// The same without a step to undo: for operations that a save replays.
+    /// As [`Edits::apply`], without a step of undo: for operations that a save replays.
     pub fn replay(&mut self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Change, EditError> {
         let changed = self.run(operations, scene, base)?;
         Ok(self.commit(changed))
     }
 
-    /// Takes the newest step back. `None` when there is none.
+    /// Undoes the newest step. `None` if there is none.
     ///
     /// # Errors
     /// When the base does not have a chunk of the step. Nothing has changed then, and the step can still be undone.
@@ -109,7 +109,7 @@ impl Edits {
         change.map(Some)
     }
 
-    /// Takes the step that was undone last once more. `None` when there is none, or an edit came in between.
+    /// Redoes the step that was undone last. `None` if there is none, or if an edit came after the undo.
     ///
     /// # Errors
     /// When the base does not have a chunk of the step. Nothing has changed then, and the step can still be redone.
@@ -123,7 +123,7 @@ impl Edits {
         change.map(Some)
     }
 
-    /// Takes the newest step back as if it had never been made: it cannot be redone. `None` when there is none.
+    /// Undoes the newest step without a way to redo it. `None` if there is none.
     ///
     /// # Errors
     /// As [`Edits::undo`].
@@ -135,7 +135,7 @@ impl Edits {
         Ok(change)
     }
 
-    /// Brings back what the base has, everywhere, and forgets what could be undone.
+    /// Removes all edits and the history of undo.
     ///
     /// # Errors
     /// When the base does not have a chunk that was edited. Nothing has changed then.
@@ -146,12 +146,12 @@ impl Edits {
         Ok(change)
     }
 
-    /// Steps that can be undone, and redone.
+    /// How many steps can be undone, and how many redone.
     pub fn steps(&self) -> [usize; 2] {
         self.history.steps()
     }
 
-    /// Bytes that the history takes.
+    /// Bytes of memory that the history takes.
     pub fn history_bytes(&self) -> u64 {
         self.history.bytes()
     }

@@ -1,4 +1,4 @@
-//! What an edit is: plain data of integers.
+//! Operations of edits: plain data of integers.
 
 use raxel_generate::Placed;
 use raxel_world::{AIR, Bounds, ChunkPos, MaterialIndex, Mode, Orientation, Placement};
@@ -8,32 +8,32 @@ use crate::packed::PackedChunk;
 use crate::scene::Scene;
 use crate::shape::{Ball, Pillar};
 
-/// Steps of a position in a voxel: centres and radii are given in 1/256 voxel.
+/// Fixed-point unit of centres and radii: 1/256 voxel.
 pub const UNIT: i64 = STEPS as i64;
 const STEPS: u32 = 256;
 
 /// Largest radius, in voxels.
 pub const MOST_RADIUS: u32 = 4096;
 
-/// Chunks that one operation may reach over: 32,768 of 64³ voxels, or 8.6·10⁹ voxels.
+/// Most chunks that one operation may cover: 32,768 of 64³ voxels, or 8.6·10⁹ voxels.
 pub const MOST_CHUNKS: u64 = 1 << 15;
 
 const CELLS: std::ops::RangeInclusive<i64> = -(1 << 31)..=1 << 31;
 
-/// A position in voxels as steps of 1/256 voxel, rounded to the nearest; saturates, and NaN becomes 0.
+/// Converts a position from voxels to 1/256 voxel, rounded to nearest. Saturates; NaN becomes 0.
 #[expect(clippy::cast_possible_truncation, reason = "a cast of a float saturates, which is what is wanted here")]
 pub fn fixed(voxels: f64) -> i64 {
     (voxels * UNIT as f64).round() as i64
 }
 
-/// What is done with the voxels that an operation covers.
+/// What an operation does with the voxels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Brush {
-    /// They become solid, of this material.
+    /// Makes all of them solid, with this material.
     Add(MaterialIndex),
-    /// They become air.
+    /// Makes them air.
     Subtract,
-    /// The solid ones get this material.
+    /// Gives the solid ones this material.
     Paint(MaterialIndex),
 }
 
@@ -57,18 +57,18 @@ impl Brush {
 /// One edit. Materials are palette indices of the [`Scene`]. The order of the variants is part of the format of saves.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Operation {
-    /// One voxel; air empties it.
+    /// Sets one voxel. Air empties it.
     Set {
         /// The voxel.
         cell: [i32; 3],
-        /// What it becomes.
+        /// Its new material, or air.
         material: MaterialIndex,
     },
-    /// A box.
+    /// A box of voxels.
     Box {
-        /// Its voxels.
+        /// The voxels of the box.
         bounds: Bounds,
-        /// What is done with them.
+        /// What to do with the voxels.
         brush: Brush,
     },
     /// The voxels whose centres are in a ball.
@@ -77,52 +77,52 @@ pub enum Operation {
         center: [i64; 3],
         /// Its radius, in 1/256 voxel.
         radius: u32,
-        /// What is done with them.
+        /// What to do with the voxels.
         brush: Brush,
     },
     /// The voxels whose centres are in a cylinder.
     Cylinder {
-        /// Along which axis it stands: 0 x, 1 y, 2 z.
+        /// Axis of the cylinder: 0 for x, 1 for y, 2 for z.
         axis: u8,
         /// Centre of its base, in 1/256 voxel; the component along the axis is rounded down to a voxel boundary.
         base: [i64; 3],
         /// Its radius, in 1/256 voxel.
         radius: u32,
-        /// Voxels from base to top.
+        /// Height in voxels, from base to top.
         height: u32,
-        /// What is done with them.
+        /// What to do with the voxels.
         brush: Brush,
     },
-    /// A model of the world's file.
+    /// Places a model of the world's file.
     Model {
         /// Its name.
         model: String,
-        /// How it is turned about the lattice point at its origin: the byte of [`Orientation::from_vox`]; one of the 24 rotations.
+        /// One of the 24 rotations about the lattice point at its origin, as the byte of [`Orientation::from_vox`].
         orientation: u8,
-        /// Where its origin goes.
+        /// Where the origin of the model goes, in voxels.
         position: [i32; 3],
-        /// What its voxels do with those of the world.
+        /// What the voxels of the model do with those of the world.
         mode: Mode,
     },
-    /// Brings a box back to what the world's file builds there.
+    /// Restores the voxels that the world's file builds in a box.
     Restore {
-        /// Its voxels.
+        /// The voxels of the box.
         bounds: Bounds,
     },
-    /// Puts whole chunks in place: what undo and redo do. `None` goes back to what the world's file builds.
+    /// Replaces whole chunks, as undo and redo do. `None` restores the chunk that the world's file builds.
     Put {
         /// The chunks.
         chunks: Vec<(ChunkPos, Option<PackedChunk>)>,
     },
 }
 
-/// Why an operation is refused. Nothing has been changed when this is returned.
+/// Why an operation is refused. No voxel has changed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
-    /// The world does not have a chunk that it would change, for the time being.
+    /// A chunk that it would change is unavailable at the moment.
     #[error("the world is not there: {0}")]
     Unavailable(#[from] raxel_world::Unavailable),
-    /// It leaves the range of voxel coordinates.
+    /// The operation leaves the range of voxel coordinates.
     #[error("the edit reaches from {min:?} to {max:?}; voxel coordinates are −2147483648 … 2147483647")]
     OutOfRange {
         /// Its smallest corner.
@@ -130,21 +130,21 @@ pub enum EditError {
         /// One past its largest corner.
         max: [i64; 3],
     },
-    /// It is empty.
+    /// The operation covers no voxel.
     #[error("the edit covers nothing: {what}")]
     Empty {
         /// What is wrong with its size.
         what: String,
     },
-    /// It is too large.
+    /// The operation covers too many chunks.
     #[error("the edit reaches over {chunks} chunks of 64³ voxels; one edit may reach over {limit}")]
     TooLarge {
-        /// Chunks that it reaches over.
+        /// Number of chunks that it covers.
         chunks: u128,
-        /// Chunks allowed.
+        /// Most chunks allowed.
         limit: u64,
     },
-    /// Its radius is too large.
+    /// The radius is too large.
     #[error("the edit has a radius of {radius} voxels; {limit} is the largest")]
     Radius {
         /// The radius, in voxels.
@@ -152,7 +152,7 @@ pub enum EditError {
         /// The largest.
         limit: u32,
     },
-    /// It names a material that the world does not have.
+    /// The world does not have this material.
     #[error("the edit uses material {material}; the world has {materials}, numbered from 0 (air)")]
     UnknownMaterial {
         /// The index.
@@ -160,19 +160,19 @@ pub enum EditError {
         /// Materials of the world.
         materials: usize,
     },
-    /// It names a model that the world does not have.
+    /// The world does not have this model.
     #[error("the edit places the model `{model}`, and the world has no model of that name")]
     UnknownModel {
         /// The name.
         model: String,
     },
-    /// It is turned in no way there is.
+    /// The byte names none of the 24 rotations.
     #[error("{orientation} is not one of the 24 rotations")]
     Orientation {
         /// The byte.
         orientation: u8,
     },
-    /// A chunk of it cannot be read.
+    /// A chunk of the operation is damaged.
     #[error("the chunk {x}, {y}, {z} of the edit is broken")]
     BrokenChunk {
         /// Position in chunks.
@@ -201,7 +201,7 @@ impl Operation {
         Self::Sphere { center: center.map(steps), radius: (radius * UNIT as f64).round() as u32, brush }
     }
 
-    /// A box around the voxels that it may change; `None` for [`Operation::Put`], which names its chunks.
+    /// A box around the voxels that the operation may change. `None` for [`Operation::Put`], which names its chunks.
     ///
     /// # Errors
     /// Whatever is wrong with it, its size included.
@@ -235,7 +235,7 @@ impl Operation {
         Ok(Some(bounds))
     }
 
-    /// The same operation in another palette: material i becomes `indices[i]`. `None` when it has a material beyond them.
+    /// The same operation in another palette: material i becomes `indices[i]`. `None` if it has a material beyond `indices`.
     #[must_use]
     pub fn remapped(&self, indices: &[MaterialIndex]) -> Option<Self> {
         let index = |material: MaterialIndex| indices.get(usize::from(material)).copied();
@@ -256,7 +256,7 @@ impl Operation {
         Some(operation)
     }
 
-    /// The same operation with another material, where it has one.
+    /// The same operation with another material, if it has one.
     #[must_use]
     pub fn with_material(mut self, other: MaterialIndex) -> Self {
         match &mut self {

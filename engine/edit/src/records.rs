@@ -22,20 +22,20 @@ const BOX: u32 = 1;
 const SPHERE: u32 = 2;
 const SET: u32 = 3;
 
-/// What was in the buffer.
+/// The contents of the buffer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
-    /// What is right, in an order that does not depend on that of the writers.
+    /// Valid operations, in an order that does not depend on the order of the writers.
     pub operations: Vec<Operation>,
-    /// Records for which there was no room.
+    /// Number of records without room.
     pub lost: u64,
-    /// Records that are wrong,
+    /// Number of invalid records.
     pub wrong: u64,
-    /// and what is wrong with the first of them.
+    /// Why the first of them is invalid.
     pub why: Option<WrongRecord>,
 }
 
-/// What is wrong with a record.
+/// Why a record is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WrongRecord {
     /// It is no edit.
@@ -61,7 +61,7 @@ pub enum WrongRecord {
 }
 
 impl Records {
-    /// Reads the words of the buffer. Nothing in them is taken on trust; equal records count once.
+    /// Reads and checks the words of the buffer. Equal records count once.
     pub fn read(words: &[u32], scene: &Scene) -> Self {
         let wanted = words.first().map_or(0, |wanted| *wanted as usize);
         let (records, _) = words.get(HEADER_WORDS..).unwrap_or_default().as_chunks::<RECORD_WORDS>();

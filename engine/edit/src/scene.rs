@@ -1,4 +1,4 @@
-//! What edits are made to: the voxels that a world's file builds, its materials and its models.
+//! The scene below the edits: the voxels that a world's file builds, its materials and its models.
 
 use std::sync::Arc;
 
@@ -30,18 +30,18 @@ pub struct EditModel {
     pub materials: Arc<[MaterialIndex]>,
 }
 
-/// The palette and the models of a world that is edited.
+/// The materials and models of an edited world.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Materials; index 0 is air. Those of the world come first, in its order.
+    /// Materials. Index 0 is air. Those of the world come first, in their order.
     pub materials: Vec<Material>,
     /// Models.
     pub models: Vec<EditModel>,
 }
 
 impl Scene {
-    /// The materials of a world and the models of its file. Materials of models that the world does not place yet are added behind
-    /// its own, so that indices of the world stay.
+    /// Makes a scene of the materials of a world and the models of its file. Materials of unplaced models follow those of the world, so the
+    /// world's indices stay.
     pub fn new(materials: &[Material], models: &[(String, Arc<World>)]) -> Self {
         let mut scene = Self { materials: materials.to_vec(), models: Vec::new() };
         for (name, voxels) in models {

@@ -1,4 +1,4 @@
-//! A world whose tiles are made when somebody asks for them, with the chunks that edits have changed in place of its own.
+//! The tiles of a streamed world, made on request, with edits laid over them.
 
 mod cells;
 
@@ -14,11 +14,10 @@ use crate::edits::{Change, Edits};
 use crate::history::Stored;
 use crate::scene::Base;
 
-/// The tiles of a source with edits. Edits go in on one thread while others ask for tiles; an answer is always that of whole edits of
-/// each chunk.
+/// The tiles of a source with edits. One thread adds edits while others request tiles. A tile never has half an edit of a chunk.
 ///
-/// A tile of a level above 0 is that of the source below, but for the cells in which an edit has changed a voxel: see [`ChangedCells`].
-/// So an edited hill looks from afar as one that nobody has touched.
+/// A tile of a level above 0 equals that of the source, except in cells where edits changed voxels: see [`ChangedCells`]. So from afar, an
+/// edited hill looks like an untouched one.
 pub struct EditedChunks {
     unedited: Unedited,
     materials: Vec<Material>,
@@ -51,7 +50,7 @@ thread_local! {
 }
 
 impl EditedChunks {
-    /// A source without edits. `materials` begin with those of the source; there are more where models bring their own.
+    /// A source without edits. `materials` starts with those of the source; models may add more.
     pub fn new(source: Arc<dyn ChunkProvider>, materials: Vec<Material>) -> Self {
         Self { unedited: Unedited(source), materials, edited: RwLock::default() }
     }
@@ -61,7 +60,7 @@ impl EditedChunks {
         &self.unedited
     }
 
-    /// Takes over what an edit changed.
+    /// Adds the changes of an edit.
     pub fn change(&self, change: &Change) {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         for chunk in &change.chunks {
@@ -74,7 +73,7 @@ impl EditedChunks {
         }
     }
 
-    /// Takes over everything that was edited, in place of all edits before.
+    /// Replaces all edits.
     pub fn replace(&self, edits: &Edits) {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         let heights = edited.heights;
@@ -83,7 +82,7 @@ impl EditedChunks {
         edits.positions().for_each(|pos| edited.put(pos, edits.stored(pos), OnceLock::new()));
     }
 
-    /// Smallest and one past the largest height of all chunks that edits have ever changed, whole chunks; `None` before the first.
+    /// Smallest height, and one past the largest, of all chunks that edits ever changed, in voxels. `None` before the first edit.
     pub fn edited_heights(&self) -> Option<[i64; 2]> {
         self.edited.read().unwrap_or_else(PoisonError::into_inner).heights
     }

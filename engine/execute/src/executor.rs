@@ -30,13 +30,14 @@ use super::upload::Uploads;
 /// What an executor does besides running passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExecutorOptions {
-    /// Passes whose results are still valid are not dispatched again.
+    /// Whether to skip passes whose results are still valid.
     pub memo: bool,
-    /// GPU time is taken of every pass.
+    /// Whether to measure the GPU time of every pass.
     pub timings: bool,
-    /// Each pass leaves a mark when it begins and when it has finished, so that the one that ran when the device was lost is known.
+    /// Whether each pass leaves a mark when it begins and when it ends. After a loss of the device, the marks name the pass that was
+    /// running.
     pub markers: bool,
-    /// How long a frame may take before the device counts as lost.
+    /// Longest time in which the device may finish no pass before it counts as lost.
     pub watchdog: Duration,
 }
 
@@ -76,13 +77,13 @@ pub struct Executor {
     progress: Observed,
 }
 
-/// The picture that the last frame ended at: RGBA with 8 bits a channel, sRGB-encoded, in `GENERAL`. The next frame writes it again, behind
-/// every copy of it that was submitted before.
+/// The picture of the last frame: RGBA with 8 bits a channel, sRGB-encoded, in the image layout `GENERAL`. The next frame overwrites it,
+/// after every copy that was submitted before.
 #[derive(Clone, Debug)]
 pub struct FramePicture {
     /// The picture, on the device.
     pub image: Arc<Image>,
-    /// Reached when the picture is whole.
+    /// The device reaches this value when the picture is complete.
     pub finished: TimelineValue,
 }
 
@@ -95,14 +96,14 @@ pub struct Histories {
     pub cleared: bool,
 }
 
-/// How far the device has come with what was waited for.
+/// How far the device has come with the awaited work.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// It has finished.
+    /// The device has finished.
     Done,
-    /// It works.
+    /// The device is working.
     Working {
-        /// The pass it works on, as far as the crash markers can tell.
+        /// The running pass, if the crash markers can tell.
         pass: Option<String>,
         /// Time since the device last finished something.
         elapsed: Duration,
@@ -163,8 +164,8 @@ impl Executor {
         lock(&self.shared.running).serial == prepared.swaps_before
     }
 
-    /// Runs another plan from the next frame on. What both describe alike keeps its contents; what only the old one used is destroyed
-    /// when the device has finished with it.
+    /// Runs another plan from the next frame on. A resource keeps its contents if both plans describe it alike. Resources of the old plan
+    /// alone are destroyed when the device has finished with them.
     pub fn swap(&mut self, mut next: Prepared) -> SwapReport {
         let mut report = SwapReport::default();
         let old = self.running.as_ref();

@@ -1,5 +1,5 @@
-//! Time without rounding. Frames and ticks are at fractions of whole numbers, so that frame 62 of 60 a second and tick 31 of 30 a second
-//! are one moment.
+//! Time without rounding. Times of frames and ticks are exact fractions: frame 62 at 60 frames a second and tick 31 at 30 ticks a second
+//! have the same time.
 
 use std::cmp::Ordering;
 use std::time::Duration;
@@ -11,7 +11,7 @@ const LARGEST: f64 = (1_u64 << 32) as f64;
 /// Units in the last place that a float may be off: the product of a count and a rounded step is off by two.
 const ROUNDED: u128 = 2;
 
-/// A number of seconds, or of times a second, in lowest terms.
+/// A number of seconds, or a rate per second, as a fraction in lowest terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Fraction {
     numerator: u64,
@@ -22,9 +22,8 @@ impl Fraction {
     /// Zero.
     pub const ZERO: Fraction = Fraction { numerator: 0, denominator: 1 };
 
-    /// The simplest fraction that a float stands for: of those that it may have been rounded from, the one with the smallest
-    /// denominator. `1.0 / 60.0` is 1/60, `29.97` is 2997/100, and `30000.0 / 1001.0` is 30000/1001. Floats that are negative or no number
-    /// are 0, large ones 2³².
+    /// The simplest fraction that rounds to this float: the one with the smallest denominator. `1.0 / 60.0` gives 1/60, `29.97` gives
+    /// 2997/100, and `30000.0 / 1001.0` gives 30000/1001. Negative floats and NaN give 0, large floats 2³².
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`LARGEST` is below 2⁶⁴")]
     pub fn of(number: f64) -> Fraction {
         if number.is_nan() || number < 0.5 / FINEST as f64 {
@@ -69,7 +68,7 @@ impl Fraction {
     }
 }
 
-/// A time on the clock of a session, from its start: whole seconds and a part of one, in lowest terms.
+/// A time since the start of a session's clock: whole seconds, and a fraction of a second in lowest terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Moment {
     seconds: u64,
@@ -78,15 +77,15 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The start.
+    /// The start of the clock.
     pub const START: Moment = Moment { seconds: 0, part: 0, of: 1 };
 
-    /// The time of a frame, when each takes `step` seconds and frame 0 is at the start.
+    /// The time of a frame, if each frame takes `step` seconds and frame 0 is at the start.
     pub fn of_frame(frame: u64, step: Fraction) -> Moment {
         Self::START.after(frame, step)
     }
 
-    /// So many steps later.
+    /// The time `steps` steps later.
     #[must_use]
     pub fn after(self, steps: u64, step: Fraction) -> Moment {
         // Below 2¹²⁷, since a fraction is below 2⁶³.
@@ -112,7 +111,7 @@ impl Moment {
         Self { seconds, part: part as u64, of: of as u64 }
     }
 
-    /// In seconds, as the nearest float.
+    /// The time in seconds, as the nearest float.
     pub fn seconds(self) -> f64 {
         const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
         let all = u128::from(self.seconds) * u128::from(self.of) + u128::from(self.part);
@@ -122,7 +121,7 @@ impl Moment {
         self.seconds as f64 + self.part as f64 / self.of as f64
     }
 
-    /// Seconds since an earlier moment; 0 since a later one.
+    /// Seconds since an earlier time, or 0 since a later one.
     pub fn since(self, earlier: Moment) -> f64 {
         if self <= earlier {
             return 0.0;
@@ -138,8 +137,8 @@ impl Moment {
         }
     }
 
-    /// Of something that is due `rate` times a second, first at the start: the number of the last that is due, and the part of the way to
-    /// the next, below 1.
+    /// For ticks at `rate` per second, the first at the start: the number of the last tick, and the fraction of the way to the next, below
+    /// 1.
     pub fn tick(self, rate: Fraction) -> (u64, f64) {
         let (times, per) = (u128::from(rate.numerator), u128::from(rate.denominator));
         let whole = u128::from(self.seconds) * times;
@@ -150,13 +149,13 @@ impl Moment {
         (number, (above % below) as f64 / below as f64)
     }
 
-    /// The number of the nearest that is due `rate` times a second; of two the later.
+    /// For ticks at `rate` per second: the number of the nearest tick, or of the later of two.
     pub fn nearest(self, rate: Fraction) -> u64 {
         let twice = Fraction { numerator: rate.numerator * 2, ..rate };
         self.tick(twice).0.div_ceil(2)
     }
 
-    /// The moment in a round of `round` seconds that starts over and over.
+    /// The time within a period that repeats every `round` seconds.
     #[must_use]
     pub fn within(self, round: Moment) -> Moment {
         let common = u128::from(self.of) / gcd(u128::from(self.of), u128::from(round.of)) * u128::from(round.of);

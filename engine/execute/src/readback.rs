@@ -1,4 +1,4 @@
-//! Reads the picture, targets and buffers back, as the last frame left them: by tickets that never wait, or at once.
+//! Reads back the picture, targets and buffers of the last frame: with tickets, without waiting, or at once.
 
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -13,7 +13,7 @@ use super::physical::Physical;
 use super::report::{Picture, Texels};
 use super::rotations::copy_of;
 
-/// Something that is on its way from the device, as it was when it was asked for. The frames after it neither change it nor wait for it.
+/// A read-back on its way from the device. It has the contents at the time of the request: later frames neither change it nor wait for it.
 pub struct ReadTicket<T> {
     readback: Readback,
     assemble: Box<dyn Fn(Vec<u8>) -> T + Send>,
@@ -24,17 +24,17 @@ impl<T> ReadTicket<T> {
         Self { readback, assemble: Box::new(assemble) }
     }
 
-    /// What was asked for, once it is there; `None` until then. Does not wait.
+    /// Returns the result if it has arrived, else `None`. Does not wait.
     ///
     /// # Errors
-    /// [`ExecuteError::DeviceLost`] when the device was lost meanwhile: it will never be there.
+    /// [`ExecuteError::DeviceLost`] if the device was lost. Then the result never arrives.
     pub fn poll(&self) -> Result<Option<T>, ExecuteError> {
         Ok(self.readback.poll()?.map(&self.assemble))
     }
 }
 
 impl Executor {
-    /// Asks for the picture of the last frame.
+    /// Requests the picture of the last frame.
     pub fn request_picture(&mut self) -> Result<ReadTicket<Picture>, ExecuteError> {
         let running = self.running.as_ref().ok_or(ExecuteError::NoPlan)?;
         let picture = &running.display.picture;
@@ -47,7 +47,7 @@ impl Executor {
         self.ticket(readback, move |rgba| Picture { width, height, rgba })
     }
 
-    /// Asks for one layer, or slice of a 3-D target, of one mip of a target as it was `age` frames before the last.
+    /// Requests one layer (or slice of a 3-D target) of one mip of a target, as it was `age` frames before the last.
     pub fn request_target(
         &mut self,
         resource: ResourceId,
@@ -76,7 +76,7 @@ impl Executor {
         self.ticket(readback, move |bytes| Texels { format, width, height, bytes })
     }
 
-    /// Asks for bytes of a buffer as it was `age` frames before the last.
+    /// Requests bytes of a buffer, as it was `age` frames before the last.
     #[expect(clippy::cast_possible_truncation, reason = "the buffer is mapped, so that `usize` holds its size")]
     pub fn request_buffer(
         &mut self,
@@ -104,13 +104,13 @@ impl Executor {
         self.ticket(readback, move |words| words[skip..skip + length].to_vec())
     }
 
-    /// The picture of the last frame. Waits for the device.
+    /// Reads the picture of the last frame. Waits for the device.
     pub fn read_presented(&mut self) -> Result<Picture, ExecuteError> {
         let ticket = self.request_picture()?;
         self.redeem(&ticket)
     }
 
-    /// As [`Self::request_target`], at once. Waits for the device.
+    /// As [`Self::request_target`], but waits for the device.
     pub fn read_target(
         &mut self,
         resource: ResourceId,
@@ -122,7 +122,7 @@ impl Executor {
         self.redeem(&ticket)
     }
 
-    /// As [`Self::request_buffer`], at once. Waits for the device.
+    /// As [`Self::request_buffer`], but waits for the device.
     pub fn read_buffer(&mut self, resource: ResourceId, age: u32, bytes: Range<u64>) -> Result<Vec<u8>, ExecuteError> {
         let ticket = self.request_buffer(resource, age, bytes)?;
         self.redeem(&ticket)
@@ -137,7 +137,7 @@ impl Executor {
         Ok(ReadTicket::new(readback, assemble))
     }
 
-    /// Waits for something that was asked for, for as long as the device goes on finishing passes.
+    /// Waits for a requested result, as long as the device goes on finishing passes.
     pub fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ExecuteError> {
         let there = self.wait_at_work(ticket.readback.submitted());
         let bytes = there.and_then(|()| ticket.readback.wait(self.shared.watchdog()));

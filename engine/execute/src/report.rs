@@ -9,66 +9,65 @@ use super::texel::Decoder;
 /// What one frame did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
-    /// Frames the executor has run before this one.
+    /// Number of frames that the executor ran before this one.
     pub frame: u64,
-    /// Dispatches recorded, the display's not counted.
+    /// Recorded dispatches, without that of the display map.
     pub dispatched: u32,
-    /// Passes not dispatched since their results are still valid.
+    /// Passes that were skipped because their results are still valid.
     pub skipped: u32,
-    /// Passes not dispatched since they were not due (`every`) or are disabled.
+    /// Passes that did not run because they were not due (`every`) or are switched off.
     pub idle: u32,
-    /// Barriers recorded.
+    /// Recorded barriers.
     pub barriers: u32,
-    /// Clears recorded.
+    /// Recorded clears.
     pub clears: u32,
-    /// Whether the debug target was mapped to a picture again.
+    /// Whether the display map made a new picture of the debug target.
     pub displayed: bool,
-    /// Nanoseconds of CPU time between the start of the frame and its submission, waiting for the device not counted.
+    /// Nanoseconds of CPU time from the start of the frame to its submission, without waits for the device.
     pub cpu_nanoseconds: u64,
 }
 
-/// What a swap did with the resources, by name.
+/// What a swap of plans did with the resources, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SwapReport {
-    /// Kept their contents.
+    /// Resources that kept their contents.
     pub kept: Vec<String>,
-    /// New, or described otherwise than before: start at their `init`.
+    /// Resources that start at their `init`: new ones, and those with a changed description.
     pub created: Vec<String>,
-    /// No longer there.
+    /// Resources that the new plan does not have.
     pub dropped: Vec<String>,
 }
 
 /// GPU time of one pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassTime {
-    /// The pass of the plan's graph: a round of a loop is one of its own.
+    /// The pass of the plan. Each round of a loop is a pass of its own.
     pub pass: PassId,
-    /// Nanoseconds; `None` when it was not dispatched in that frame.
+    /// Nanoseconds, or `None` if the pass did not run in that frame.
     pub nanoseconds: Option<f64>,
 }
 
-/// GPU times of a frame that the device has finished.
+/// GPU times of a finished frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpuTimes<'a> {
-    /// Frames the executor ran before it; `None` when no frame has been timed since the plan was swapped in.
+    /// Number of frames that the executor ran before it. `None` if no frame was timed since the plan was swapped in.
     pub frame: Option<u64>,
-    /// Nanoseconds from the begin of the first pass to the end of the last, with all that lies between them. `None` when no pass ran, or
-    /// the device has no timestamps.
+    /// Nanoseconds from the start of the first pass to the end of the last. `None` if no pass ran, or the device has no timestamps.
     pub span: Option<f64>,
-    /// Each pass; order of the plan's passes.
+    /// Times of the passes, in the order of the plan's passes.
     pub passes: &'a [PassTime],
 }
 
-/// What became of a pass of the plan in the last frame.
+/// What a pass of the plan did in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassOutcome {
-    /// It was dispatched.
+    /// The pass ran.
     Dispatched,
-    /// It was not dispatched: its results are still valid.
+    /// The pass was skipped, because its results are still valid.
     Skipped,
-    /// It was not due (`every`).
+    /// The pass was not due (`every`).
     NotDue,
-    /// It is switched off since the device was lost while it ran.
+    /// The pass is switched off, because the device was lost while it ran.
     Off,
 }
 
@@ -83,10 +82,10 @@ pub struct Picture {
     pub rgba: Vec<u8>,
 }
 
-/// One layer or slice of one mip of a target, as the device holds it.
+/// The texels of one layer (or slice) of one mip of a target, in the format of the target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texels {
-    /// Format.
+    /// Format of the target.
     pub format: Format,
     /// Texels.
     pub width: u32,
@@ -97,24 +96,24 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// What the texels hold.
+    /// Whether the texels hold floats, signed or unsigned integers.
     pub fn scalar(&self) -> ScalarKind {
         self.format.scalar()
     }
 
-    /// The texels as floats: red, green, blue, alpha. Integers are converted; absent channels are 0, absent alpha 1.
+    /// The texels as floats: red, green, blue, alpha. Integers are converted. Missing channels are 0, a missing alpha is 1.
     pub fn floats(&self) -> Vec<[f32; 4]> {
         let decoder = Decoder::of(self.format);
         self.chunks().map(|texel| decoder.floats(texel)).collect()
     }
 
-    /// The texels as unsigned integers, signed ones by their bits. `None` for formats of floats.
+    /// The texels as unsigned integers; signed integers keep their bits. `None` for float formats.
     pub fn integers(&self) -> Option<Vec<[u32; 4]>> {
         let decoder = Decoder::of(self.format);
         (self.scalar() != ScalarKind::Float).then(|| self.chunks().map(|texel| decoder.integers(texel)).collect())
     }
 
-    /// One texel: its channels as floats, and their bits; absent channels are 0, absent alpha 1. `None` outside.
+    /// One texel: its channels as floats, and their bits. Missing channels are 0, a missing alpha is 1. `None` outside of the picture.
     pub fn texel(&self, [x, y]: [u32; 2]) -> Option<([f32; 4], [u32; 4])> {
         let index = (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)?;
         let texel = self.chunks().nth(index)?;
@@ -122,7 +121,7 @@ impl Texels {
         Some((decoder.floats(texel), decoder.bits(texel)))
     }
 
-    /// One texel as unsigned integers, signed ones by their bits. `None` outside, and for formats of floats.
+    /// One texel as unsigned integers; signed integers keep their bits. `None` outside of the picture, and for float formats.
     pub fn integer(&self, [x, y]: [u32; 2]) -> Option<[u32; 4]> {
         let inside = self.scalar() != ScalarKind::Float && x < self.width && y < self.height;
         let index = inside.then(|| y as usize * self.width as usize + x as usize)?;

@@ -1,4 +1,4 @@
-//! Frames as bytes of a file: what was read back, and the form that it gets.
+//! Encodes frames that were read back.
 
 use raxel_execute::{Picture, Texels};
 
@@ -17,7 +17,7 @@ pub enum Kind {
     Exr,
     /// Radiance: the texels of a target as 8-bit mantissas with a shared exponent.
     Hdr,
-    /// The displayed picture without a head: width × height × 4 bytes, red, green, blue, 255.
+    /// The displayed picture without a header: width × height × 4 bytes, red, green, blue, 255.
     Raw,
 }
 
@@ -26,7 +26,7 @@ impl Kind {
     pub const EXTENSIONS: [(&str, Kind); 5] =
         [("png", Kind::Png), ("jpg", Kind::Jpg), ("jpeg", Kind::Jpg), ("exr", Kind::Exr), ("hdr", Kind::Hdr)];
 
-    /// The extension of its files.
+    /// The extension of files of this form.
     pub fn extension(self) -> &'static str {
         match self {
             Kind::Png => "png",
@@ -37,7 +37,7 @@ impl Kind {
         }
     }
 
-    /// Whether raw texels are needed, rather than the displayed picture.
+    /// Whether this form takes texels of targets instead of the displayed picture.
     pub fn wants_texels(self) -> bool {
         matches!(self, Kind::Exr | Kind::Hdr)
     }
@@ -48,23 +48,23 @@ impl Kind {
 pub struct Coding {
     /// The form.
     pub kind: Kind,
-    /// Of PNG.
+    /// Effort of PNG compression.
     pub compression: Compression,
-    /// Of JPEG, 1 to 100.
+    /// Quality of JPEG, 1 to 100.
     pub quality: u8,
 }
 
-/// One frame, as it was read back.
+/// A frame that was read back.
 #[derive(Clone, Debug)]
 pub enum Shot {
     /// The displayed picture.
     Picture(Picture),
-    /// The texels of targets, by name; one at least.
+    /// The texels of at least one target, by name.
     Texels(Vec<(String, Texels)>),
 }
 
 impl Shot {
-    /// Pixels of the picture, or of the first target.
+    /// Extent in pixels of the picture, or of the first target.
     pub fn size(&self) -> [u32; 2] {
         match self {
             Shot::Picture(picture) => [picture.width, picture.height],
@@ -74,7 +74,7 @@ impl Shot {
 }
 
 impl Coding {
-    /// The bytes of a file. Equal shots give equal bytes.
+    /// Encodes a frame. Equal frames give equal bytes.
     pub fn encode(self, shot: Shot) -> Result<Vec<u8>> {
         let failed = |error: &dyn std::fmt::Display| {
             OutputError::new(format!("the {} could not be made: {error}", self.kind.extension().to_uppercase()))

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// A file or a stream that could not be written, or an argument that does not say what to write.
+/// Why an output could not be written, or what is wrong with the argument that names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputError {
     /// What is wrong, with the path.
     pub message: String,
-    /// What to do about it, one piece of advice each.
+    /// What to do about it, one suggestion each.
     pub help: Vec<String>,
-    /// ffmpeg has ended, or refuses what it is given: the frames are sound where the film is not.
+    /// Whether ffmpeg failed. Then the frames are good, but the film is not.
     pub ffmpeg: bool,
 }
 
@@ -32,5 +32,5 @@ impl fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// What writing gives.
+/// The result of writing.
 pub type Result<T = ()> = std::result::Result<T, OutputError>;

@@ -1,5 +1,5 @@
-//! Where pictures go: one file, numbered frames, a film, or stdout. Whether a place can be written is found out before anything is
-//! rendered; what is written appears under its name only when it is whole.
+//! Writes pictures: one file, numbered frames, a film, or stdout. Checks whether the place can be written before anything is rendered. A
+//! file appears under its name only when it is complete.
 //!
 //! ```no_run
 //! use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Shoot};
@@ -65,12 +65,12 @@ pub use self::replace::replace;
 pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
 pub use self::take::write_take;
 
-/// What `-o` asks for.
+/// An output, as `-o` of `raxel render` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     /// One picture, of the last frame.
     Single(Kind, PathBuf),
-    /// One picture a frame.
+    /// One picture for each frame.
     Frames(Kind, Pattern),
     /// A film of all frames.
     Film(PathBuf),
@@ -78,7 +78,7 @@ pub enum Output {
     Stream(Kind),
 }
 
-/// A file name with one number in it, e.g. `frames/%04d.png`.
+/// A file name with a place for the number of the frame, e.g. `frames/%04d.png`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     before: String,
@@ -87,7 +87,7 @@ pub struct Pattern {
 }
 
 impl Output {
-    /// Reads the argument of `-o`. `kind` is the form that was asked for, where the name does not say it.
+    /// Reads the argument of `-o`. `kind` is the form of a picture if the name does not say it.
     pub fn parse(argument: &str, kind: Option<Kind>) -> Result<Self> {
         if argument == "-" {
             return Ok(Output::Stream(kind.unwrap_or(Kind::Png)));
@@ -130,18 +130,18 @@ impl Output {
         })
     }
 
-    /// Numbered PNG files for the frames of a film, in a folder beside it: `a.mp4` has `a.frames/`.
+    /// Numbered PNG files for the frames of a film, in a folder beside it: `a.frames/` for `a.mp4`.
     pub fn frames_of(film: &Path) -> Self {
         let before = format!("{}/", film.with_extension("frames").display());
         Output::Frames(Kind::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
     }
 
-    /// Removes the files that numbered frames went to.
+    /// Removes the numbered files.
     pub fn clear(&self) -> Result {
         if let Output::Frames(_, pattern) = self { pattern.clear() } else { Ok(()) }
     }
 
-    /// The form of a frame: what is encoded. A film takes raw ones.
+    /// The form of a frame before it goes to the output. A film takes raw frames.
     pub fn kind(&self) -> Kind {
         match self {
             Output::Single(kind, _) | Output::Frames(kind, _) | Output::Stream(kind) => *kind,
@@ -149,7 +149,7 @@ impl Output {
         }
     }
 
-    /// The extension in words, for messages.
+    /// The name of the form, for messages.
     pub fn describe(&self) -> String {
         match self {
             Output::Single(_, path) | Output::Film(path) => path.display().to_string(),
@@ -210,7 +210,7 @@ impl Pattern {
         format!("{}{number}{}", self.before, self.after)
     }
 
-    /// Makes the folder that the frames go to and finds out whether files can be made there.
+    /// Makes the folder of the frames, and checks whether files can be written there.
     pub fn prepare(&self, first: u64) -> Result<Folders> {
         let file = self.file(first);
         let folders = Folders::make(file.parent().unwrap_or(Path::new("")))?;
@@ -225,7 +225,7 @@ pub fn write_picture(pending: Pending, picture: &Picture) -> Result {
     pending.finish(&bytes.map_err(|error| OutputError::new(format!("the PNG could not be made: {error}")))?)
 }
 
-/// A path as a message shows it: absolute, if that can be had.
+/// A path as messages show it: absolute, if possible.
 pub fn shown(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }

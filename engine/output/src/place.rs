@@ -9,15 +9,15 @@ use super::pending::Pending;
 use super::{Output, Pattern};
 use crate::error::{OutputError, Result};
 
-/// A place that takes encoded frames in order.
+/// A place that takes encoded frames, in order.
 pub enum Place {
-    /// One file; taken when it is written.
+    /// One file. `None` after it is written.
     Single(Option<Pending>),
-    /// A file of each frame.
+    /// A file for each frame.
     Frames {
         /// Names of the files.
         pattern: Pattern,
-        /// Folders that were made for them.
+        /// Folders that were made for the files.
         folders: Folders,
     },
     /// ffmpeg, which takes raw frames.
@@ -27,7 +27,8 @@ pub enum Place {
 }
 
 impl Place {
-    /// Finds out whether an output can be written, for frames from `first` on; `size` and `rate` are those of a film.
+    /// Checks whether an output can be written, for frames from `first` on. `size` is the extent of a film in pixels, `rate` its frames a
+    /// second.
     pub fn prepare(output: &Output, size: [u32; 2], rate: f64, first: u64) -> Result<Self> {
         Ok(match output {
             Output::Single(_, path) => Self::single(path)?,
@@ -45,7 +46,7 @@ impl Place {
         Ok(Self::Frames { pattern: pattern.clone(), folders: pattern.prepare(first)? })
     }
 
-    /// Puts a frame in its place.
+    /// Writes a frame.
     pub fn write(&mut self, frame: u64, bytes: &[u8]) -> Result {
         match self {
             Self::Single(pending) => pending.take().map_or(Ok(()), |pending| pending.finish(bytes)),
@@ -63,7 +64,7 @@ impl Place {
         }
     }
 
-    /// After the last frame.
+    /// Completes the output after the last frame.
     pub fn finish(self) -> Result {
         match self {
             Self::Film(film) => film.finish(),

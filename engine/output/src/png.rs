@@ -3,7 +3,7 @@
 use png::{BitDepth, ColorType, Encoder, EncodingError};
 use raxel_execute::Picture;
 
-/// How much time goes into making a PNG small. The pixels are the same.
+/// How much time PNG compression takes. The pixels are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Compression {
     /// The fastest that is still small.

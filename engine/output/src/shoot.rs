@@ -1,4 +1,4 @@
-//! Shooting: a session runs frame by frame, and each frame that is wanted is read back and handed on, while the next ones are rendered.
+//! Runs a session frame by frame. Reads each wanted frame back, and encodes and writes it while the next frames are rendered.
 
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -17,7 +17,7 @@ use super::place::Place;
 use super::supersample::{Sum, offset};
 use crate::error::OutputError;
 
-/// Most targets that are read back in one frame: as many as the device copies at once.
+/// Most targets that can be read back in one frame.
 pub const MOST_LAYERS: usize = 8;
 
 /// What is read back.
@@ -29,13 +29,13 @@ pub enum Layers {
     Targets(Vec<Layer>),
 }
 
-/// One mip and layer of a target, so many frames ago.
+/// One mip and layer of a target.
 #[derive(Clone, Debug)]
 #[allow(clippy::struct_field_names, reason = "a layer of an image is one number of three that name it")]
 pub struct Layer {
     /// Name of the target.
     pub resource: String,
-    /// Frames ago.
+    /// How many frames ago.
     pub age: u32,
     /// Mip.
     pub mip: u32,
@@ -43,58 +43,58 @@ pub struct Layer {
     pub layer: u32,
 }
 
-/// How the stages follow each other.
+/// How rendering, read-back, encoding and writing overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Rendering, read-back, encoding and writing at the same time.
+    /// All stages run at the same time.
     AtOnce,
-    /// Each frame is on disk before the next one begins: what [`Mode::AtOnce`] is measured against.
+    /// Each frame is on disk before the next one begins. For comparison with [`Mode::AtOnce`].
     OneByOne,
 }
 
-/// Frames to be made.
+/// A job: which frames to run, and how to write them.
 pub struct Shoot {
-    /// Frames that are run: the clock stands before the first of them.
+    /// Frames to run. The clock of the session stands before the first of them.
     pub run: Range<u64>,
-    /// Those that are wanted.
+    /// Frames to write, a part of `run`.
     pub wanted: Range<u64>,
-    /// What is read back of each.
+    /// What to read back of each frame.
     pub layers: Layers,
-    /// The form that they are written in.
+    /// The form of the written frames.
     pub coding: Coding,
-    /// A demo whose captions are written into the pictures, with the seconds of a frame.
+    /// A demo whose captions are drawn into the pictures, and the seconds of each frame.
     pub captions: Option<(Arc<Demo>, Fraction)>,
-    /// Pictures that are averaged for each frame.
+    /// Number of pictures that are averaged for each frame.
     pub samples: u32,
-    /// Frames of the same moment that are run before each that is wanted, for graphs that average over time.
+    /// Number of frames of the same moment to run before each written frame, for graphs that average over time.
     pub settle: u32,
-    /// How the stages follow each other.
+    /// How rendering, read-back, encoding and writing overlap.
     pub mode: Mode,
 }
 
-/// Where the time went.
+/// How long the stages took.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stages {
-    /// Frames that were written.
+    /// Number of written frames.
     pub frames: u64,
-    /// Extent of the last of them in pixels.
+    /// Extent of the last frame in pixels.
     pub size: Option<[u32; 2]>,
-    /// From the first frame to the last file.
+    /// Time from the first frame to the last file.
     pub wall: Duration,
-    /// Making frames and waiting for the device.
+    /// Time of rendering, waits for the device included.
     pub render: Duration,
-    /// Waiting for copies, and taking the bytes over.
+    /// Time of read-back: waiting for copies, and reading their bytes.
     pub read_back: Duration,
-    /// Waiting for encoders and the writer to be ready for one more.
+    /// Time of waiting for encoders and the writer.
     pub held_up: Duration,
-    /// Time of the threads that encode and write.
+    /// Busy time of the threads that encode and write.
     pub busy: Busy,
-    /// Encoders.
+    /// Number of encoding threads.
     pub workers: usize,
 }
 
 impl Stages {
-    /// Each stage with the part of the time in which it was busy, 0 to 1; the one with the highest bounds the whole.
+    /// Each stage, and the share of the time in which it was busy, 0 to 1. The stage with the largest share bounds the rate.
     pub fn shares(&self) -> [(&'static str, f64); 4] {
         let wall = self.wall.as_secs_f64().max(1e-9);
         [
@@ -105,7 +105,7 @@ impl Stages {
         ]
     }
 
-    /// The stage that bounds the whole.
+    /// The stage that bounds the rate.
     pub fn bound(&self) -> &'static str {
         self.shares().into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or("", |(stage, _)| stage)
     }
@@ -118,8 +118,8 @@ enum Requested {
 }
 
 impl Shoot {
-    /// Runs the frames. `frame_of` runs one; `each` is called after each frame and may look at the session. The error is the caller's own, so that
-    /// it tells a lost device from a full disk.
+    /// Runs the frames. `frame_of` runs one frame. raxel calls `each` after each frame. The caller chooses the error type, so that it can
+    /// tell a lost device from a full disk.
     pub fn run<E: From<OutputError> + From<ReadError>>(
         &self,
         session: &mut Session,

@@ -17,7 +17,7 @@ pub struct Project {
 }
 
 impl Project {
-    /// The project at that root; the folder must exist.
+    /// The project with this root folder, which must exist.
     pub fn at(root: &Path) -> Result<Self, Box<Diagnostic>> {
         match root.canonicalize() {
             Ok(root) if root.is_dir() => Ok(Self { root }),
@@ -32,7 +32,7 @@ impl Project {
         }
     }
 
-    /// The project around a path: the nearest folder upwards that has a `graphs/` folder.
+    /// The project around a path: the nearest folder upwards with a folder `graphs/`.
     pub fn around(path: &Path) -> Result<Self, Box<Diagnostic>> {
         let start = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let found = start.ancestors().find(|folder| folder.join("graphs").is_dir());
@@ -48,7 +48,7 @@ impl Project {
         }
     }
 
-    /// The project around a file; a file in no project is one by itself, rooted in its own folder.
+    /// The project around a file. For a file in no project, the file's folder is the root.
     pub fn around_file(file: &Path) -> Result<Self, Box<Diagnostic>> {
         Self::around(file).or_else(|error| match file.parent() {
             Some(folder) if file.is_file() => {
@@ -68,7 +68,7 @@ impl Project {
         self.root.join(path)
     }
 
-    /// The project path of a file that somebody named: relative to the current folder, or else to the root.
+    /// The project path of a file that a user names, relative to the current folder or to the root.
     pub fn path_of(&self, named: &Path) -> Result<String, Box<Diagnostic>> {
         let here = std::path::absolute(named).unwrap_or_else(|_| named.to_owned());
         // The file itself may not exist (yet), and may be a link: only the folder is made canonical.
@@ -103,22 +103,22 @@ impl Project {
         parts.filter(|parts| !parts.is_empty()).map(|parts| parts.join("/"))
     }
 
-    /// Every graph, in order of name.
+    /// Project paths of all graphs, in order of name.
     pub fn graphs(&self) -> Vec<String> {
         self.list("graphs", is_toml)
     }
 
-    /// Every graph in a folder such as `graphs/bench`, in order of name.
+    /// Project paths of all graphs in a folder such as `graphs/bench`, in order of name.
     pub fn graphs_in(&self, folder: &str) -> Vec<String> {
         self.list(folder, is_toml)
     }
 
-    /// Every world, in order of name.
+    /// Project paths of all worlds, in order of name.
     pub fn worlds(&self) -> Vec<String> {
         self.list("worlds", |name| is_toml(name) && !name.ends_with(".demo.toml"))
     }
 
-    /// Every demo, in order of name.
+    /// Project paths of all demos, in order of name.
     pub fn demos(&self) -> Vec<String> {
         self.list("worlds", |name| name.ends_with(".demo.toml"))
     }
@@ -146,7 +146,7 @@ impl Project {
         found
     }
 
-    /// What the project's manifest says, or everything that is wrong with it and the texts that this points into.
+    /// Reads the project's manifest. The error has all mistakes and the texts that they point into.
     pub fn manifest(&self) -> Result<Manifest, (Vec<Diagnostic>, SourceMap)> {
         let mut texts = SourceMap::default();
         // A folder that cannot be read has no manifest; whoever reads from it says why.
@@ -162,12 +162,12 @@ impl Project {
         self.manifest().unwrap_or_default()
     }
 
-    /// The graph to run when nobody names one: the manifest's, else `graphs/primary.toml`, or the only one there is.
+    /// The default graph: that of the manifest, else `graphs/primary.toml`, else the only graph.
     pub fn default_graph(&self) -> Result<String, Box<Diagnostic>> {
         self.said().graph.map_or_else(|| choose("graph", "graphs/primary.toml", self.graphs()), Ok)
     }
 
-    /// The world to run when nobody names one: the manifest's, else `worlds/valley.toml`, or the only one there is.
+    /// The default world: that of the manifest, else `worlds/valley.toml`, else the only world.
     pub fn default_world(&self) -> Result<String, Box<Diagnostic>> {
         self.said().world.map_or_else(|| choose("world", "worlds/valley.toml", self.worlds()), Ok)
     }

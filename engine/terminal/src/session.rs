@@ -35,7 +35,7 @@ pub struct What {
     #[arg(long, value_name = "TARGET")]
     pub target: Option<String>,
 
-    /// Take the debug target right after this pass; of a loop after its last round, or after PASS[2].
+    /// Take the debug target right after this pass. For a pass in a loop: after its last round, or after round 2 with PASS[2].
     #[arg(long, value_name = "PASS")]
     pub after: Option<String>,
 

@@ -6,7 +6,7 @@
 use glam::{DMat3, DVec2, DVec3, IVec3, Mat4, Vec2, Vec3};
 use raxel_stream::Eye;
 
-/// Where a camera is and how it looks.
+/// Position, direction and field of view of a camera. World space is right-handed, with Y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Voxel that holds the camera.
@@ -32,16 +32,16 @@ impl Default for Camera {
 pub struct FlyInput {
     /// Right (D minus A), up (E minus Q) and forward (W minus S), each in −1…1.
     pub motion: [f64; 3],
-    /// Motion of the mouse in pixels, right and down.
+    /// Motion of the mouse in pixels, positive to the right and down.
     pub look: [f64; 2],
 }
 
-/// How fast a flying camera answers.
+/// Speeds of a flying camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlySpeed {
-    /// Voxels a second.
+    /// Speed of motion in voxels a second.
     pub voxels: f64,
-    /// Radians a pixel.
+    /// Speed of turning in radians for each pixel of mouse motion.
     pub radians: f64,
 }
 
@@ -52,25 +52,24 @@ impl Default for FlySpeed {
 }
 
 impl Camera {
-    /// Straight up. There yaw turns the picture, and so it keeps its meaning.
+    /// Straight up, in radians. There, yaw turns the picture.
     pub const MAX_PITCH: f64 = std::f64::consts::FRAC_PI_2;
 
-    /// A camera at a position in voxels, with the default direction and field of view. Positions outside ±2³¹ are brought to the
-    /// nearest one inside.
+    /// A camera at a position in voxels, with the default direction and field of view. Positions outside ±2³¹ are clamped.
     pub fn at(position: [f64; 3]) -> Self {
         let mut camera = Self::default();
         camera.place(DVec3::from_array(position));
         camera
     }
 
-    /// Moves to a position in voxels.
+    /// Moves the camera to a position in voxels, clamped to ±2³¹.
     pub fn place(&mut self, position: DVec3) {
         for axis in 0..3 {
             (self.cell[axis], self.frac[axis]) = split(0, position[axis]);
         }
     }
 
-    /// The position in voxels; exact to about 10⁻⁷ voxels near the origin and to 10⁻⁶ at ±2³¹.
+    /// The position in voxels, exact to about 10⁻⁷ voxels near the origin and to 10⁻⁶ at ±2³¹.
     pub fn position(&self) -> DVec3 {
         self.cell.as_dvec3() + self.frac.as_dvec3()
     }
@@ -82,7 +81,7 @@ impl Camera {
         }
     }
 
-    /// Turns to look at a point given relative to the camera. The zero vector changes nothing.
+    /// Turns the camera into a direction in world space, of any length. The zero vector changes nothing.
     pub fn look_along(&mut self, direction: DVec3) {
         if direction == DVec3::ZERO || !direction.is_finite() {
             return;
@@ -94,7 +93,7 @@ impl Camera {
         self.pitch = direction.y.atan2(level).clamp(-Self::MAX_PITCH, Self::MAX_PITCH);
     }
 
-    /// Turns to look at a position in voxels. The difference is taken cell by cell, so that it is exact far from the origin.
+    /// Turns the camera to a position in voxels. The difference of cells is exact, so this works far from the origin.
     pub fn look_at(&mut self, target: [f64; 3]) {
         let target = DVec3::from_array(target);
         let whole = target.floor();
@@ -102,7 +101,7 @@ impl Camera {
         self.look_along(cells + ((target - whole) - self.frac.as_dvec3()));
     }
 
-    /// One frame of flying: `seconds` since the last one.
+    /// Flies for one frame, `seconds` after the last one.
     pub fn fly(&mut self, input: &FlyInput, speed: &FlySpeed, seconds: f64) {
         let look = DVec2::from_array(input.look) * speed.radians;
         self.yaw = (self.yaw - look.x).rem_euclid(std::f64::consts::TAU);
@@ -114,7 +113,7 @@ impl Camera {
         self.translate(motion.clamp_length_max(1.0) * speed.voxels * seconds);
     }
 
-    /// Whether it stands at a position in voxels, as exactly as it can stand anywhere: then it cannot look at it.
+    /// Whether the camera is at a position in voxels, within its precision. Then it cannot look at that position.
     pub fn is_at(&self, position: [f64; 3]) -> bool {
         let there = Self::at(position);
         (there.cell, there.frac) == (self.cell, self.frac)
@@ -142,8 +141,8 @@ impl Camera {
         Mat4::from_mat3(self.rotation().transpose().as_mat3())
     }
 
-    /// `camera.view_to_world` and its inverse such that the ray through (x, y, −1) in view space goes where the one through (x + shift\[0\],
-    /// y + shift\[1\], −1) went: a shear along the line of sight.
+    /// `camera.view_to_world` and its inverse, sheared along the line of sight: the ray through (x, y, −1) in view space goes where the ray
+    /// through (x + shift\[0\], y + shift\[1\], −1) went.
     pub fn sheared(&self, shift: [f64; 2]) -> (Mat4, Mat4) {
         let shear =
             |sign: f64| DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(-sign * shift[0], -sign * shift[1], 1.0));
@@ -158,7 +157,7 @@ impl Camera {
         Eye { position: self.position(), cell: self.cell, forward: self.rotation() * DVec3::NEG_Z, half_angle }
     }
 
-    /// `camera.tan_half_fov`: tangent of half the field of view, horizontal and vertical, for an aspect of width over height.
+    /// `camera.tan_half_fov`: tangents of half the horizontal and vertical field of view. `aspect` is width over height.
     pub fn tan_half_fov(&self, aspect: f64) -> Vec2 {
         let vertical = (self.fov * 0.5).tan();
         DVec2::new(vertical * aspect, vertical).as_vec2()

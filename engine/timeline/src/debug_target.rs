@@ -1,6 +1,6 @@
 //! Which resource is shown, as text: `depth`, `color@1`, `pyramid,mip=2`, `cascades,layer=3`, `color,after=sky`.
 //!
-//! A colon does for a comma. The same words are used by `--target`, by demos and by `Session::set_debug_target_text`.
+//! A colon may stand for a comma. `--target`, demos and `Session::set_debug_target_text` use this text.
 
 use std::fmt;
 
@@ -9,19 +9,19 @@ use raxel_graph::plan::Present;
 
 use crate::params::SetError;
 
-/// A debug target by name; it stays valid when a reload renumbers everything.
+/// A debug target by name. It stays valid over reloads.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct DebugTarget {
-    /// Target or buffer; empty means the graph's own `present`.
+    /// Name of a target or a buffer. Empty: the target that the graph presents.
     pub resource: String,
-    /// How many frames ago.
+    /// How many frames ago: 0 is this frame.
     pub age: u32,
-    /// Mip.
+    /// Mip, from 0.
     pub mip: u32,
-    /// Layer, or slice of a 3-D target.
+    /// Layer, or slice of a 3-D target, from 0.
     pub layer: u32,
-    /// Right after this pass; at the end of the frame when `None`. Of a pass in a loop, `blur` is its last round and `blur[2]` the one whose
-    /// `loop.index` is 2.
+    /// The pass after which the resource is shown; `None` is the end of the frame. For a pass in a loop, `blur` means its last round, and
+    /// `blur[2]` the round with `loop.index` 2.
     pub after: Option<String>,
 }
 
@@ -33,9 +33,9 @@ pub enum DebugTargetError {
         "`{text}` is not a debug target: {why}; write NAME, NAME@AGE, and after it any of `,mip=N` `,layer=N` `,after=PASS`"
     )]
     Syntax {
-        /// What was written.
+        /// The text.
         text: String,
-        /// What is wrong with it.
+        /// What is wrong with the text.
         why: String,
     },
     /// A name that the graph does not have.
@@ -50,20 +50,20 @@ pub enum DebugTargetError {
         what: &'static str,
         /// `mip`, `layer`, `frame`.
         what_one: &'static str,
-        /// How many there are.
+        /// How many the resource has.
         has: u32,
-        /// What was asked for.
+        /// The number that was asked for.
         asked: u32,
     },
 }
 
 impl DebugTarget {
-    /// A resource at the end of this frame.
+    /// A resource at the end of the frame.
     pub fn resource(name: impl Into<String>) -> Self {
         Self { resource: name.into(), ..Self::default() }
     }
 
-    /// Reads the text.
+    /// Reads a debug target from its text.
     pub fn parse(text: &str) -> Result<Self, DebugTargetError> {
         let wrong = |why: String| DebugTargetError::Syntax { text: text.to_owned(), why };
         let mut parts = text.split([',', ':']).map(str::trim);
@@ -90,7 +90,7 @@ impl DebugTarget {
         Ok(target)
     }
 
-    /// Finds it in a graph.
+    /// Finds the debug target in a graph.
     pub fn resolve(&self, graph: &Graph) -> Result<Present, DebugTargetError> {
         let resource = if self.resource.is_empty() {
             graph.present

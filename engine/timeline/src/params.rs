@@ -1,5 +1,5 @@
-//! Params and push overrides by name: what users set on the command line, in the viewer, in a demo. They survive a reload as long
-//! as the graph still declares the name with the same type.
+//! Params and push overrides by name: the values that users set on the command line, in the window or in a demo. They last over reloads, as
+//! long as the graph declares the name with the same type.
 
 use std::collections::BTreeMap;
 
@@ -9,42 +9,42 @@ use raxel_graph::checked::{Graph, Param, ParamId, Value};
 /// Why a value could not be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SetError {
-    /// The graph has none of that name.
+    /// The graph has nothing of this name.
     #[error("the graph has no {kind} `{name}`{}", advice(.closest.as_deref(), .known))]
     Unknown {
-        /// `param`, `pass`, `push member`, `target`.
+        /// What was looked for: `param`, `pass`, `push member` or `target`.
         kind: &'static str,
-        /// The name asked for.
+        /// The unknown name.
         name: String,
-        /// The name that may be meant.
+        /// The closest known name, if one is close.
         closest: Option<String>,
-        /// Every name there is.
+        /// All known names.
         known: Vec<String>,
     },
-    /// The value is of another type.
+    /// The value has another type than the param.
     #[error("`{name}` is {expected}, not {found}")]
     WrongType {
         /// Name.
         name: String,
-        /// Type that the graph declares.
+        /// The type that the graph declares.
         expected: &'static str,
-        /// Type of the value.
+        /// The type of the value.
         found: &'static str,
     },
-    /// The value is NaN or infinite, in one of its components.
+    /// A component of the value is NaN or infinite.
     #[error("`{name}` must be finite")]
     NotFinite {
         /// Name.
         name: String,
     },
-    /// The value has another number of components.
+    /// The value has another number of components than the member.
     #[error("`{name}` has {expected} components, which {found} has not")]
     WrongShape {
         /// Name.
         name: String,
-        /// Components of the member.
+        /// Number of components of the member.
         expected: u32,
-        /// Type of the value.
+        /// The type of the value.
         found: &'static str,
     },
     /// The value is outside the range that the graph declares.
@@ -52,7 +52,7 @@ pub enum SetError {
     OutOfRange {
         /// Name.
         name: String,
-        /// The component that is outside.
+        /// The component outside of the range.
         found: f64,
         /// Smallest and largest value.
         range: [f64; 2],
@@ -64,19 +64,19 @@ pub enum SetError {
         name: String,
         /// The text.
         text: String,
-        /// The choice that may be meant.
+        /// The closest choice, if one is close.
         closest: Option<String>,
-        /// Every choice.
+        /// All choices.
         known: Vec<String>,
     },
-    /// The text is no value of the type.
+    /// The text is not a value of the type.
     #[error("`{text}` is no {expected}, which `{name}` needs")]
     NotAValue {
         /// Name.
         name: String,
         /// The text.
         text: String,
-        /// Type that the graph declares.
+        /// The type that the graph declares.
         expected: &'static str,
     },
 }
@@ -90,7 +90,7 @@ fn advice(closest: Option<&str>, known: &[String]) -> String {
 }
 
 impl SetError {
-    /// For a name that the graph does not have.
+    /// An error for a name that the graph does not have.
     pub fn unknown<'n>(kind: &'static str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
         Self::Unknown {
             kind,
@@ -112,7 +112,7 @@ pub struct Params {
 }
 
 impl Params {
-    /// Takes over the params of a graph: values that somebody set stay where type and range allow, all else is the graph's default.
+    /// Adopts the params of a graph. Values that were set stay if type and range allow; all others get the graph's default.
     pub fn adopt(&mut self, graph: &Graph) {
         self.values = graph
             .params
@@ -125,22 +125,22 @@ impl Params {
         self.version += 1;
     }
 
-    /// Grows whenever a value may have changed.
+    /// A number that grows whenever a value may have changed.
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// Value of a param of the adopted graph.
+    /// The value of a param of the adopted graph.
     pub fn get(&self, id: ParamId) -> Value {
         self.values[id.0 as usize]
     }
 
-    /// Values in the order of the graph's params.
+    /// All values, in the order of the graph's params.
     pub fn values(&self) -> &[Value] {
         &self.values
     }
 
-    /// Sets a param by name. A number of another type that loses nothing is taken too: `1` for an `f32`.
+    /// Sets a param by name. A number of another type is converted if nothing is lost, such as `1` for an `f32`.
     pub fn set(&mut self, graph: &Graph, name: &str, value: Value) -> Result<(), SetError> {
         let (index, param) = find(graph, name)?;
         let value = checked(param, value)?;
@@ -152,7 +152,7 @@ impl Params {
         Ok(())
     }
 
-    /// Brings a param back to the graph's default.
+    /// Returns a param to the graph's default.
     pub fn unset(&mut self, graph: &Graph, name: &str) -> Result<(), SetError> {
         let (index, param) = find(graph, name)?;
         self.set.remove(name);
@@ -170,7 +170,7 @@ fn find<'g>(graph: &'g Graph, name: &str) -> Result<(usize, &'g Param), SetError
     })
 }
 
-/// The value as the param's type, if it is one and in its range.
+/// Converts a value to the param's type, and checks its range.
 pub fn checked(param: &Param, value: Value) -> Result<Value, SetError> {
     if components(&value).iter().any(|number| !number.is_finite()) {
         return Err(SetError::NotFinite { name: param.name.clone() });
@@ -249,7 +249,7 @@ pub fn is_integer(value: &Value) -> bool {
     matches!(value, I32(_) | U32(_) | IVec2(_) | IVec3(_) | IVec4(_) | UVec2(_) | UVec3(_) | UVec4(_))
 }
 
-/// The components of a value as numbers; a bool is 0 or 1, a matrix its columns one after the other.
+/// The components of a value as numbers. A bool is 0 or 1. A matrix gives its columns one after the other.
 pub fn components(value: &Value) -> Vec<f64> {
     fn all<T: Copy + Into<f64>>(parts: &[T]) -> Vec<f64> {
         parts.iter().map(|&part| part.into()).collect()
@@ -272,8 +272,8 @@ pub fn components(value: &Value) -> Vec<f64> {
     }
 }
 
-/// A value of the type of `like` from as many numbers as it has components. `None` when the count differs, a number is not finite,
-/// or an integer type is given a fraction or too large a number.
+/// Makes a value of the type of `like` from one number for each component. `None` if the count differs, a number is not finite, or an
+/// integer type gets a fraction or too large a number.
 pub fn from_components(numbers: &[f64], like: &Value) -> Option<Value> {
     fn array<const N: usize, T: Copy + Default>(numbers: &[f64], convert: impl Fn(f64) -> Option<T>) -> Option<[T; N]> {
         let numbers: &[f64; N] = numbers.try_into().ok()?;
@@ -321,7 +321,7 @@ pub fn from_components(numbers: &[f64], like: &Value) -> Option<Value> {
     })
 }
 
-/// The value as the type of `like`. A bool is never taken for a number.
+/// Converts a value to the type of `like`. A bool never becomes a number.
 pub fn converted(value: Value, like: &Value) -> Option<Value> {
     if matches!(value, Value::Bool(_)) == matches!(like, Value::Bool(_)) {
         from_components(&components(&value), like)

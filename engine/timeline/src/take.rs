@@ -72,18 +72,27 @@ pub struct Scene {
     pub graph: String,
     /// Extent of the output.
     pub size: [u32; 2],
+    /// How its clock goes.
     pub pace: Pace,
 }
 
 /// What a frame was told.
 pub struct Told<'a> {
+    /// The time of the frame.
     pub time: &'a FrameTime,
+    /// Project path of the graph.
     pub graph_path: &'a str,
+    /// The graph.
     pub graph: &'a Graph,
+    /// Extent of the output.
     pub size: [u32; 2],
+    /// Values of the graph's params, in its order.
     pub values: &'a [Value],
+    /// The camera.
     pub camera: &'a Camera,
+    /// Mouse, keyboard and time of day.
     pub inputs: &'a ShownInputs,
+    /// The target that is shown.
     pub target: &'a DebugTarget,
 }
 
@@ -146,6 +155,7 @@ impl<T: Clone + PartialEq> Recorded<T> {
 }
 
 impl Recorder {
+    /// A take without a frame.
     pub fn new(scene: Scene) -> Self {
         Self {
             scene,

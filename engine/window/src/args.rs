@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(long)]
     pub no_panels: bool,
 
-    /// Quit after so many frames.
+    /// Quit after N frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub frames: Option<u64>,
 

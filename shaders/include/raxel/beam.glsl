@@ -1,11 +1,11 @@
-// Beams: how far ahead of the camera a whole tile of pixels is free, so that its rays may start there and hit what they hit anyway.
+// Beams find how far ahead of the camera a whole tile of pixels is free. The rays of the tile may start there, and hit the same voxels.
 //
-// At depth z all rays of a tile are in a box around the middle one that grows with z. A beam looks at the cells that the box
-// overlaps, two along each axis at most: if all are empty, it goes on to where the box first reaches over their border. Every point
-// that a ray passes on the way is in a cell that was looked at, so nothing is missed, however thin.
+// At depth z, all rays of a tile are in a box around the middle ray. The box grows with z. A beam looks at the cells that the box
+// overlaps, at most two along each axis. If all are empty, it goes on to the depth where the box first reaches over their border. Every
+// point of a ray on the way is in a cell that the beam looked at, so it misses nothing, however thin.
 //
-// Starting rays from a coarser pass is from "Efficient Sparse Voxel Octrees" (Laine and Karras, 2010), at the least of four corner
-// rays; what lies between those four is missed there.
+// Starting rays from a coarser pass is from "Efficient Sparse Voxel Octrees" (Laine and Karras, 2010). There, rays start at the least
+// depth of four corner rays, which misses things between the four.
 #ifndef RAXEL_BEAM_GLSL
 #define RAXEL_BEAM_GLSL
 

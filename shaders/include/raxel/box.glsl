@@ -1,4 +1,4 @@
-// Whether a ray may meet a box of voxels: never too late and never no when it does, for what is to be left out safely.
+// Whether a ray may meet a box of voxels. The answer is conservative, so that a shader can safely skip work: never "no" for a ray that meets it.
 #ifndef RAXEL_BOX_GLSL
 #define RAXEL_BOX_GLSL
 

@@ -1,18 +1,18 @@
-// Edits of the world by shaders. Bind `edits` to a buffer with `source = "world.edits"`: it is empty when a frame begins, and what passes
-// have written to it is done to the world two frames later, as one step. The order in which invocations write does not matter: first
-// comes what restores, then what takes away, then what adds, then what paints; within these, boxes, balls and voxels, each by its numbers.
+// Lets shaders edit the world. Bind `edits` to a buffer with `source = "world.edits"`. The buffer is empty when a frame begins. raxel
+// applies all edits of a frame two frames later, as one step of undo. The order in which invocations write does not matter. raxel sorts
+// the edits: first those that restore, then subtract, add and paint; within each, boxes, balls and voxels, by their numbers.
 #ifndef RAXEL_EDITS_GLSL
 #define RAXEL_EDITS_GLSL
 
 layout(std430) buffer RxEdits {
-    uint count;  // of records that were wanted; more than there is room for are lost, and that is said
+    uint count;  // of written records; raxel drops those without room, with a warning
     uint unused0;
     uint unused1;
     uint unused2;
     uint records[];  // eight words for each
 } edits;
 
-// What is done with the voxels that an edit covers.
+// What an edit does with the voxels that it covers.
 const uint RX_EDIT_SUBTRACT = 0u;  // they become air; the material does not matter
 const uint RX_EDIT_ADD = 1u;       // they become solid, of the material
 const uint RX_EDIT_PAINT = 2u;     // the solid ones get the material

@@ -9,9 +9,9 @@
 // that was split, then the first child follows, and the link is the second; 3 is a leaf, and the link is its instance. Then come eight
 // quads for each instance, and the models in the layout `tree64`.
 //
-// An instance that is on the lattice of the world, turned by quarter turns, is walked in the world's frame, with the ray as it is: its
-// hits are those of voxels of the world. A ray is brought into the frame of any other instance by whole numbers, rounded down
-// to multiples of 2^-24, and is exact from there on (instance_frame.glsl). Which hit is first, is compared exactly, too. docs/exactness.md has the details.
+// The ray walks an instance on the lattice of the world, turned by quarter turns, in the world's frame: its hits are those of voxels of the
+// world. Integers bring the ray into the frame of any other instance. It is rounded down to multiples of 2^-24 there, and exact from then
+// on (instance_frame.glsl). The comparison of hits is exact, too. docs/exactness.md has the details.
 #ifndef RAXEL_INSTANCES_GLSL
 #define RAXEL_INSTANCES_GLSL
 

@@ -1,25 +1,24 @@
-// Camera rays, a tile of 16 x 16 pixels at a time: one subgroup of 32 invocations walks the tree once for all of the tile's rays.
-//
-// 1. Each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative); two ballots say which
-//    are visited. In ascending mirrored order they are front to back for every ray of an octant. They wait on a stack,
-//    the first one on top; the masks of a node's leaves are loaded by one invocation each.
-// 2. Of a leaf's 64 voxels, those that the frustum touches are collected in order as candidates. Up to 32 at a time are turned into the rows
-//    and columns of pixels that they can cover, and one transposition of 32 x 32 bits gives each column and each row its set of
-//    candidates; those of a pixel are the intersection of its column's and its row's.
-// 3. Each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on the
-//    error. What f32 cannot tell waits until all others are through, and integers settle it. The frustum shrinks to the pixels that are left.
-// 4. What is left of a tile that has looked at too many leaves, or whose stack is full (with the time until which it is known to be free), hits of a camera in a solid voxel, and everything outside of what the bounds
-//    are proven for, is handed on, to be traced ray by ray.
-//
-// What is decided here is what rx_trace finds. A shader includes this file and defines
+// Traces camera rays, a tile of 16 x 16 pixels at a time: one subgroup of 32 invocations walks the tree once for all rays of the tile. Hits
+// equal those of rx_trace. A shader includes this file and defines
 //
 //     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 //     void rx_tile_miss(ivec2 pixel);
-//     void rx_tile_rest(ivec2 pixel, float t_free);   not decided: rx_trace_from says what this pixel hits
+//     void rx_tile_rest(ivec2 pixel, float t_free);   undecided: trace this pixel with rx_trace_from
 //
-// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. One of the three is called once for each pixel of the tile on the output, in
-// any order. Where a subgroup is neither 32 nor 64 wide, or the world's layout is not tree64, every pixel is handed on. A pass with
-// `when = "device.packets"` runs where that is not so, and with `subgroup = 32` asks for subgroups of 32; of one of 64, half is idle. What else there is to know of a hit, rx_hit_of tells.
+// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets exactly one of these calls, in any
+// order. rx_hit_of computes the rest of a hit. If subgroups are neither 32 nor 64 wide, or the world's layout is not tree64, every pixel gets
+// rx_tile_rest. `when = "device.packets"` leaves the pass out in these cases. `subgroup = 32` asks for subgroups of 32; of one of 64, half is idle.
+//
+// 1. Nodes: each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative). Two ballots collect the
+//    results. In ascending mirrored order the children are front to back for every ray of an octant. They wait on a stack, the first one on
+//    top. One invocation each loads the masks of a node's leaves.
+// 2. Voxels: those of a leaf's 64 voxels that the frustum touches become candidates, in order. Up to 32 at a time are projected to the rows and
+//    columns of pixels that they can cover. One transposition of 32 x 32 bits gives each column and each row its set of candidates. A pixel
+//    has the intersection of its column's and its row's.
+// 3. Tests: each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on
+//    the error. Cases that f32 cannot decide wait until the end, where integers decide them. The frustum shrinks to the pixels that are left.
+// 4. The rest, to be traced ray by ray: what is left of a tile after too many leaves or with a full stack (with the time until which its rays
+//    are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 

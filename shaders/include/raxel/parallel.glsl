@@ -1,26 +1,25 @@
-// Rays of one direction, a tile of 16 x 16 pixels at a time: rays to the sun from what the pixels see, texels of an orthographic map. One subgroup of 32
-// invocations walks the tree once for all of them, as packet.glsl does for the rays of a camera.
+// Traces parallel rays, a tile of 16 x 16 pixels at a time: rays from the hits of pixels to the sun, or texels of an orthographic map. One
+// subgroup of 32 invocations walks the tree once for all of them, as packet.glsl does for the rays of a camera. Hits equal those of rx_trace.
+// shaders/sun_tiles.comp is an example. A shader includes this file, defines rx_tile_hit and rx_tile_miss as for packet.glsl, and
 //
-// Seen along the direction, all rays are points and a cube is a hexagon. The rays of a tile lie between a least and a most value on each of three
-// axes of that view, and so do those that can meet a cube: two ballots say which children of a node have to be visited. Of the rays that a voxel can
-// stop, the pixels are found by moving the voxel back along the direction to where the rays begin, and projecting it there. From then on it is as with a
-// camera: each pixel has its candidates, f32 tests them, and what f32 cannot tell integers settle.
+//     bool rx_tile_near(ivec2 pixel, out ivec3 cell);                   a voxel near the start of a pixel's ray; false if it has no ray
+//     bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);   the start, as in RxRay; false if it has no ray
 //
-// That pays where the rays of a tile lie close together, as on level ground. On a slope, or over an edge, they begin tens of voxels apart, so that all surface
-// between them has to be looked at, where a ray by itself is out of it after a few steps. So a tile whose rays are too far apart is handed on untouched: 32 of its
-// pixels are looked at for that, before all of them are.
+// and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets one call of rx_tile_hit or
+// rx_tile_miss, in any order, unless it has no ray, or its bit is set in the returned value: then trace it with rx_trace.
 //
-// A shader includes this file, defines rx_tile_hit and rx_tile_miss as for packet.glsl, and
+// With RX_TILE_ANY_HIT defined, rx_tile_hit only says that the ray hits something. Its voxel is one that the ray passes through, not always the
+// first, and its face is RX_FACE_INSIDE. If subgroups are neither 32 nor 64 wide, or the world's layout is not tree64, all bits are set.
+// `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
 //
-//     bool rx_tile_near(ivec2 pixel, out ivec3 cell);                   a voxel near to where the ray of a pixel begins; false if it has none
-//     bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);   where it begins, as in RxRay; false if there is none
+// Seen along the direction, all rays are points, and a cube is a hexagon. The rays of a tile lie within an interval on each of three axes of
+// that view, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. To find the pixels whose rays a
+// voxel can stop, the voxel is moved back along the direction to the starts of the rays, and projected there. The rest is as with a camera:
+// each pixel has its candidates, f32 tests them, and integers decide the cases that f32 cannot.
 //
-// and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. For each pixel of the tile on the output either rx_tile_hit or rx_tile_miss is called once, in any
-// order; or rx_tile_start has said that it has no ray; or a bit is set in what the function returns: then rx_trace says what it hits.
-//
-// What is decided here is what rx_trace finds. With RX_TILE_ANY_HIT defined, rx_tile_hit says only that the ray hits something: its voxel is one that the
-// ray passes through, not always the first, and its face is RX_FACE_INSIDE. Where a subgroup is neither 32 nor 64 wide, or the world's layout is not tree64, nothing is
-// decided; a pass with `when = "device.packets"` runs where that is not so, and asks for subgroups of 32 with `subgroup = 32`. shaders/sun_tiles.comp is an example.
+// This pays if the rays of a tile lie close together, as on level ground. On a slope, or over an edge, they start tens of voxels apart. Then the
+// walk visits all surface between them, where a single ray leaves it after a few steps. So a tile whose rays are too far apart is handed on
+// untouched. 32 of its pixels are checked for that first, then all of them.
 #ifndef RAXEL_PARALLEL_GLSL
 #define RAXEL_PARALLEL_GLSL
 
@@ -29,7 +28,7 @@
 bool rx_tile_near(ivec2 pixel, out ivec3 cell);
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);
 
-// What a tile may take before its rays are handed on; a shader can define other limits.
+// Limits of a tile, beyond which its rays are handed on. A shader can define others.
 #ifndef RX_PARALLEL_NEAR
 #define RX_PARALLEL_NEAR 25.0   // of rx_parallel_area for the 32 pixels
 #endif

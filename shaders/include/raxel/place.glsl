@@ -1,6 +1,6 @@
-// Places on instances. The face of such a place has RX_ON_INSTANCE, and voxel, face and `uv` are those of the model, so they stay the same while the
-// instance moves. The voxel counts from the corner of the model's cube, and the upper bits of its x are the number of the instance.
-// A face without that bit is one of the world. Nothing here traces: see scene.glsl.
+// Places on instances. The face of such a place has the bit RX_ON_INSTANCE. Its voxel, face and `uv` are those of the model, so they stay the same
+// while the instance moves. The voxel counts from the corner of the model's cube. The upper bits of its x are the number of the instance.
+// A face without that bit belongs to the world. Nothing here traces: see scene.glsl.
 #ifndef RAXEL_PLACE_GLSL
 #define RAXEL_PLACE_GLSL
 

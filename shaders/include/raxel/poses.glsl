@@ -1,12 +1,12 @@
-// Instances moved by shaders, see [[instances]] in docs/world-file.md. Bind `poses` to a buffer with `source = "world.poses"`: it is empty
-// when a frame begins, and two frames later the instances stand where passes have written. There they stay until a pass writes another
-// pose or gives them back, or time starts over. The order in which invocations write does not matter: of different poses for
-// one instance in one frame it is always the same one that counts.
+// Lets shaders move instances: see [[instances]] in docs/world-file.md. Bind `poses` to a buffer with `source = "world.poses"`. The buffer is
+// empty when a frame begins. An instance takes its written pose two frames later. It keeps the pose until a pass writes another one or
+// returns the instance to its params, or until time starts over. The order in which invocations write does not matter: if one frame has
+// several poses for an instance, raxel always chooses the same one.
 #ifndef RAXEL_POSES_GLSL
 #define RAXEL_POSES_GLSL
 
 layout(std430) buffer RxPoses {
-    uint count;  // of records that were wanted; more than there is room for are lost, and that is said
+    uint count;  // of written records; raxel drops those without room, with a warning
     uint unused0;
     uint unused1;
     uint unused2;

@@ -87,7 +87,7 @@ RxRay rx_ray_from_face(ivec3 voxel, uint face, vec2 uv, vec3 dir) {
     return rx_ray(voxel + rx_face_step(face), frac, dir);
 }
 
-// A ray that goes on from a hit, whatever the face.
+// A ray that goes on from a hit, for any face.
 RxRay rx_ray_from_hit(RxHit hit, vec3 dir) {
     return hit.face == RX_FACE_INSIDE ? rx_ray(hit.voxel, vec3(hit.uv, 0.5), dir)
                                       : rx_ray_from_face(hit.voxel, hit.face, hit.uv, dir);

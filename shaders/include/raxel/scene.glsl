@@ -1,6 +1,6 @@
-// The world, with its instances where a pass binds them. A buffer with `source = "world.instances"` and `when = "world.has_instances"` that is
-// bound as `instances` defines RX_BINDS_instances. Then the names below stand for the world and its instances (instances.glsl). In all other
-// passes they are those of the world alone, and cost nothing.
+// Traces the world, and its instances if the pass binds them. Bind `instances` to a buffer with `source = "world.instances"` and
+// `when = "world.has_instances"`: this defines RX_BINDS_instances, and the names below trace the world and its instances (instances.glsl).
+// In all other passes they trace the world alone, at no cost.
 //
 // A place on a surface is a voxel, a face and `uv` on it, as in RxHit; on an instance it is one of its model (place.glsl).
 //

@@ -5,7 +5,7 @@
 #include "sky.glsl"
 #include "random.glsl"
 
-// Whether nothing stands between a face and the sun. The ray starts exactly on the face, so there is no bias and no acne.
+// Whether a face sees the sun. The ray starts exactly on the face, so there is no bias and no acne.
 bool rx_sees_sun(RxHit hit, vec3 sun) {
     RxHit unused;
     return dot(rx_normal(hit.face), sun) > 0.0 && !rx_trace(rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun), unused);
@@ -33,7 +33,7 @@ float rx_openness(RxHit hit) {
     return mix(mix(corners.x, corners.y, hit.uv.x), mix(corners.z, corners.w, hit.uv.x), hit.uv.y);
 }
 
-// Light from the sky and the ground on a face that sees all of it.
+// Light of the sky and the ground on a face that sees all of both.
 vec3 rx_ambient(vec3 normal, vec3 sun) {
     vec3 from_sky = rx_sky(normalize(normal + vec3(0.0, 0.6, 0.0)), sun);
     vec3 from_ground = vec3(0.20, 0.17, 0.13) * (0.25 + 0.75 * rx_sun_color(sun)) * max(sun.y, 0.05);
@@ -45,7 +45,7 @@ bool rx_mirrors(RxMaterial material) {
     return material.roughness < 0.5;
 }
 
-// Material, face and whether the sun is seen, in one word that is not negative.
+// Packs material, face and whether the sun is visible into one word that is not negative.
 int rx_pack_surface(uint material, uint face, bool sunlit) {
     return int(material | (face << 16) | (sunlit ? 1u << 19 : 0u));
 }

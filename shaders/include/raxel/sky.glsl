@@ -15,7 +15,7 @@ vec3 rx_sun_color(vec3 sun) {
     return color * smoothstep(-0.04, 0.06, sun.y);
 }
 
-// Linear radiance of the sky without the disc: what surfaces and fog are lit by.
+// Linear radiance of the sky without the disc of the sun, for lighting surfaces and fog.
 vec3 rx_sky(vec3 dir, vec3 sun) {
     float day = smoothstep(-0.12, 0.25, sun.y);
     vec3 zenith = mix(vec3(0.010, 0.014, 0.035), vec3(0.085, 0.235, 0.60), day);

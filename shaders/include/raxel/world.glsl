@@ -10,9 +10,9 @@
 //
 //     bool rx_set(ivec3 cell, uint material);              makes a voxel of a material, or air; false if the copy has no room there
 //
-// in the layouts chunks, chunk_table, octree and texture3d. Many threads may set voxels at once, also the same one, and then one of
-// them wins. What was set is seen by the passes that follow, not by rx_trace and rx_material of the same dispatch. docs/layouts.md
-// says what each layout does.
+// in the layouts chunks, chunk_table, octree and texture3d. Many threads may set voxels at once. If several set the same voxel, one of
+// them wins. Later passes see the new voxels; rx_trace and rx_material of the same dispatch do not. docs/layouts.md says what each
+// layout does.
 //
 // Other worlds and models are bound beside this one under their own names: see world/NAME.glsl.
 #ifndef RAXEL_WORLD_GLSL
@@ -55,7 +55,7 @@
 #undef RX_WRITE
 #undef RX_WORLD_ACCESS
 
-// What rx_trace finds, but for the steps, of a ray that is known to hit this voxel on this face (packet.glsl tells no more of it).
+// The hit of rx_trace, without its steps, of a ray that is known to hit this voxel on this face, such as from packet.glsl.
 RxHit rx_hit_of(RxRay ray, ivec3 voxel, uint face) {
     RxHit hit;
     rx_walk_known_hit(ray, world.origin, world.log2_size, voxel, face, hit);

@@ -42,7 +42,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
 
-    /// Write the FLIP error of each pixel in colours, from black over purple to yellow. Of folders, a folder that exists.
+    /// Write the FLIP error of each pixel in colours, from black over purple to yellow. For folders, an existing folder.
     #[arg(long, value_name = "FILE.png")]
     heat: Option<PathBuf>,
 

@@ -50,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RATE", value_parser = render::rate)]
     fps: Option<f64>,
 
-    /// Leave after so many frames; the film has as many.
+    /// Quit after N frames; the film has as many.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
 

@@ -17,7 +17,7 @@ use serde_json::json;
                         raxel render worlds/valley.demo.toml --shard 2/2 -o frames/%04d.png\n  \
                         raxel film frames/%04d.png --fps 30 -o valley.mp4")]
 pub(crate) struct Args {
-    /// PNG files with a number in their names, from 0 on: frames/%04d.png, or the folder of such.
+    /// PNG files numbered from 0, such as frames/%04d.png, or their folder.
     #[arg(value_name = "FRAMES")]
     frames: String,
 

@@ -28,7 +28,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Template::Voxel)]
     template: Template,
 
-    /// A `MagicaVoxel` scene of your own: it becomes the project's world, on a floor.
+    /// A MagicaVoxel scene of your own: it becomes the project's world, on a floor.
     #[arg(long, value_name = "FILE.vox")]
     model: Option<PathBuf>,
 

@@ -45,7 +45,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
     compression: Compression,
 
-    /// Of JPEG: 1 is the smallest file, 100 the best picture.
+    /// Quality of a JPEG: 1 is the smallest file, 100 the best picture.
     #[arg(long, value_name = "N", default_value_t = 90, value_parser = clap::value_parser!(u8).range(1..=100))]
     quality: u8,
 
@@ -57,11 +57,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(super) size: Option<Size>,
 
-    /// Average so many pictures for each frame, their rays at different places in the pixels: smooth edges.
+    /// Average N pictures for each frame, with rays at different places in the pixels: smooth edges.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: u32,
 
-    /// Run so many frames of the same moment before each picture, for graphs that average over time: time stands still meanwhile.
+    /// Run N frames of the same moment before each picture, for graphs that average over time.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=65_535))]
     pub(super) settle: u32,
 

@@ -40,16 +40,16 @@ pub struct ParamId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ClockId(pub u32);
 
-/// A graph in which everything that can be said without a device has been checked.
+/// A checked graph: all checks that need no device have passed.
 #[derive(Clone, Debug, Serialize)]
 pub struct Graph {
-    /// `name`.
+    /// Name of the graph.
     pub name: String,
-    /// `about`.
+    /// A sentence about the graph.
     pub about: String,
     /// The resource shown by default.
     pub present: ResourceId,
-    /// Live values.
+    /// Params: live values.
     pub params: Vec<Param>,
     /// Clocks that some passes run by.
     pub clocks: Vec<Clock>,
@@ -59,9 +59,9 @@ pub struct Graph {
     pub loops: Vec<Loop>,
     /// Passes in program order.
     pub passes: Vec<Pass>,
-    /// Every mention of a material of the world, `material.NAME`. What it is the plan knows, which has a world.
+    /// Every `material.NAME`. The plan, which knows the world, gives each its index.
     pub materials: Vec<Material>,
-    /// Every file that the graph was made from: the graph itself first, bases, shaders, includes.
+    /// Every file of the graph: the graph itself first, then bases, shaders and includes.
     pub files: Vec<String>,
 }
 
@@ -178,9 +178,9 @@ pub struct Param {
     pub range: Option<[f64; 2]>,
     /// Step of a slider.
     pub step: Option<f64>,
-    /// Text beside the slider; the name when the file gives none.
+    /// Text beside the slider. Default: the name.
     pub label: String,
-    /// What it does, for whoever rests the pointer on it.
+    /// Text that the window shows under the pointer.
     pub tooltip: Option<String>,
     /// Unit of the value, e.g. `°`.
     pub unit: Option<String>,
@@ -195,7 +195,7 @@ pub struct Param {
 }
 
 impl Param {
-    /// A param of which a file says nothing but type and default.
+    /// A param with only a type and a default.
     pub fn new(name: impl Into<String>, default: Value, place: Span) -> Self {
         let name = name.into();
         Self {
@@ -271,7 +271,7 @@ pub struct Pass {
     pub subgroup_size: Option<u32>,
     /// The loop that repeats it. `None` in the graph of a plan.
     pub in_loop: Option<InLoop>,
-    /// Where it comes from, when it was written out of a loop or stands beside such passes.
+    /// The loop and round that the pass comes from, if any.
     pub round: Option<Round>,
     /// Runs only while all of these hold: its own condition, and those of the buffers that it binds.
     pub when: Vec<Condition>,

@@ -1,4 +1,4 @@
-//! What a plan is made for, besides the graph: what is shown, the world, and the device.
+//! The inputs of a plan besides the graph: the debug target, the world, and the device.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::ir::checked::{Fact, ParamId, PassId, ResourceId};
 use crate::ir::plan::{BufferDesc, ImageDesc};
 
-/// What a plan is made for, besides the graph.
+/// The inputs of a plan besides the graph.
 #[derive(Clone)]
 pub struct PlanInput<'a> {
     /// Extent of the output in pixels, both at least 1.
@@ -37,13 +37,13 @@ pub struct PlanInput<'a> {
     pub limits: Limits,
 }
 
-/// Which resources can be read at the end of a frame, besides those that are pinned. It never changes what later frames compute: passes that
-/// leave something for later frames run in either case.
+/// Which resources can be read at the end of a frame, besides pinned ones. The choice never changes later frames: passes whose outputs a
+/// later frame may read always run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Observe {
-    /// What is shown. Passes that nothing shown depends on are culled, and transient resources may share memory.
+    /// Only the shown resource. raxel culls passes that it does not need, and transient resources may share memory.
     Shown,
-    /// Every target and buffer. Only passes whose `when` does not hold are culled, and nothing shares memory.
+    /// Every target and buffer. raxel culls only passes whose `when` is false, and no resources share memory.
     #[default]
     Everything,
 }

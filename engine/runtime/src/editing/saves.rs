@@ -13,7 +13,7 @@ use raxel_worldfile::{Loaded, OnGeneratorChange, SaveSettings};
 use super::Editing;
 use crate::world::SessionWorld;
 
-/// What is done with the save of a world that has one.
+/// What a session does with the save of a world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Saves {
     /// Nothing: the world is as its file builds it. So it is with a demo, whatever is asked for.

@@ -23,7 +23,7 @@ const ACQUIRE: Duration = Duration::from_millis(100);
 /// Longest wait for the device: copies and triangles are short, and what they follow was waited for by the session's watchdog.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A window, and what is drawn over its pictures. Belongs to one device: after a loss of the device it is made anew.
+/// Shows pictures of a session in a window, with an overlay. A presenter belongs to one device: after a loss of the device, make a new one.
 pub struct Presenter {
     device: Arc<Device>,
     surface: Surface,
@@ -34,7 +34,8 @@ pub struct Presenter {
 }
 
 impl Presenter {
-    /// For a window. `size` is the window's area in pixels; `vsync` waits for the screen, else the newest picture is shown as soon as may be.
+    /// Makes a presenter for a window. `size` is the window's area in pixels. With `vsync`, pictures wait for the screen; without it, the
+    /// newest picture is shown as soon as possible.
     pub fn new<W>(device: &Arc<Device>, window: Arc<W>, size: [u32; 2], vsync: bool) -> Result<Self, PresentError>
     where
         W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
@@ -49,36 +50,36 @@ impl Presenter {
         })
     }
 
-    /// The device that it shows pictures of.
+    /// The device that presents.
     pub fn device(&self) -> &Arc<Device> {
         &self.device
     }
 
-    /// The window has another area now, in pixels; zero when it is minimised.
+    /// Sets the area of the window in pixels, zero if it is minimised.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
     }
 
-    /// Area of the window in pixels; `None` while it has none.
+    /// Area of the window in pixels, `None` while it is zero.
     pub fn extent(&self) -> Option<[u32; 2]> {
         self.surface.extent()
     }
 
-    /// Makes a texture for the overlay, or changes a rectangle of one.
+    /// Makes a texture for the overlay, or changes a rectangle of a texture.
     pub fn set_texture(&mut self, id: u64, patch: &TexturePatch<'_>) -> Result<(), PresentError> {
         Ok(self.overlay()?.set_texture(id, patch)?)
     }
 
-    /// Forgets a texture of the overlay.
+    /// Frees a texture of the overlay.
     pub fn free_texture(&mut self, id: u64) {
         if let Some(overlay) = &mut self.overlay {
             overlay.free_texture(id);
         }
     }
 
-    /// Shows a picture, scaled to the window, under an overlay. Does not wait for the picture: the device does. Where the driver computes on
-    /// the processor, its presenting waits itself, without a limit: wait for the picture first ([`crate::Session::wait_picture`]), or have
-    /// another device present ([`Self::take`]).
+    /// Shows a picture, scaled to the window, under an overlay. The call does not wait for the picture: the device does. A software driver
+    /// waits in this call, without a limit. There, wait for the picture first ([`crate::Session::wait_picture`]), or present with another
+    /// device ([`Self::take`]).
     pub fn present(
         &mut self,
         picture: &FramePicture,
@@ -87,12 +88,12 @@ impl Presenter {
         self.present_over(overlay, |acquired, recording, _| acquired.copy_picture(recording, &picture.image))
     }
 
-    /// Takes a picture that another device has made. [`Self::present_taken`] shows it, as often as that is asked for.
+    /// Takes a picture of another device. [`Self::present_taken`] shows it, any number of times.
     pub fn take(&mut self, picture: &Picture) -> Result<(), PresentError> {
         self.pixels.take(&self.device, picture)
     }
 
-    /// Shows the picture that was taken last, as [`Self::present`] shows one; before the first, one colour, sRGB-encoded.
+    /// Shows the picture that was taken last, as [`Self::present`] does. Before the first, shows one sRGB-encoded colour.
     pub fn present_taken(
         &mut self,
         color: [f32; 3],
@@ -107,7 +108,7 @@ impl Presenter {
         })
     }
 
-    /// Shows an overlay over nothing but one colour, sRGB-encoded: there is no picture yet.
+    /// Shows an overlay over one sRGB-encoded colour, for use before the first picture.
     pub fn present_blank(
         &mut self,
         color: [f32; 3],

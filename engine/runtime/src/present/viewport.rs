@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// A window's extent in pixels, and how many pixels the output has for each of them along an axis.
+/// The extent of a window in pixels, and the scale from it to the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
     window: [u32; 2],
@@ -10,11 +10,10 @@ pub struct Viewport {
 }
 
 impl Viewport {
-    /// Scales there can be: a sixteenth to four times the window's pixels along each axis.
+    /// Range of the scale: pixels of the output for each pixel of the window, along each axis.
     pub const SCALES: RangeInclusive<f64> = 0.0625..=4.0;
 
-    /// A viewport of a window. An extent of zero counts as one, and a scale outside [`Self::SCALES`] as the nearest inside; one that is no
-    /// number counts as 1.
+    /// A viewport of a window. An extent of zero becomes 1, a scale is clamped to [`Self::SCALES`], and NaN becomes 1.
     pub fn new(window: [u32; 2], scale: f64) -> Self {
         let scale = if scale.is_nan() { 1.0 } else { scale.clamp(*Self::SCALES.start(), *Self::SCALES.end()) };
         Self { window: window.map(|pixels| pixels.max(1)), scale }
@@ -40,7 +39,7 @@ impl Viewport {
         self.window.map(|pixels| ((f64::from(pixels) * self.scale).round() as u32).max(1))
     }
 
-    /// The pixel of the output that a pixel of the window shows, both from the top left.
+    /// The pixel of the output that a pixel of the window shows, both counted from the top left.
     #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
     pub fn to_output(&self, pixel: [i32; 2]) -> [i32; 2] {
         let output = self.output();

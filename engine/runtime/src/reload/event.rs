@@ -1,55 +1,55 @@
-//! What a session tells about edits.
+//! Events of a session: edits of files, lost histories, lost devices.
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_execute::SwapReport;
 
 use crate::session::OpenError;
 
-/// Something that happened apart from frames.
+/// Something that happened between frames.
 #[derive(Debug)]
 pub enum ReloadEvent {
-    /// An edit is running.
+    /// An edit was swapped in.
     Reloaded(Reloaded),
-    /// An edit is wrong; what ran before runs on.
+    /// An edit has mistakes. The old files run on.
     Failed(Failed),
-    /// Another size made targets or buffers with history anew: what frames before had left in them is gone. Said once for each of them.
+    /// A new size replaced targets or buffers with history, so their contents are lost. Sent once for each of them.
     HistoryCleared {
         /// Extent of the output in pixels.
         size: [u32; 2],
         /// Their names.
         resources: Vec<String>,
     },
-    /// What a session waits for ([`crate::Options::wait`]) has mistakes, at first and then whenever they are others.
+    /// The files of a waiting session ([`crate::Options::wait`]) have mistakes. Sent at first, and whenever the mistakes change.
     NotOpened(OpenError),
-    /// The mistakes that it waited for are mended, and it runs, as if it had been opened just now: only the window's extent is as it was.
+    /// The mistakes of a waiting session are corrected. The session now runs as if it had just been opened, with the same window extent.
     Opened,
-    /// The device was lost and opened anew.
+    /// The device was lost, and raxel opened it again.
     DeviceRebuilt {
-        /// The pass that the device worked on, if it is known.
+        /// The pass that was running, if known.
         suspect: Option<String>,
-        /// That pass is switched off until its shader or its part of the graph changes; else it has changed already.
+        /// Whether that pass is switched off until its shader or its part of the graph changes. False if it has changed already.
         off: bool,
         /// Milliseconds from the loss to the new plan.
         milliseconds: f64,
     },
 }
 
-/// An edit that is running.
+/// An edit that was swapped in.
 #[derive(Debug)]
 pub struct Reloaded {
-    /// Counts the edits of a session, wrong ones included; what was opened is 0.
+    /// Number of the edit, wrong edits included. The files that were opened are generation 0.
     pub generation: u64,
     /// Project paths of the files that changed.
     pub changed: Vec<String>,
     /// Another graph, world or demo runs than before ([`crate::Session::open_file`]), and it begins at its first frame.
     pub opened: bool,
-    /// What was built anew.
+    /// What was rebuilt.
     pub rebuilt: Rebuilt,
-    /// What became of the contents of targets and buffers.
+    /// Which targets and buffers kept their contents.
     pub resources: SwapReport,
-    /// Milliseconds from the moment the edit was seen to be finished until it was swapped in.
+    /// Milliseconds from the moment at which the watcher found the save finished to the swap.
     pub milliseconds: f64,
-    /// What of it was spent on what.
+    /// Parts of this time.
     pub stages: Stages,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
@@ -57,8 +57,8 @@ pub struct Reloaded {
     pub texts: SourceMap,
 }
 
-/// What the time of an edit is spent on, one after the other. What drivers leave to the first frame is not in it: lavapipe makes machine code of
-/// a shader when it is first dispatched.
+/// Parts of the time of an edit, in order. They do not include work that the driver leaves to the first frame, such as the machine code
+/// that lavapipe makes when it first dispatches a shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stages {
     /// Milliseconds to load what depends on the changed files: shaders are compiled to modules and reflected, graphs checked, worlds built.
@@ -69,7 +69,7 @@ pub struct Stages {
     pub prepare: f64,
 }
 
-/// What an edit made necessary.
+/// What an edit rebuilt.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rebuilt {
     /// The graph.
@@ -78,18 +78,18 @@ pub struct Rebuilt {
     pub world: bool,
     /// The demo.
     pub demo: bool,
-    /// Shaders whose module is new, by project path.
+    /// Project paths of shaders with a new module.
     pub shaders: Vec<String>,
 }
 
-/// An edit that is wrong.
+/// An edit with mistakes.
 #[derive(Debug)]
 pub struct Failed {
-    /// Counts the edits of a session.
+    /// Number of the edit.
     pub generation: u64,
     /// Project paths of the files that changed.
     pub changed: Vec<String>,
-    /// Everything that is wrong, in all files.
+    /// All mistakes, in all files.
     pub diagnostics: Vec<Diagnostic>,
     /// The texts that they point into.
     pub texts: SourceMap,

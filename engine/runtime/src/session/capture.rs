@@ -10,7 +10,7 @@ use super::{FrameError, Session};
 /// Why a frame was not captured.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// RenderDoc is not in this process.
+    /// This process does not run under RenderDoc.
     #[error(
         "this process does not run under RenderDoc; start it by RenderDoc's `Launch Application`, or by `renderdoccmd capture`"
     )]
@@ -24,8 +24,8 @@ pub enum CaptureError {
 }
 
 impl Session {
-    /// Runs the next frame as [`Self::frame`] does, but with every pass that is due, valid results or not, and captures it by the
-    /// RenderDoc that this process runs under. Gives the file of the capture.
+    /// Runs the next frame and captures it with the RenderDoc that this process runs under. Returns the report of the frame and the file of
+    /// the capture. No pass is skipped: every pass that is due runs, even if its inputs did not change.
     pub fn capture_frame(&mut self) -> Result<(FrameReport, PathBuf), CaptureError> {
         let renderdoc = RenderDoc::find().ok_or(CaptureError::NotUnderRenderDoc)?;
         self.renderer.executor.set_memo(false);

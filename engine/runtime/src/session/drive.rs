@@ -23,7 +23,7 @@ impl Session {
         &self.renderer.graph.params
     }
 
-    /// A param's value in the last frame.
+    /// The value of a param in the last frame.
     pub fn param(&self, name: &str) -> Result<Value, SetError> {
         match self.renderer.graph.find_param(name) {
             Some(id) => Ok(self.playback.params.shown[id.0 as usize]),
@@ -31,7 +31,7 @@ impl Session {
         }
     }
 
-    /// Sets a param. The value stays, also over reloads, until the graph no longer declares the name with this type.
+    /// Sets a param. The value lasts over reloads, as long as the graph declares the name with this type.
     pub fn set_param(&mut self, name: &str, value: Value) -> Result<(), SetError> {
         self.playback.params.set.set(&self.renderer.graph, name, value)?;
         self.params_changed();
@@ -44,7 +44,7 @@ impl Session {
         self.set_param(name, value)
     }
 
-    /// Brings a param back to the graph's default.
+    /// Returns a param to the default of the graph.
     pub fn unset_param(&mut self, name: &str) -> Result<(), SetError> {
         self.playback.params.set.unset(&self.renderer.graph, name)?;
         self.params_changed();
@@ -56,28 +56,28 @@ impl Session {
         self.settings_changed();
     }
 
-    /// Replaces the value of a member of a pass's push-constant or uniform block, whatever the graph says. It stays, also over
-    /// reloads, as long as the pass has the member.
+    /// Overrides the value that the graph gives to a member of a pass's push-constant or uniform block. The override lasts over reloads, as
+    /// long as the pass has the member.
     pub fn set_push(&mut self, pass: &str, member: &str, value: Value) -> Result<(), SetError> {
         self.playback.params.set_member(&self.renderer.graph, pass, member, value)
     }
 
-    /// Gives a member back to the graph.
+    /// Removes the override of [`Self::set_push`], so that the graph gives the value again.
     pub fn unset_push(&mut self, pass: &str, member: &str) {
         self.playback.params.unset_member(&self.renderer.graph, pass, member);
     }
 
-    /// The camera.
+    /// The camera of the next frame.
     pub fn camera(&self) -> &Camera {
         &self.playback.view.camera
     }
 
-    /// Moves the camera. A demo that moves it too wins, until [`Session::take_over`].
+    /// Moves the camera. A demo with camera keys overrides it, until [`Session::take_over`].
     pub fn set_camera(&mut self, camera: Camera) {
         self.playback.view.camera = camera;
     }
 
-    /// The pixel of the window under the cursor, from the top left. Shaders are told the pixel of the output.
+    /// Sets the cursor: a pixel of the window, counted from the top left, or `None`. Shaders get the pixel of the output under it.
     pub fn set_cursor(&mut self, pixel: Option<[i32; 2]>) {
         self.playback.inputs.live.cursor = pixel.map(|pixel| self.viewport().to_output(pixel));
     }
@@ -97,12 +97,12 @@ impl Session {
         &self.renderer.shown.debug_target
     }
 
-    /// Chooses the debug target by its text: `depth`, `color@1`, `pyramid,mip=2`, `color,after=sky`.
+    /// Shows the debug target that a text names: `depth`, `color@1`, `pyramid,mip=2`, `color,after=sky`.
     pub fn set_debug_target_text(&mut self, text: &str) -> Result<(), DebugTargetError> {
         self.set_debug_target(DebugTarget::parse(text)?)
     }
 
-    /// Chooses the debug target; an empty one is the graph's own.
+    /// Shows a debug target. An empty one stands for the target that the graph presents.
     pub fn set_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
         target.resolve(&self.renderer.graph)?;
         self.renderer.shown.debug_target = target;
@@ -110,8 +110,8 @@ impl Session {
         Ok(())
     }
 
-    /// Chooses the debug target for good: a demo does not change it any more. One of the demo's graphs must have it; the others show their
-    /// own.
+    /// Shows a debug target that a demo cannot change. At least one graph of the demo must have it. The other graphs show what they
+    /// present.
     pub fn hold_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
         let others = self.files.state.other_graphs.values().filter_map(|part| part.result.as_ref().ok());
         if !others.into_iter().any(|graph| target.resolve(graph).is_ok()) {
@@ -123,7 +123,7 @@ impl Session {
         Ok(())
     }
 
-    /// Shows the debug target in another way than the graph says: another map, range or channel. `None` goes back to the graph's own.
+    /// Overrides the display map, range and channel that the graph declares for the debug target. `None` removes the override.
     pub fn set_display(&mut self, display: Option<Display>) {
         self.renderer.shown.display = display;
         self.renderer.executor.set_display(display);
@@ -135,23 +135,23 @@ impl Session {
         self.renderer.executor.set_region(region);
     }
 
-    /// Shows the debug target together with a reference from the next frame on, as long as [`Self::mismatch`] has nothing against it. A loss of
-    /// the device ends the comparison, and the reference is to be uploaded again ([`Self::builder`]).
+    /// Compares the debug target with a reference from the next frame on, while [`Self::mismatch`] returns `None`. A loss of the device
+    /// ends the comparison: upload the reference again with [`Self::builder`].
     pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
         self.renderer.executor.set_comparison(compared);
     }
 
-    /// Why what is shown cannot be compared with a reference; `None` where it can.
+    /// Returns why the debug target cannot be compared with a reference, or `None` if it can.
     pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
         self.renderer.executor.mismatch(reference)
     }
 
-    /// Uploads references for the session's device, on any thread.
+    /// Returns a builder that uploads references to the session's device, from any thread.
     pub fn builder(&self) -> Builder {
         self.renderer.context.builder.clone()
     }
 
-    /// Keeps a resource readable at the end of each frame from the next one on, whatever is shown. Needed with [`Observe::Shown`] only.
+    /// Keeps a resource readable at the end of each frame, from the next frame on. Only [`Observe::Shown`] needs this.
     ///
     /// [`Observe::Shown`]: raxel_graph::plan::Observe::Shown
     pub fn pin(&mut self, name: &str) -> Result<(), DebugTargetError> {
@@ -164,20 +164,20 @@ impl Session {
         Ok(())
     }
 
-    /// A source that is on the device, e.g. `world.tree64`: its version, and a way to write parts of it between frames. `None` while
-    /// nothing that runs binds it. An edit of the world and a loss of the device put another one in its place.
+    /// Returns a source on the device, such as `world.tree64`: its version, and a way to write parts of it between frames. `None` if no
+    /// pass that runs binds it. An edit of the world and a loss of the device replace it.
     pub fn source(&self, name: &str) -> Option<Arc<ExternalResource>> {
         self.renderer.context.sources.find(name, &self.world.shown)
     }
 
-    /// Replaces bytes of the buffer of a source, before the next frame. Nothing waits. The bytes are the device's alone: the session's
-    /// world stays as it is.
+    /// Replaces bytes of the buffer of a source before the next frame, without waiting. `offset` is in bytes. Only the device's copy
+    /// changes: the session's world does not.
     pub fn write_source(&mut self, name: &str, offset: u64, bytes: &[u8]) -> Result<(), WriteError> {
         let source = self.source(name).ok_or_else(|| WriteError::NotThere { name: name.to_owned() })?;
         source.write(offset, bytes)
     }
 
-    /// Extent of the output in pixels: that of the window, scaled.
+    /// Extent of the output in pixels: the extent of the window times the scale.
     pub fn size(&self) -> [u32; 2] {
         self.viewport().output()
     }
@@ -187,15 +187,15 @@ impl Session {
         &self.renderer.shown.viewport
     }
 
-    /// Changes the extent of the window in pixels from the next frame on. A window without area keeps the last extent.
+    /// Sets the extent of the window in pixels, from the next frame on. If one of the two is 0, the last extent stays.
     pub fn resize(&mut self, width: u32, height: u32) {
         if width > 0 && height > 0 {
             self.set_viewport(Viewport::new([width, height], self.viewport().scale()));
         }
     }
 
-    /// Changes how many pixels the output has for each pixel of the window, along each axis, from the next frame on:
-    /// [`Viewport::SCALES`] bounds it.
+    /// Sets how many pixels the output has for each pixel of the window, along each axis, from the next frame on. raxel clamps the scale to
+    /// [`Viewport::SCALES`].
     pub fn set_scale(&mut self, scale: f64) {
         self.set_viewport(Viewport::new(self.viewport().window(), scale));
     }
@@ -207,13 +207,14 @@ impl Session {
         }
     }
 
-    /// Changes how long a frame may take before the device counts as lost; on a software device six times as long.
+    /// Sets the longest time in which the device may finish no pass. After it, the device counts as lost. A software device gets six times
+    /// as long.
     pub fn set_watchdog(&mut self, limit: std::time::Duration) {
         self.options.watchdog = limit;
         self.renderer.executor.set_watchdog(limit * patience(self.device()));
     }
 
-    /// Gives the device up without waiting for what it works on, so that a session can be dropped at once.
+    /// Abandons the device without waiting for its work, so that the session can be dropped at once.
     pub fn abandon_device(&mut self) {
         self.renderer.executor.abandon();
     }
@@ -223,41 +224,41 @@ impl Session {
         &self.playback.clock
     }
 
-    /// Stops or starts the clock. Frames are drawn all the same, of the same moment.
+    /// Pauses or resumes the clock. While it is paused, frames still run, all at the same time.
     pub fn pause(&mut self, paused: bool) {
         self.playback.clock.set_paused(paused);
     }
 
-    /// While paused: lets one frame pass.
+    /// While paused, advances the time by one frame.
     pub fn step(&mut self) {
         self.playback.clock.step();
     }
 
-    /// The next frame is another one of the moment of the last: what passes add up over frames goes on, and time does not.
+    /// Runs the next frame at the time of the last one. Passes that accumulate over frames go on.
     pub fn again(&mut self) {
         self.playback.clock.again();
     }
 
-    /// Puts the next frame at so many seconds. A float is taken for the fraction that it was rounded from, so that `62.0 / 60.0` is the
-    /// time of frame 62.
+    /// Sets the time of the next frame, in seconds. A float stands for the fraction that it was rounded from, so that `62.0 / 60.0` is
+    /// exactly the time of frame 62 at 60 frames a second.
     pub fn seek(&mut self, seconds: impl Into<Moment>) {
         self.playback.clock.seek(seconds.into());
     }
 
-    /// Starts over at a later frame: the next one is frame `index`, at its time. With a fixed step, the frame after it is the one that a run
-    /// from the start gives, unless the graph looks back ([`raxel_graph::plan::Plan::uses_history`]).
+    /// Starts over at a later frame: the next frame is frame `index`, at its time. With a fixed step, the frames after it equal those of a
+    /// run from the start, unless the graph uses earlier frames ([`raxel_graph::plan::Plan::uses_history`]).
     pub fn start_at(&mut self, index: u64) {
         self.reset();
         self.playback.clock.start_at(index);
     }
 
-    /// Shifts the rays of all pixels by a part of a pixel, right and down, until it is changed: by a shear of the camera's matrices,
-    /// which shaders need not know of. Pictures of many shifts, averaged, have smooth edges. `[0.0, 0.0]` shifts nothing.
+    /// Shifts the rays of all pixels by a part of a pixel, right and down. The mean of pictures with many shifts has smooth edges. A shear
+    /// of the camera's matrices makes the shift, so shaders need no change. `[0.0, 0.0]` ends it.
     pub fn set_subpixel(&mut self, offset: [f64; 2]) {
         self.playback.view.subpixel = offset;
     }
 
-    /// Starts over: clock, history and every resource as at the first frame. Params, camera and debug target stay.
+    /// Starts over: clock, history and all resources are as before the first frame. Params, camera and debug target stay.
     pub fn reset(&mut self) {
         self.playback.clock.reset();
         self.playback.inputs.reset();
@@ -267,20 +268,20 @@ impl Session {
         self.renderer.forget_reports();
     }
 
-    /// The user moved something that a demo drives: from here on the demo is only looked at, not followed. Nothing jumps.
+    /// Stops following the demo: camera and params stay where the demo left them, and the program may change them.
     pub fn take_over(&mut self) {
         if self.playback.take_over(&self.renderer.graph) {
             self.settings_changed();
         }
     }
 
-    /// Lets the demo drive again.
+    /// Follows the demo again.
     pub fn hand_back(&mut self) {
         self.playback.demo.taken_over = false;
         self.renderer.plans.stale = true;
     }
 
-    /// Whether a demo drives.
+    /// Whether the session follows a demo.
     pub fn demo_drives(&self) -> bool {
         self.playback.demo.drives()
     }

@@ -15,23 +15,23 @@ use crate::build_error::BuildError;
 use crate::builtins;
 use crate::editing::{Changes, Editing};
 
-/// Why an edit was not made, undone or redone. The world and the steps that can be undone are then as they were; an edit that was too
-/// large has taken the place of what could be redone.
+/// Why an edit was not made, undone or redone. The world and the steps that can be undone have not changed. After an edit that was too
+/// large, nothing can be redone.
 #[derive(Debug, thiserror::Error)]
 pub enum EditFailure {
-    /// It is wrong, or too large.
+    /// The edit is invalid, or covers too much.
     #[error(transparent)]
     Refused(#[from] EditError),
-    /// The device has no room for the world after it.
+    /// The device has no room for the edited world.
     #[error("{}", .diagnostics.first().map_or_else(String::new, |first| first.message.clone()))]
     TooLarge {
-        /// What the device refuses.
+        /// What the device refuses, one diagnostic for each buffer.
         diagnostics: Vec<Diagnostic>,
     },
 }
 
 impl EditFailure {
-    /// As a diagnostic without a place.
+    /// The failure as diagnostics without a place in a file.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
             Self::Refused(EditError::Unavailable(reason)) => {
@@ -44,26 +44,26 @@ impl EditFailure {
 }
 
 impl Session {
-    /// Edits the world, before the next frame: the operations in order, as one step to be undone. They are saved if the world has a save
-    /// and [`super::Options::saves`] says so. Gives the number of chunks that changed.
+    /// Edits the world before the next frame: applies the operations in order, as one step of undo. Returns the number of chunks that
+    /// changed. raxel saves the edit if the world has a save and [`super::Options::saves`] allows it.
     pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
         let change = self.world.editing.apply(operations)?;
         self.show_edit(operations, &change, Editing::take_back)
     }
 
-    /// Takes the newest step back. False when there is none.
+    /// Undoes the newest step. Returns `false` if there is none.
     pub fn undo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.world.editing.undo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::redo).map(|_| true)
     }
 
-    /// Makes the step again that was undone last. False when there is none, or an edit came in between.
+    /// Redoes the step that was undone last. Returns `false` if there is none, or if an edit came after the undo.
     pub fn redo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.world.editing.redo().map_err(EditError::from)? else { return Ok(false) };
         self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
     }
 
-    /// Steps that can be undone, and redone.
+    /// How many steps can be undone, and how many redone.
     pub fn edit_steps(&self) -> [usize; 2] {
         self.world.editing.steps()
     }
@@ -73,15 +73,15 @@ impl Session {
         self.world.editing.scene()
     }
 
-    /// The first solid voxel along a ray, exactly, in the newest voxels; not farther than `reach` voxels.
+    /// Returns the first solid voxel along a ray, exactly, in the newest voxels, or `None` if there is none within `reach` voxels.
     ///
     /// # Errors
-    /// When the ray comes to a chunk that is unavailable before it meets anything.
+    /// If the ray meets an unavailable chunk before a voxel.
     pub fn cast(&self, ray: &Ray, reach: f64) -> Result<Option<CastHit>, Unavailable> {
         cast(self.world.shown.newest(), ray, reach)
     }
 
-    /// The same along the ray of a pixel of the window, from the top left, seen from the camera.
+    /// As [`Session::cast`], along the camera's ray through a pixel of the window, counted from the top left.
     ///
     /// # Errors
     /// As [`Session::cast`].
@@ -101,23 +101,27 @@ impl Session {
         self.cast(&pinhole.ray(inside, output), reach)
     }
 
-    /// Voxels of a box by material, in the newest voxels.
+    /// Counts the voxels of a box by material, in the newest voxels.
     ///
     /// # Errors
-    /// As [`raxel_edit::query::histogram`]: when a chunk of the box is unavailable, too.
+    /// As [`raxel_edit::query::histogram`]. Also if a chunk of the box is unavailable.
     pub fn region(&self, bounds: &raxel_world::Bounds) -> Result<BTreeMap<u16, u64>, EditError> {
         raxel_edit::query::histogram(self.world.shown.newest(), bounds)
     }
 
-    /// What is to be said since the last call: that edits cannot be saved and are saved again, what is wrong with those that passes write,
-    /// that a store does not have chunks of the world, and has them again, what finished frames have counted that the graph warns of,
-    /// and which assertions of shaders have failed. It points into [`Session::texts`].
+    /// Returns the messages since the last call. Their places point into [`Session::texts`]. They report:
+    ///
+    /// * that edits cannot be saved, or are saved again,
+    /// * invalid edits and poses that passes wrote,
+    /// * chunks that a store does not give, or gives again,
+    /// * counters that the graph warns of,
+    /// * failed assertions of shaders.
     pub fn take_messages(&mut self) -> Vec<Diagnostic> {
         self.say_reports();
         self.world.editing.take_messages()
     }
 
-    /// Writes all edits of the save into a checkpoint, and waits for it.
+    /// Writes all edits of the save into a checkpoint, and waits until it is on the disk.
     pub fn checkpoint(&mut self) {
         self.world.editing.checkpoint();
     }

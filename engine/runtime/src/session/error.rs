@@ -10,18 +10,18 @@ use crate::params::SetError;
 /// Why a session does not open.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The project's files are wrong.
+    /// The project's files have mistakes.
     #[error("{}", first(.diagnostics))]
     Project {
-        /// Everything that is wrong, in all files.
+        /// All mistakes, in all files.
         diagnostics: Vec<Diagnostic>,
         /// The texts that they point into.
         texts: Box<SourceMap>,
     },
-    /// The debug target or a pinned resource is not the graph's.
+    /// The graph does not have the debug target or a pinned resource.
     #[error(transparent)]
     DebugTarget(#[from] DebugTargetError),
-    /// There is no device, or it refuses.
+    /// There is no suitable device, or the device refuses the plan.
     #[error(transparent)]
     Device(ExecuteError),
 }
@@ -60,29 +60,29 @@ impl From<ExecuteError> for OpenError {
     }
 }
 
-/// Why there is no frame.
+/// Why a frame did not run.
 #[derive(Debug, thiserror::Error)]
 pub enum FrameError {
-    /// The plan for a new size, debug target or condition cannot be made. It is said once, and the plan before runs on.
+    /// No plan can be made for a new size, debug target or condition. One frame returns this error; later frames run the old plan.
     #[error("{}", first(.diagnostics))]
     Plan {
-        /// What is in the way.
+        /// What is wrong.
         diagnostics: Vec<Diagnostic>,
         /// The texts that they point into.
         texts: Box<SourceMap>,
     },
-    /// The device fails, or was lost too often.
+    /// The device failed, or was lost too often.
     #[error(transparent)]
     Device(ExecuteError),
 }
 
-/// Why something cannot be read back or chosen.
+/// Why something cannot be read back or selected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// A name that the graph does not have.
+    /// The graph does not have this name.
     #[error(transparent)]
     Unknown(#[from] SetError),
-    /// The resource, or the device, has no such thing to give.
+    /// The resource has no such part, or the device failed.
     #[error(transparent)]
     Execute(#[from] ExecuteError),
 }

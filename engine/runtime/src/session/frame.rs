@@ -19,11 +19,10 @@ use crate::clock::FrameTime;
 use crate::world::saturated;
 
 impl Session {
-    /// Runs the next frame, up to its picture. A device that was lost is opened anew first.
+    /// Runs the next frame, up to its picture. If the device was lost, opens it again first.
     ///
     /// # Errors
-    /// [`FrameError::Plan`] once, when no plan can be made for a new size, debug target or condition; the frames after it run the plan
-    /// before.
+    /// [`FrameError::Plan`] once, if no plan can be made for a new size, debug target or condition. Later frames run the old plan.
     pub fn frame(&mut self) -> Result<FrameReport, FrameError> {
         let _span = tracing::trace_span!("frame").entered();
         let before = (self.playback.clock.clone(), self.playback.inputs);
@@ -54,14 +53,14 @@ impl Session {
         self.renderer.executor.picture()
     }
 
-    /// Waits at most so long for the picture of the last frame to be whole. A device that has finished nothing for as long as the
-    /// watchdog allows is opened anew.
+    /// Waits until the picture of the last frame is complete, `at_most` so long. If the device finishes no pass within the time of the
+    /// watchdog, opens it again.
     pub fn wait_picture(&mut self, at_most: Duration) -> Result<Progress, FrameError> {
         let progress = self.renderer.executor.wait_picture(at_most);
         self.recovered(progress)
     }
 
-    /// Waits at most so long until [`Self::frame`] can begin without waiting for the device. Errors as for [`Self::wait_picture`].
+    /// Waits until [`Self::frame`] can begin without waiting for the device, `at_most` so long. Errors as for [`Self::wait_picture`].
     pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, FrameError> {
         let progress = self.renderer.executor.wait_next(at_most);
         self.recovered(progress)
@@ -74,37 +73,38 @@ impl Session {
         }
     }
 
-    /// Waits for all frames.
+    /// Waits until the device has finished all frames.
     pub fn wait(&mut self) -> Result<(), FrameError> {
         self.renderer.executor.wait().map_err(FrameError::Device)
     }
 
-    /// GPU times of the passes in the last frame that the device has finished; order of the plan's passes.
+    /// GPU times of the passes in the last finished frame, in the order of the plan's passes.
     pub fn timings(&mut self) -> &[PassTime] {
         self.renderer.executor.timings()
     }
 
-    /// [`Self::timings`] with the frame that they are of, and the time from the begin of its first pass to the end of its last.
+    /// [`Self::timings`], the frame that they belong to, and the time from the start of its first pass to the end of its last.
     pub fn gpu_times(&mut self) -> GpuTimes<'_> {
         self.renderer.executor.gpu_times()
     }
 
-    /// What became of each pass in the last frame; order of the plan's passes.
+    /// What each pass did in the last frame (ran, was skipped, and why), in the order of the plan's passes.
     pub fn outcomes(&self) -> Vec<PassOutcome> {
         self.renderer.executor.outcomes(&self.renderer.off.passes)
     }
 
-    /// Asks the next frame for a copy of what it shows, as it is at that point of the frame; of a buffer, these bytes.
+    /// Lets the next frame copy the debug target at the point where it is shown. Of a buffer, it copies these bytes.
     pub fn capture_shown(&mut self, bytes: Range<u64>) {
         self.renderer.executor.capture_shown(bytes);
     }
 
-    /// The copy that [`Self::capture_shown`] asked for, once a frame has taken it.
+    /// The copy that [`Self::capture_shown`] requested, after a frame has made it.
     pub fn captured(&mut self) -> Option<ReadTicket<Captured>> {
         self.renderer.executor.captured()
     }
 
-    /// Gives up what the device works on: it is opened anew, and the pass that it worked on is switched off until its shader or its part of the graph changes.
+    /// Abandons the work of the device and opens the device again. The pass that was running is switched off until its shader or its part
+    /// of the graph changes.
     pub fn cancel(&mut self) -> Result<(), FrameError> {
         let lost = self.renderer.executor.cancel();
         self.recover(lost)
@@ -181,7 +181,7 @@ impl Session {
         }
     }
 
-    /// What brings the world, if it is streamed and a plan has bound it.
+    /// The stream of a streamed world, if a plan has bound the world.
     pub fn stream(&self) -> Option<Arc<WorldStream>> {
         self.renderer.context.sources.stream(&self.world.shown)
     }

@@ -1,4 +1,4 @@
-//! A session: a project that is open and runs. The library's front door; the command line and the window drive the same type.
+//! A session: an open project that runs. Programs start here; the command line and the window use the same type.
 
 mod capture;
 mod change_tracker;
@@ -61,7 +61,7 @@ pub struct Session {
     renderer: Renderer,
     /// Nothing runs until mistakes are mended.
     waiting: Option<Waiting>,
-    /// What has happened since [`Session::poll_reload`].
+    /// Events since [`Session::poll_reload`].
     events: Vec<ReloadEvent>,
 }
 
@@ -76,7 +76,7 @@ impl Session {
         &self.renderer.graph
     }
 
-    /// The graph at so many seconds on the clock, as the demo has it.
+    /// The graph that the demo shows at a time of the clock, in seconds.
     pub fn graph_at(&self, seconds: impl Into<Moment>) -> &Arc<Graph> {
         let state = &self.files.state;
         let demo = self.playback.demo.driving().filter(|_| !state.named.graph);
@@ -84,17 +84,17 @@ impl Session {
         part.and_then(|part| part.result.as_ref().ok()).unwrap_or(&self.renderer.graph)
     }
 
-    /// Project path of its file.
+    /// Project path of the graph's file.
     pub fn graph_path(&self) -> &str {
         &self.files.state.graph_path
     }
 
-    /// The world that it runs over.
+    /// The world that the graph runs over.
     pub fn world(&self) -> &Arc<SessionWorld> {
         &self.world.shown
     }
 
-    /// The demo that drives, if there is one.
+    /// The demo of the session, if there is one.
     pub fn demo(&self) -> Option<&Arc<Demo>> {
         self.playback.demo.demo.as_ref()
     }
@@ -104,27 +104,27 @@ impl Session {
         self.renderer.executor.plan()
     }
 
-    /// Whether no plan could be made for the size, debug target or conditions that are wanted, and the plan before runs on.
+    /// Whether no plan could be made for the wanted size, debug target or conditions. Then the old plan runs on.
     pub fn is_refused(&self) -> bool {
         self.renderer.plans.is_refused()
     }
 
-    /// The pass whose pipeline the driver has worked on longest, if it has for a second: of an edit that is not swapped in yet.
+    /// While an edit is built: the pass whose pipeline the driver has compiled longest, if for more than a second.
     pub fn compiling(&self) -> Option<raxel_execute::Compiling> {
         self.renderer.context.builder.compiling()
     }
 
-    /// The device. It is another one after [`ReloadEvent::DeviceRebuilt`].
+    /// The device. [`ReloadEvent::DeviceRebuilt`] replaces it.
     pub fn device(&self) -> &Arc<raxel_gpu::Device> {
         self.renderer.executor.device()
     }
 
-    /// Warnings of what runs.
+    /// Warnings about the files that run.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.files.warnings
     }
 
-    /// The texts of what runs, which its warnings and places point into.
+    /// The texts of the files that run. Places of diagnostics point into them.
     pub fn texts(&self) -> &SourceMap {
         &self.files.texts
     }

@@ -27,10 +27,10 @@ use crate::sources::SourceName;
 use crate::world::SessionWorld;
 
 impl Session {
-    /// Opens a project: finds and loads its files, opens a device, plans, and creates everything. Nothing has run yet.
+    /// Opens a project: finds and loads its files, opens a device, makes a plan, and creates all resources. No frame has run yet.
     ///
     /// # Errors
-    /// When the project's files have mistakes, unless [`Options::wait`] waits for their mend; when the device refuses.
+    /// If the project's files have mistakes and [`Options::wait`] is false. If there is no suitable device, or the device refuses the plan.
     pub fn open(options: Options) -> Result<Self, OpenError> {
         let waits = options.wait.then(|| options.clone());
         match (Self::open_on(options, None), waits) {

@@ -17,58 +17,59 @@ use crate::manifest::Manifest;
 use crate::project::Project;
 use crate::reload::Waker;
 
-/// What is opened, and how. Start from [`Options::default`] and change what matters.
+/// What a session opens, and how. Start from [`Options::default`] and change what you need.
 #[derive(Clone)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own, named where it is set")]
 pub struct Options {
-    /// The project's folder, or any path inside it. The current folder when `None` and no file is named.
+    /// The project's folder, or any path inside it. `None`: the project around the named file, or around the current folder.
     pub project: Option<PathBuf>,
-    /// The graph's file, relative to the current folder or to the project; the demo's, or the project's default, when `None`.
+    /// The graph's file, relative to the current folder or to the project. `None`: the demo's graph, or the project's default.
     pub graph: Option<PathBuf>,
-    /// The world's file; the demo's, or the project's default, when `None`.
+    /// The world's file. `None`: the demo's world, or the project's default.
     pub world: Option<PathBuf>,
-    /// A demo to run.
+    /// The demo to run.
     pub demo: Option<PathBuf>,
     /// Extent of the window in pixels.
     pub size: [u32; 2],
     /// Pixels of the output for each pixel of the window, along each axis.
     pub scale: f64,
-    /// Seconds of a frame; `None` follows the wall clock. `1.0 / 60.0` is a sixtieth exactly ([`raxel_execute::moment::Fraction::of`]).
+    /// Seconds for each frame. `None` follows the wall clock. `1.0 / 60.0` means exactly one sixtieth
+    /// ([`raxel_execute::moment::Fraction::of`]).
     pub step: Option<f64>,
-    /// The debug target: the graph's own when empty.
+    /// The debug target. An empty one stands for the target that the graph presents.
     pub debug_target: DebugTarget,
-    /// Resources that can be read at the end of a frame, besides the one shown.
+    /// Names of resources that stay readable at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
-    /// What else can be read: everything, or for speed only what is shown. No later frame depends on it.
+    /// What else can be read: everything, or, for speed, only the resource shown. Frames compute the same either way.
     pub observe: Observe,
-    /// How much it matters that a shader does not use a binding, a block or a member that its graph gives it. With a warning one may take a term of
-    /// a shader out and put it back while frames run, and no state is lost.
+    /// How raxel reports a binding, a block or a member that the graph gives and the shader does not use. With a warning, you can comment
+    /// out a term of a shader and put it back without a loss of state.
     pub unused: Severity,
-    /// Takes the place of the layout of every buffer that the graph fills with a world; `None` keeps the graph's own.
+    /// Replaces the layout of every buffer that holds a world. `None` keeps the layouts of the graph.
     pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
     pub device: Option<String>,
-    /// Whether the validation layer looks on.
+    /// Whether to load the validation layer.
     pub validation: Validation,
-    /// Passes whose inputs did not change are not run again.
+    /// Whether to skip passes whose inputs did not change.
     pub memo: bool,
-    /// Transient resources may share memory.
+    /// Whether transient resources may share memory.
     pub alias: bool,
-    /// A frame that takes longer means that the device hangs; on a software device six times as long.
+    /// Longest time in which the device may finish no pass before it counts as lost. A software device gets six times as long.
     pub watchdog: Duration,
-    /// What is done with the save of a world that has one.
+    /// What to do with the save of a world.
     pub saves: Saves,
-    /// What the project's manifest says in place of these options, so that its mistakes count; `None`: only which graph and which world run
-    /// where none is named.
+    /// Which options the project's manifest may set; its mistakes are then errors. `None`: the manifest sets only the default graph and
+    /// world.
     pub manifest: Option<ManifestDefaults>,
-    /// Files with mistakes are waited for: the session opens and runs nothing ([`Session::is_waiting`]) until they are mended, and opens them
-    /// then ([`Session::poll_reload`]). Else opening them is an error.
+    /// Whether to open a session even if files have mistakes. The session then runs nothing ([`Session::is_waiting`]) until the mistakes
+    /// are corrected and [`Session::poll_reload`] opens the files. Without this option, such files are an error.
     pub wait: bool,
-    /// Files are watched, and edits swapped in by [`Session::poll_reload`].
+    /// Whether to watch files, so that [`Session::poll_reload`] swaps edits in.
     pub watch: bool,
-    /// Files are looked at now and then, even where the system can tell of changes (network folders).
+    /// Whether to also check files from time to time, for folders without change notifications (network folders).
     pub poll: bool,
-    /// Called, on another thread, when there is something for [`Session::poll_reload`].
+    /// Called on another thread when [`Session::poll_reload`] has something to do.
     pub waker: Option<Waker>,
 }
 
@@ -118,10 +119,10 @@ impl Options {
     }
 }
 
-/// Which options a project's manifest decides, where it says something of them.
+/// Which options a project's manifest may set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ManifestDefaults {
-    /// The demo, where no graph, no world and no demo is named.
+    /// The demo, if no graph, world or demo is named.
     pub demo: bool,
     /// The extent of the window.
     pub size: bool,

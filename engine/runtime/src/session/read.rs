@@ -9,29 +9,32 @@ use super::{ReadError, Session};
 use crate::params::SetError;
 
 impl Session {
-    /// The picture of the last frame: what is shown, through its display map. Waits for the device.
+    /// Reads the picture of the last frame: the debug target through its display map. Waits for the device.
     pub fn read_presented(&mut self) -> Result<Picture, ReadError> {
         Ok(self.renderer.executor.read_presented()?)
     }
 
-    /// Texels of mip 0, layer 0 of a target, as the last frame left them. What is not shown must be pinned. Waits for the device.
+    /// Reads the texels of mip 0, layer 0 of a target at the end of the last frame. Under [`Observe::Shown`](super::Options::observe), pin
+    /// the target first ([`Self::pin`]). Waits for the device.
     pub fn read_target(&mut self, name: &str) -> Result<Texels, ReadError> {
         self.read_texels(name, 0, 0, 0)
     }
 
-    /// Texels of a target: of so many frames ago, of a mip, of a layer or slice. Waits for the device.
+    /// Reads the texels of one mip and one layer (or slice of a 3-D target), as they were `age` frames before the last. Waits for the
+    /// device.
     pub fn read_texels(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Result<Texels, ReadError> {
         let resource = self.resource(name)?;
         Ok(self.renderer.executor.read_target(resource, age, mip, layer)?)
     }
 
-    /// Bytes of a buffer, as the last frame left them. Waits for the device.
+    /// Reads a range of bytes of a buffer at the end of the last frame. Waits for the device.
     pub fn read_buffer(&mut self, name: &str, bytes: Range<u64>) -> Result<Vec<u8>, ReadError> {
         let resource = self.resource(name)?;
         Ok(self.renderer.executor.read_buffer(resource, 0, bytes)?)
     }
 
-    /// Asks for the picture of the last frame without waiting for it; the ticket says when it is there. At most eight tickets can be out.
+    /// Requests the picture of the last frame without waiting. Poll the ticket, or pass it to [`Self::redeem`]. At most eight tickets can
+    /// be open.
     pub fn request_picture(&mut self) -> Result<ReadTicket<Picture>, ReadError> {
         Ok(self.renderer.executor.request_picture()?)
     }
@@ -54,7 +57,7 @@ impl Session {
         Ok(self.renderer.executor.request_buffer(resource, 0, bytes)?)
     }
 
-    /// Waits for something that was asked for.
+    /// Waits for a requested result.
     pub fn redeem<T>(&self, ticket: &ReadTicket<T>) -> Result<T, ReadError> {
         Ok(self.renderer.executor.redeem(ticket)?)
     }

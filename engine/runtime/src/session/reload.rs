@@ -15,15 +15,15 @@ use crate::reload::{Failed, ReloadEvent, Reloaded};
 use crate::world::SessionWorld;
 
 impl Session {
-    /// Swaps in the newest edit that is ready, and tells what happened since the last call. To be called between frames. A session that
-    /// waits for the mend of its files opens them here.
+    /// Swaps in the newest edit that is ready, and returns the events since the last call. Call it between frames. If the session waits for
+    /// files with mistakes to be corrected, this opens them.
     pub fn poll_reload(&mut self) -> Vec<ReloadEvent> {
         self.try_again(Duration::ZERO);
         let outcomes = self.files.poll();
         self.take_outcomes(outcomes)
     }
 
-    /// Waits until an edit is ready or wrong, or the time is up, and then does as [`Session::poll_reload`].
+    /// Waits until an edit is ready, an edit has mistakes, or the time is up. Then does the same as [`Session::poll_reload`].
     pub fn wait_reload(&mut self, timeout: Duration) -> Vec<ReloadEvent> {
         self.try_again(timeout);
         let outcomes = if self.events.is_empty() { self.files.wait(timeout) } else { self.files.poll() };

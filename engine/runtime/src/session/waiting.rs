@@ -35,8 +35,8 @@ pub(super) struct Waiting {
 }
 
 impl Session {
-    /// Whether nothing runs, since the files that were opened have mistakes ([`Options::wait`]). [`Session::poll_reload`] tells which, and
-    /// when they are mended: until then the graph and the world are empty.
+    /// Whether nothing runs because files have mistakes ([`Options::wait`]). Graph and world are empty until then. [`Session::poll_reload`]
+    /// returns the mistakes, and later an event when they are corrected.
     pub fn is_waiting(&self) -> bool {
         self.waiting.is_some()
     }

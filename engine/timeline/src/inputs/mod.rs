@@ -174,7 +174,9 @@ impl ShownInputs {
 /// Inputs of the person and of the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InputState {
+    /// What the person holds and turns now.
     pub live: Inputs,
+    /// What the last frame was told.
     pub shown: ShownInputs,
 }
 

@@ -11,7 +11,7 @@ use raxel_terminal::failure::{Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
-/// Writes the voxels of a world, with the edits in its save, as a `MagicaVoxel` scene.
+/// Writes the voxels of a world, with the edits in its save, as a MagicaVoxel scene.
 ///
 /// Instances are left out.
 #[derive(Debug, clap::Args)]

@@ -12,7 +12,7 @@ use raxel_terminal::failure::{Failure, Result};
 use raxel_world::World;
 use serde_json::json;
 
-/// Copies a `MagicaVoxel` scene into the project and writes a world around it.
+/// Copies a MagicaVoxel scene into the project and writes a world around it.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Example: raxel world import castle.vox   (makes worlds/castle.toml and worlds/models/castle.vox)"

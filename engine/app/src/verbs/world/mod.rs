@@ -10,7 +10,7 @@ use raxel_terminal::args::Messages;
 use raxel_terminal::console::{Console, Format};
 use raxel_terminal::failure::Result;
 
-/// Inspects worlds and their saves, imports and exports `MagicaVoxel` .vox files, bakes worlds into stores.
+/// Inspects worlds and their saves, imports and exports MagicaVoxel .vox files, bakes worlds into stores.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]
