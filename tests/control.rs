@@ -26,7 +26,9 @@ impl Talk {
         let requests = child.0.stdin.take().unwrap();
         let answers = Said::by(child.0.stdout.take().unwrap(), common::line);
         let talk = Self { child, requests, answers };
-        assert_eq!(talk.line(), json!({ "event": "ready", "protocol": 1 }));
+        // A busy machine may take long for a pipeline, and says so.
+        let said = std::iter::repeat_with(|| talk.line()).find(|line| line["event"] != "compiling");
+        assert_eq!(said.unwrap(), json!({ "event": "ready", "protocol": 1 }));
         talk
     }
 

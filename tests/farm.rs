@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -45,6 +46,27 @@ fn parts_are_the_whole() {
     }
     assert!(frames(&inside("slurm")) == whole && frames(&inside("pods")) == whole);
     assert!(task(&inside("none"), &[]).exits(2).stderr.contains("JOB_COMPLETION_INDEX"));
+
+    // A task that is killed goes on in its second run, of the same job. Another job makes every frame.
+    let requeued = |job: &str| {
+        let of = ["SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_COUNT"]
+            .map(|name| (name, "1".to_owned()));
+        task(&inside("requeued"), &[&of[..], &[("SLURM_ARRAY_JOB_ID", job.to_owned())]].concat()).exits(0).stderr
+    };
+    let there = "frames are there already";
+    assert!(!requeued("7").contains(there));
+    std::fs::remove_file(inside("requeued/00005.png")).unwrap();
+    let kept = std::fs::metadata(inside("requeued/00004.png")).unwrap().ino();
+    assert!(requeued("7").contains("5 of 7 frames are there already"));
+    assert_eq!(std::fs::metadata(inside("requeued/00004.png")).unwrap().ino(), kept);
+    assert!(frames(&inside("requeued")) == whole);
+    assert!(!requeued("8").contains(there));
+    assert_ne!(std::fs::metadata(inside("requeued/00004.png")).unwrap().ino(), kept);
+    let [list, pattern] =
+        ["requeued/.finished-8-1", "requeued/%05d.png"].map(|name| inside(name).to_str().unwrap().to_owned());
+    let other = [&DEMO[..], &["-o", &pattern, "--resume", &list]].concat();
+    let said = raxel(&other).exits(2).stderr;
+    assert!(said.contains("is not a list of this command's frames"), "{said}");
 
     // The film of the frames is the film.
     let film = |name: &str| inside(name).to_str().unwrap().to_owned();

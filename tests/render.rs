@@ -297,6 +297,17 @@ fn what_was_rendered_is_told_as_json() {
     assert_eq!(told[0]["size"], serde_json::json!([96, 54]));
     assert_eq!(told[0]["passes"][0]["pass"], "inspect");
     assert!(told[0]["passes"][0]["milliseconds"].as_f64().unwrap() > 0.0);
+
+    // For a picture the frame before it is enough, for times all are run; and the picture is the same.
+    let eighth = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let frames = ["-o", path.to_str().unwrap(), "--format", "json", "--frames", "8"];
+        let told = menger(&[&frames[..], more].concat()).exits(0).json();
+        (told[0]["run"].clone(), std::fs::read(path).unwrap())
+    };
+    let (alone, timed) = (eighth("alone.png", &[]), eighth("timed.png", &["--time"]));
+    assert_eq!((alone.0, timed.0), (serde_json::json!([6, 8]), serde_json::json!([0, 8])));
+    assert!(alone.1 == timed.1);
 }
 
 #[test]

@@ -18,11 +18,15 @@ use common::{Run, eventually, output, raxel, repository};
 /// The task that is held half-way in its first run.
 const HELD: u32 = 1;
 
-/// Runs raxel. In the first run of one task it is stopped after a moment, and never ends by itself.
+/// Runs raxel. In the first run of one task it is stopped after a moment, or when a file is there, and never ends by itself.
 const HOLD: &str = r#"#!/bin/sh
 if [ "$SLURM_ARRAY_TASK_ID" = HELD ] && [ -n "${HOLD:-}" ] && [ -z "${SLURM_RESTART_COUNT:-}" ]; then
     RAXEL "$@" &
-    sleep 0.15
+    if [ -n "${HOLD_FROM:-}" ]; then
+        until [ -e "$HOLD_FROM" ]; do sleep 0.01; done
+    else
+        sleep 0.15
+    fi
     kill -STOP $! 2>/dev/null
     echo "$SLURMD_NODENAME $SLURM_JOB_ID $$ $!" >"$HOLD.new" && mv "$HOLD.new" "$HOLD"
     sleep 3600
@@ -107,6 +111,26 @@ impl Cluster {
     }
 }
 
+impl Cluster {
+    /// Kills the held task, which has failed then, and requeues it. Gives the files that were there before its second run, which it does not write
+    /// again.
+    fn kill_and_requeue(&self, job: &str, hold: &Path, out: &Path) -> Vec<String> {
+        let held = self.held(job, hold);
+        let before = files(out);
+        let mut kill = Command::new("kill");
+        Run::from(output(kill.arg("-KILL").args(&held[2..3]))).exits(0);
+        let _ = output(Command::new("kill").arg("-KILL").args(&held[3..]));
+        eventually("a task that failed", || self.tasks(job)[&HELD] == "FAILED");
+        Run::from(output(&mut self.slurm("scontrol", &["requeue", &held[1]]))).exits(0);
+        self.done(job);
+        let after = files(out);
+        for (name, was) in &before {
+            assert!(after[name] == *was, "{name} is written again");
+        }
+        before.into_keys().collect()
+    }
+}
+
 impl Drop for Cluster {
     fn drop(&mut self) {
         let stopped = Self::script(&["stop", self.root().to_str().unwrap()]);
@@ -155,18 +179,7 @@ fn a_bake_on_slurm_is_the_bake_of_one_machine_whatever_ends_a_task() {
     // A task that is killed has failed; requeued, it goes on.
     let hold = cluster.path("hold-killed");
     let job = cluster.submit("bake.sbatch", &[&BAKE[..], &[("OUT", &text(&killed)), ("HOLD", &text(&hold))]].concat());
-    let held = cluster.held(&job, &hold);
-    let before = files(&killed);
-    let mut kill = Command::new("kill");
-    Run::from(output(kill.arg("-KILL").args(&held[2..3]))).exits(0);
-    let _ = output(Command::new("kill").arg("-KILL").args(&held[3..]));
-    eventually("a task that failed", || cluster.tasks(&job)[&HELD] == "FAILED");
-    Run::from(output(&mut cluster.slurm("scontrol", &["requeue", &held[1]]))).exits(0);
-    cluster.done(&job);
-    let after = files(&killed);
-    for (name, was) in &before {
-        assert!(after[name] == *was, "{name} is written again");
-    }
+    cluster.kill_and_requeue(&job, &hold, &killed);
     assert!(bytes(&killed) == whole);
 
     // A node that goes away: Slurm itself runs its task on another one.
@@ -192,11 +205,22 @@ fn a_bake_on_slurm_is_the_bake_of_one_machine_whatever_ends_a_task() {
 #[ignore = "needs Slurm and munge"]
 fn a_film_on_slurm_is_the_film_of_one_machine_whatever_ends_a_task() {
     let cluster = Cluster::start();
-    let [whole, parts, both] = ["whole", "parts", "both"].map(|name| cluster.path(name));
+    let [whole, killed, parts, both] = ["whole", "killed", "parts", "both"].map(|name| cluster.path(name));
     let text = |path: &Path| path.to_str().unwrap().to_owned();
-    let one = ["render", "worlds/valley.demo.toml", "--size", "48x26", "--frames", "10", "-o"];
+    let one = ["render", "worlds/valley.demo.toml", "--size", "48x26", "--frames", "40", "-o"];
     raxel(&[&one[..], &[&text(&whole.join("%05d.png"))]].concat()).exits(0);
-    let film = [("SIZE", "48x26"), ("FRAMES", "10")];
+    let film = [("SIZE", "48x26"), ("FRAMES", "40")];
+
+    // A task that is killed has failed; requeued, it goes on: the part 1 of 0 to 3 has the frames 10 to 19.
+    let (hold, from) = (cluster.path("hold-killed"), text(&killed.join("00011.png")));
+    let job = cluster.submit(
+        "film.sbatch",
+        &[&film[..], &[("OUT", &text(&killed)), ("HOLD", &text(&hold)), ("HOLD_FROM", &from)]].concat(),
+    );
+    let kept = cluster.kill_and_requeue(&job, &hold, &killed);
+    let of_the_task = kept.iter().filter(|name| ("00010.png".."00020.png").contains(&name.as_str())).count();
+    assert!((2..10).contains(&of_the_task), "{kept:?}");
+    assert!(bytes(&killed) == bytes(&whole));
 
     // The node of a task goes away.
     let hold = cluster.path("hold");

@@ -70,7 +70,7 @@ class Session:
             message = f"`{command[0]}` cannot be started ({error.strerror}): put raxel on the path, or set RAXEL, e.g. to target/release/raxel"
             raise type(error)(error.errno, message) from None
         self._id = 0
-        #: Edits that were swapped in or found to be wrong, what passes have printed, and what was said, in order, as raxel told them.
+        #: Edits that were swapped in or found to be wrong, what passes have printed, what takes long, and what was said, in order, as raxel told them.
         self.events = []
         try:
             self._until("ready")
@@ -258,8 +258,8 @@ class Session:
         return json.loads(line)
 
     def _until(self, event):
-        while self._line().get("event") != event:
-            pass
+        while (line := self._line()).get("event") != event:
+            self.events.append(line)
 
     def _ended(self):
         code = self._process.wait()

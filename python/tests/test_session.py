@@ -180,7 +180,8 @@ class Editing(unittest.TestCase):
                     file.write(text + "\n// mended\n")
                 self.assertTrue(session.wait_reload(60)["reloaded"])
                 self.assertEqual(session.diagnostics()["diagnostics"], [])
-                self.assertEqual([event["event"] for event in session.events], ["reload-failed", "reloaded"])
+                told = [event["event"] for event in session.events if event["event"] not in ("compiling", "working")]
+                self.assertEqual(told, ["reload-failed", "reloaded"])
 
     def test_a_project_that_does_not_open_is_said(self):
         with self.assertRaisesRegex(raxel.Disconnected, "exit code 3"):

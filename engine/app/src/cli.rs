@@ -101,6 +101,15 @@ impl Verb {
         }
     }
 
+    /// Whether a program drives it by lines of JSON.
+    fn is_driven(&self) -> bool {
+        match self {
+            Verb::Control(_) => true,
+            Verb::Run(args) => args.is_driven(),
+            _ => false,
+        }
+    }
+
     /// Whether what it compiles is kept for the next run.
     fn keeps_results(&self) -> bool {
         match self {
@@ -115,7 +124,7 @@ impl Verb {
 impl Cli {
     /// Where messages go, and in what form.
     pub fn console(&self) -> Console {
-        Console::new(self.verb.format(), self.color, self.verbose)
+        Console::new(self.verb.format(), self.color, self.verbose).driven(self.verb.is_driven())
     }
 
     /// Runs its verb.

@@ -1,6 +1,6 @@
 //! A real server of S3 that is killed and started again while worlds are baked into it and read from it.
 //!
-//! The server is s3s-fs, whose compiler is newer than ours: `cargo install s3s-fs --features binary`, on the path or named by `S3S_FS`. Then
+//! The server is s3s-fs: `cargo install s3s-fs --version 0.14.1 --features binary`, for Rust 1.92 or newer, on the path or named by `S3S_FS`. Then
 //! `cargo test --profile checked -p raxel-bake --features cloud --test s3_server -- --ignored`
 
 #![cfg(all(feature = "cloud", target_os = "linux"))]

@@ -60,8 +60,9 @@ impl Executor {
             let seconds = elapsed.as_secs();
             if seconds >= told_after {
                 told_after = seconds.saturating_mul(2);
-                let on = self.suspect().map_or_else(String::new, |suspect| format!(" on pass `{}`", suspect.pass));
-                tracing::info!(target: SLOW, seconds, "the device has worked{on} for {seconds} s");
+                let pass = self.suspect().map(|suspect| suspect.pass);
+                let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on pass `{pass}`"));
+                tracing::info!(target: SLOW, event = "working", pass, seconds, "the device has worked{on} for {seconds} s");
             }
         }
     }

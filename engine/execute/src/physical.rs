@@ -215,7 +215,7 @@ pub(super) fn make(
         let copies = match &planned.desc {
             ResourceDesc::Image(desc) => {
                 let info = image_info(device, desc);
-                if !device.image_support(&info) {
+                if !device.image_support(&info)? {
                     let usage = if desc.usage.storage { "a storage image" } else { "a sampled image" };
                     let format = desc.format.name();
                     return Err(ExecuteError::Format { target: name.clone(), format, usage: usage.to_owned() });

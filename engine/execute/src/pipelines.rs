@@ -189,8 +189,8 @@ impl Pipelines {
 
 /// Tells of a pipeline that takes long.
 fn tell(compiling: &Compiling) {
-    let (pass, seconds, left) = (&compiling.pass, compiling.elapsed.as_secs(), compiling.left);
-    tracing::info!(target: SLOW, seconds, "the driver has compiled pass `{pass}` for {seconds} s; pipelines left: {left}");
+    let (pass, seconds, left) = (compiling.pass.as_str(), compiling.elapsed.as_secs(), compiling.left);
+    tracing::info!(target: SLOW, event = "compiling", pass, seconds, left, "the driver has compiled pass `{pass}` for {seconds} s; pipelines left: {left}");
 }
 
 /// A pass of a plan with the key of its pipeline.

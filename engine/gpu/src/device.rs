@@ -213,22 +213,30 @@ impl Device {
     }
 
     /// Whether an image of this kind can be made with these usages.
-    pub fn image_support(&self, info: &crate::image::ImageInfo) -> bool {
-        self.image_properties(info).is_some_and(|limits| {
+    ///
+    /// # Errors
+    /// The driver does not say: it has no memory for the answer, for example.
+    pub fn image_support(&self, info: &crate::image::ImageInfo) -> Result<bool> {
+        Ok(self.image_properties(info)?.is_some_and(|limits| {
             limits.max_mip_levels >= info.mips
                 && limits.max_array_layers >= info.layers
                 && limits.max_extent.width >= info.extent[0]
                 && limits.max_extent.height >= info.extent[1]
                 && limits.max_extent.depth >= info.extent[2]
-        })
+        }))
     }
 
     /// Bytes that an image of this format, dimension and usage may have (`maxResourceSize`); 0 if there can be none.
     pub fn largest_image(&self, info: &crate::image::ImageInfo) -> u64 {
-        self.image_properties(info).map_or(0, |limits| limits.max_resource_size)
+        match self.image_properties(info) {
+            Ok(limits) => limits.map_or(0, |limits| limits.max_resource_size),
+            // A driver that does not say allows at least this; it is asked again when the image is made.
+            Err(_) => LEAST_RESOURCE_SIZE,
+        }
     }
 
-    fn image_properties(&self, info: &crate::image::ImageInfo) -> Option<vk::ImageFormatProperties> {
+    /// `None` if there can be no such image.
+    fn image_properties(&self, info: &crate::image::ImageInfo) -> Result<Option<vk::ImageFormatProperties>> {
         let (ty, flags) = info.kind();
         // SAFETY: a query on the physical device.
         let properties = unsafe {
@@ -241,7 +249,10 @@ impl Device {
                 flags,
             )
         };
-        properties.ok()
+        match properties {
+            Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => Ok(None),
+            properties => properties.named("vkGetPhysicalDeviceImageFormatProperties").map(Some),
+        }
     }
 
     /// What optimal-tiling images of a format can be used for.
@@ -251,6 +262,9 @@ impl Device {
             .optimal_tiling_features
     }
 }
+
+/// `maxResourceSize` of every format that a device supports is at least this ("Required Limits").
+const LEAST_RESOURCE_SIZE: u64 = 1 << 31;
 
 /// How long a device that is closed may still work before it counts as hung.
 const CLOSING: Duration = Duration::from_secs(60);

@@ -69,7 +69,7 @@ impl fmt::Debug for Image {
 impl Image {
     /// Makes an image.
     pub fn new(device: &Arc<Device>, name: &str, info: &ImageInfo, backing: Backing<'_>) -> Result<Image> {
-        if !device.image_support(info) {
+        if !device.image_support(info)? {
             return Err(Error::FormatUnsupported {
                 name: name.to_owned(),
                 format: info.format,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::film::Film;
 use super::folders::Folders;
+use super::frame_list::FrameList;
 use super::pending::Pending;
 use super::{Output, Pattern};
 use crate::error::{OutputError, Result};
@@ -19,6 +20,8 @@ pub enum Place {
         pattern: Pattern,
         /// Folders that were made for the files.
         folders: Folders,
+        /// Where finished frames are listed.
+        list: Option<FrameList>,
     },
     /// ffmpeg, which takes raw frames.
     Film(Film),
@@ -43,14 +46,26 @@ impl Place {
     }
 
     pub(crate) fn frames(pattern: &Pattern, first: u64) -> Result<Self> {
-        Ok(Self::Frames { pattern: pattern.clone(), folders: pattern.prepare(first)? })
+        Ok(Self::Frames { pattern: pattern.clone(), folders: pattern.prepare(first)?, list: None })
+    }
+
+    /// Lists each frame when its file is in place.
+    #[must_use]
+    pub fn listing(mut self, in_list: FrameList) -> Self {
+        if let Self::Frames { list, .. } = &mut self {
+            *list = Some(in_list);
+        }
+        self
     }
 
     /// Writes a frame.
     pub fn write(&mut self, frame: u64, bytes: &[u8]) -> Result {
         match self {
             Self::Single(pending) => pending.take().map_or(Ok(()), |pending| pending.finish(bytes)),
-            Self::Frames { pattern, .. } => Pending::new(&pattern.file(frame))?.finish(bytes),
+            Self::Frames { pattern, list, .. } => {
+                Pending::new(&pattern.file(frame))?.finish(bytes)?;
+                list.as_mut().map_or(Ok(()), |list| list.add(frame, bytes))
+            }
             Self::Film(film) => film.frame(bytes),
             Self::Stream => {
                 let mut out = std::io::stdout().lock();

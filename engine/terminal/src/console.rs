@@ -45,12 +45,24 @@ pub struct Console {
     format: Format,
     color: Color,
     verbose: bool,
+    driven: bool,
 }
 
 impl Console {
     /// As the command line asks.
     pub fn new(format: Format, color: Color, verbose: bool) -> Self {
-        Self { format, color, verbose }
+        Self { format, color, verbose, driven: false }
+    }
+
+    /// For a program that drives the verb by lines of JSON.
+    #[must_use]
+    pub fn driven(self, driven: bool) -> Self {
+        Self { driven, ..self }
+    }
+
+    /// Whether a program drives the verb, and reads events from stdout.
+    pub fn is_driven(&self) -> bool {
+        self.driven
     }
 
     /// The form asked for.

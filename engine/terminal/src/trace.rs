@@ -19,7 +19,7 @@ use tracing_subscriber::Registry;
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::registry::LookupSpan;
 
-use crate::console::Console;
+use crate::console::{self, Console};
 use crate::failure::Result;
 
 /// Most slices of a trace, about 300 MiB of file. What comes later is left out, and that is said.
@@ -241,6 +241,9 @@ impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for TraceLayer {
                 lock(trace).gpu(&fields);
             }
         } else if event.metadata().target() == SLOW {
+            if self.console.is_driven() {
+                console::json(&fields.json());
+            }
             let seconds = fields.numbers.get("seconds").copied().unwrap_or_default();
             if self.console.watched() || self.console.verbose() || seconds >= UNWATCHED {
                 self.console.message(&fields.message);
@@ -271,6 +274,13 @@ struct Fields {
 }
 
 impl Fields {
+    /// As an object, without the message.
+    fn json(&self) -> Value {
+        let texts = self.texts.iter().map(|(name, text)| ((*name).to_owned(), json!(text)));
+        let numbers = self.numbers.iter().map(|(name, number)| ((*name).to_owned(), json!(number)));
+        texts.chain(numbers).collect::<serde_json::Map<_, _>>().into()
+    }
+
     /// In one line.
     fn line(&self) -> String {
         let mut line = self.message.clone();

@@ -3,11 +3,14 @@
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::Range;
+use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
-use raxel_output::{Coding, Compression, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown};
+use raxel_output::{
+    Coding, Compression, FrameList, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown,
+};
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
 use raxel_terminal::args::{Messages, OnDevice, Size, size};
@@ -82,7 +85,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
 
-    /// Print each pass's GPU time (median over the frames) on stdout.
+    /// List finished frames in this file. Run again, the same command leaves out the frames that it lists and whose files are as they were
+    /// written: after it was killed, it goes on where it was.
+    #[arg(long, value_name = "LIST")]
+    resume: Option<PathBuf>,
+
+    /// Print each pass's GPU time on stdout: the median over the frames in which it ran. With `--frames N`, all N frames are run for it.
     #[arg(long)]
     time: bool,
 
@@ -150,12 +158,25 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "`--at {at}s` is after the end of the demo `{name}`, which has {duration} s"
         )));
     }
-    let wanted = args.wanted(&output, demo.as_deref(), fps);
+    let mut wanted = args.wanted(&output, demo.as_deref(), fps);
     let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).or(manifest.size);
     let size = size.unwrap_or([1280, 720]);
 
     // Whether the result can be written is found out before anything else.
-    let place = Place::prepare(&output, size, fps, wanted.start)?;
+    let mut place = Place::prepare(&output, size, fps, wanted.start)?;
+    if let (Some(list), Output::Frames(_, pattern)) = (&args.resume, &output) {
+        let list = FrameList::open(list, &command())?;
+        let finished = list.finished(wanted.clone(), pattern);
+        if finished > 0 {
+            let all = wanted.end - wanted.start;
+            console.message(&format!("{finished} of {all} frames are there already: {}", output.describe()));
+            wanted.start += finished;
+        }
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        place = place.listing(list);
+    }
 
     let mut options = what.options(device)?;
     options.size = size;
@@ -165,7 +186,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let step = Fraction::of(1.0 / fps);
     let make = |session: &mut Session, output: &Output, place: Place| {
         let shoot = Shoot {
-            run: start(session, &wanted, step)..wanted.end,
+            run: args.start(session, &wanted, step)..wanted.end,
             captions: demo.clone().map(|demo| (demo, step)),
             layers: args.layers(session, output.kind()),
             wanted: wanted.clone(),
@@ -196,24 +217,26 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     }
 }
 
-/// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
-/// every frame, so one more is run. A graph that looks back is run from the last cut of its demo.
-fn start(session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
-    let at = |frame: u64| Moment::of_frame(frame, step);
-    let graph = session.graph_at(at(wanted.start));
-    let first = if OfflineProject::uses_history(graph, session.size()) {
-        let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
-        (1..=wanted.start).rev().find(cut).unwrap_or(0)
-    } else {
-        wanted.start.saturating_sub(1)
-    };
-    if first > 0 {
-        session.start_at(first);
-    }
-    first
-}
-
 impl Args {
+    /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
+    /// every frame, so one more is run. A graph that looks back is run from the last cut of its demo. Frames whose times are asked for are all run.
+    fn start(&self, session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
+        let at = |frame: u64| Moment::of_frame(frame, step);
+        let graph = session.graph_at(at(wanted.start));
+        let first = if self.time && self.frames.is_some() && self.shard.is_none() {
+            0
+        } else if OfflineProject::uses_history(graph, session.size()) {
+            let cut = |frame: &u64| session.demo().is_some_and(|demo| demo.cuts_between(at(frame - 1), at(*frame)));
+            (1..=wanted.start).rev().find(cut).unwrap_or(0)
+        } else {
+            wanted.start.saturating_sub(1)
+        };
+        if first > 0 {
+            session.start_at(first);
+        }
+        first
+    }
+
     /// What is rendered to `output` where nothing else is said.
     pub(super) fn new(what: What, output: String, messages: Messages, on: OnDevice) -> Self {
         Self {
@@ -230,6 +253,7 @@ impl Args {
             at: None,
             fps: None,
             shard: None,
+            resume: None,
             time: false,
             messages,
             on,
@@ -261,6 +285,9 @@ impl Args {
     fn check(&self, output: &Output, console: &Console) -> Result {
         if self.shard.is_some() && !matches!(output, Output::Frames(..)) {
             return Err(Failure::usage("`--shard` divides numbered frames").help("-o frames/%04d.png"));
+        }
+        if self.resume.is_some() && !matches!(output, Output::Frames(..)) {
+            return Err(Failure::usage("`--resume` lists numbered frames").help("-o frames/%04d.png"));
         }
         if matches!(output, Output::Stream(_)) && (self.time || console.format() == Format::Json) {
             let what = if self.time { "--time" } else { "--format json" };
@@ -320,16 +347,25 @@ impl Args {
     }
 }
 
+/// What the frames of a list are made by: this program and its arguments.
+fn command() -> String {
+    let arguments = std::env::args().skip(1);
+    arguments.fold(format!("raxel {}", env!("CARGO_PKG_VERSION")), |text, argument| text + " " + &argument)
+}
+
 /// GPU times of the passes over the frames.
 #[derive(Default)]
 struct Times {
     passes: Vec<(String, Vec<f64>)>,
+    /// Frames that were run.
+    frames: usize,
 }
 
 impl Times {
     /// Takes the times of the frame just made; it is waited for.
     fn add(&mut self, session: &mut Session, console: &Console) -> Result {
         session.wait().map_err(|error| frame_failure(error, console))?;
+        self.frames += 1;
         // Rounds of a loop are passes of the plan.
         let Some(plan) = session.plan().cloned() else { return Ok(()) };
         for time in session.timings() {
@@ -391,11 +427,12 @@ fn report(output: &Output, session: &Session, shoot: &Shoot, stages: &Stages, ti
     }
     let mut text = String::new();
     for (pass, milliseconds, frames) in &medians {
-        let _ = writeln!(
-            text,
-            "{milliseconds:10.3} ms  {pass}{}",
-            if *frames > 1 { format!("  (median of {frames})") } else { String::new() }
-        );
+        let of = match times.frames {
+            1 => String::new(),
+            all if all == *frames => format!("  (median of {all} frames)"),
+            all => format!("  (median of the {frames} of {all} frames that ran it)"),
+        };
+        let _ = writeln!(text, "{milliseconds:10.3} ms  {pass}{of}");
     }
     if !text.is_empty() {
         console::data(&text);

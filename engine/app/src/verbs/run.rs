@@ -20,6 +20,13 @@ pub(crate) struct Args {
     pub on: OnDevice,
 }
 
+impl Args {
+    /// Whether a program drives the window.
+    pub fn is_driven(&self) -> bool {
+        self.window.control
+    }
+}
+
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     window::run(&args.window, device, console)
 }

@@ -32,11 +32,11 @@ const PATH: &str = "graphs/main.toml";
 
 /// The graph with every construct, which inputs may extend, and its shaders.
 const FILES: [(&str, &str); 5] = [
-    ("graphs/base.toml", include_str!("../../../graphfile/tests/front/base.toml")),
-    ("shaders/primary.comp", include_str!("../../../graphfile/tests/front/primary.comp")),
-    ("shaders/pyramid.comp", include_str!("../../../graphfile/tests/front/pyramid.comp")),
-    ("shaders/probes.comp", include_str!("../../../graphfile/tests/front/probes.comp")),
-    ("shaders/include/world.glsl", include_str!("../../../graphfile/tests/front/world.glsl")),
+    ("graphs/base.toml", include_str!("../../front/base.toml")),
+    ("shaders/primary.comp", include_str!("../../front/primary.comp")),
+    ("shaders/pyramid.comp", include_str!("../../front/pyramid.comp")),
+    ("shaders/probes.comp", include_str!("../../front/probes.comp")),
+    ("shaders/include/world.glsl", include_str!("../../front/world.glsl")),
 ];
 
 fn run(input: &[u8]) {

@@ -24,8 +24,8 @@ pub(super) const PATH: &str = "worlds/main.toml";
 
 /// A model that inputs may place.
 pub(super) const MODELS: [(&str, &[u8]); 2] = [
-    ("worlds/models/pine.vox", include_bytes!("../../../../worlds/models/pine.vox")),
-    ("worlds/models/mushroom.vox", include_bytes!("../../../../worlds/models/mushroom.vox")),
+    ("worlds/models/pine.vox", include_bytes!("../../models/pine.vox")),
+    ("worlds/models/mushroom.vox", include_bytes!("../../models/mushroom.vox")),
 ];
 
 /// A project with the models.

@@ -17,6 +17,6 @@ mod truth;
 pub use invariants::{Invariants, invariants};
 pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
 pub use plan::{Plan, Row, Site, Sites};
-pub use run::{Progress, Report, RowReport, run};
+pub use run::{Progress, Refused, Report, RowReport, run};
 pub use single::{Said, Single, single};
 pub use truth::Truth;

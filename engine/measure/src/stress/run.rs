@@ -31,8 +31,8 @@ pub struct RowReport {
     pub row: Row,
     /// By site and set; rays are 0 where the site does not fit.
     pub errors: Vec<Vec<Errors>>,
-    /// Sites that it could not trace, and why.
-    pub refused: Vec<(usize, String)>,
+    /// Sites that it could not trace.
+    pub refused: Vec<Refused>,
     /// Why it traces nothing at all.
     pub unusable: Option<String>,
     /// Seconds that the device (or for the port, the CPU) took to trace.
@@ -43,6 +43,17 @@ pub struct RowReport {
     pub wrong: Vec<Sample>,
     /// Of the port: how it differs from the device.
     pub differs: Option<Differences>,
+}
+
+/// Why a row did not trace a site.
+#[derive(Clone, Debug)]
+pub struct Refused {
+    /// The site's number.
+    pub site: usize,
+    /// The reason.
+    pub why: String,
+    /// The device had no memory left: its limits would have allowed it.
+    pub out_of_memory: bool,
 }
 
 impl RowReport {
@@ -77,6 +88,10 @@ impl RowReport {
     /// Millions of rays a second.
     pub fn mrays(&self) -> Option<f64> {
         (self.seconds > 0.0).then(|| self.timed as f64 / self.seconds / 1e6)
+    }
+
+    fn refuse(&mut self, site: usize, why: String) {
+        self.refused.push(Refused { site, why, out_of_memory: false });
     }
 
     fn add(&mut self, site: usize, tally: Tally) {
@@ -163,10 +178,9 @@ impl Prepared {
 /// Why a row does not trace a site; an error that is none of the site's stays one.
 pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
     match error {
-        RayError::Layout(_)
-        | RayError::NotStreamed(_)
-        | RayError::Stream(StreamError::NoRoom { .. })
-        | RayError::Gpu(raxel_gpu::Error::OutOfMemory { .. }) => Ok(error.to_string()),
+        RayError::Layout(_) | RayError::NotStreamed(_) | RayError::Stream(StreamError::NoRoom { .. }) => {
+            Ok(error.to_string())
+        }
         error => Err(error),
     }
 }
@@ -285,7 +299,7 @@ impl Runner<'_> {
             Ready::Device(tracer) if self.plan.rows[row].traces_instances() => match &prepared.posed {
                 None => {
                     let why = "instances stand at most 10⁹ voxels from the origin".to_owned();
-                    self.report.rows[row].refused.push((site, why));
+                    self.report.rows[row].refuse(site, why);
                     return Ok(Loaded::Refused);
                 }
                 Some(posed) => tracer.upload(world).and_then(|world| {
@@ -294,7 +308,7 @@ impl Runner<'_> {
             },
             Ready::Device(tracer) if self.plan.rows[row].kind() == Kind::Streamed => {
                 if let Some(why) = &prepared.not_streamed {
-                    self.report.rows[row].refused.push((site, why.clone()));
+                    self.report.rows[row].refuse(site, why.clone());
                     return Ok(Loaded::Refused);
                 }
                 let shown = prepared.stages.iter().map(|stage| tracer.upload_words("world", &stage.words));
@@ -314,7 +328,14 @@ impl Runner<'_> {
                 .map_err(RayError::from),
         };
         loaded.or_else(|error| {
-            self.report.rows[row].refused.push((site, refusal(error)?));
+            match error {
+                // The rest of the run still counts.
+                RayError::Gpu(error @ raxel_gpu::Error::OutOfMemory { .. }) => {
+                    let refused = Refused { site, why: error.to_string(), out_of_memory: true };
+                    self.report.rows[row].refused.push(refused);
+                }
+                error => self.report.rows[row].refuse(site, refusal(error)?),
+            }
             Ok(Loaded::Refused)
         })
     }

@@ -127,8 +127,11 @@ fn errors_json(errors: &Errors) -> Value {
 pub(super) fn row_json(plan: &Plan, row: &RowReport) -> Value {
     let sets: serde_json::Map<_, _> =
         plan.sets.iter().enumerate().map(|(i, set)| (set.name.to_owned(), errors_json(&row.set(i)))).collect();
-    let refused: Vec<_> =
-        row.refused.iter().map(|(site, why)| json!({ "site": plan.sites[*site].name, "why": why })).collect();
+    let refused = row.refused.iter().map(|refused| {
+        let site = &plan.sites[refused.site].name;
+        json!({ "site": site, "why": refused.why, "out_of_memory": refused.out_of_memory })
+    });
+    let refused: Vec<_> = refused.collect();
     json!({
         "reason": "stressed",
         "row": row.row.to_string(),

@@ -13,7 +13,7 @@ use raxel_diagnostics::{Files, MemoryFiles};
 use raxel_gpu::{Device, DeviceOptions};
 use raxel_layouts::Layout;
 use raxel_measure::rays::{Method, RayError, Tracer};
-use raxel_measure::stress::{self, Invariants, Plan, Report, Row, invariants};
+use raxel_measure::stress::{self, Invariants, Plan, Refused, Report, Row, RowReport, invariants};
 use raxel_terminal::args::{Messages, OnDevice};
 use raxel_terminal::console::{Console, Format};
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -22,7 +22,8 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 ///
 /// Each ray is made from the seed, judged by the exact tracer once, and traced by every row. Exit code 1 when a tracer that claims to
 /// be exact is wrong about one ray, gives up, or writes a t that is no number; when the CPU port of the default tracer hits another
-/// voxel or face than the device; or when a scene that is moved, turned or mirrored is hit differently. See docs/stress.md.
+/// voxel or face than the device; or when a scene that is moved, turned or mirrored is hit differently. Exit code 4 when the device
+/// fails, or has no memory for a part of the run. See docs/stress.md.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel stress                                            every layout, scene and set, a few seconds\n  \
@@ -195,10 +196,24 @@ fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], cons
             wrong.push(format!("{} hits {count} moved, turned or mirrored rays differently", layout.name()));
         }
     }
+    if !wrong.is_empty() {
+        return Err(Failure::new(Exit::Check, wrong.join("; ")));
+    }
+    let lost: Vec<(&RowReport, &Refused)> = (report.rows.iter())
+        .flat_map(|row| row.refused.iter().map(move |refused| (row, refused)))
+        .filter(|(_, refused)| refused.out_of_memory)
+        .collect();
+    if let [(row, first), more @ ..] = &lost[..] {
+        let site = &plan.sites[first.site].name;
+        let more = if more.is_empty() { String::new() } else { format!(", and {} more", more.len()) };
+        let message = format!("`{}` did not trace `{site}`{more}: {}", row.row, first.why);
+        let help = "ask for less at once with `--layouts` and `--scenes`, or free memory of the device";
+        return Err(Failure::new(Exit::NoDevice, message).help(help));
+    }
     if report.rows.iter().all(|row| row.total().rays == 0) {
         return Err(Failure::new(Exit::Project, "nothing could be traced; see the reasons above"));
     }
-    if wrong.is_empty() { Ok(()) } else { Err(Failure::new(Exit::Check, wrong.join("; "))) }
+    Ok(())
 }
 
 fn progress(plan: &Plan, console: &Console) -> ProgressBar {
@@ -225,5 +240,49 @@ impl Args {
     /// The form of messages asked for.
     pub fn format(&self) -> Format {
         self.messages.format
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_oracle::metrics::Errors;
+    use raxel_terminal::console::Color;
+
+    use super::*;
+
+    fn verdict_of(refused: Vec<Refused>, traced: u64) -> Result {
+        let plan = Plan {
+            rows: vec![Row::default_tracer()],
+            sets: find::sets(&["edges".to_owned()]).unwrap(),
+            sites: find::sites(&["hills@near".to_owned(), "hills@far".to_owned()]).unwrap(),
+            rays: 100,
+            seed: 1,
+        };
+        let row = RowReport {
+            row: Row::default_tracer(),
+            errors: vec![vec![Errors { rays: traced, ..Errors::default() }], vec![Errors::default()]],
+            refused,
+            unusable: None,
+            seconds: 0.0,
+            timed: 0,
+            wrong: Vec::new(),
+            differs: None,
+        };
+        let report = Report { rows: vec![row], answered: 0, answer_seconds: 0.0, seconds: 0.0 };
+        verdict(&plan, &report, &[], &Console::new(Format::Short, Color::Never, false))
+    }
+
+    #[test]
+    fn a_run_without_memory_for_a_part_is_no_success() {
+        let refused = |out_of_memory| Refused { site: 1, why: "it does not fit".to_owned(), out_of_memory };
+        assert_eq!(verdict_of(Vec::new(), 100), Ok(()));
+        // The device says beforehand that it cannot.
+        assert_eq!(verdict_of(vec![refused(false)], 100), Ok(()));
+        assert_eq!(verdict_of(vec![refused(false)], 0).unwrap_err().exit, Exit::Project);
+        for traced in [0, 100] {
+            let failure = verdict_of(vec![refused(true)], traced).unwrap_err();
+            assert_eq!(failure.exit, Exit::NoDevice);
+            assert_eq!(failure.message.as_deref(), Some("`tree64` did not trace `hills@far`: it does not fit"));
+        }
     }
 }

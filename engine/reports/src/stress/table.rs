@@ -139,8 +139,8 @@ fn notes(text: &mut String, plan: &Plan, report: &Report, symmetry: &[(Layout, I
         if let Some(why) = &row.unusable {
             let _ = writeln!(text, "{}: {why}", row.row);
         }
-        for (site, why) in &row.refused {
-            let _ = writeln!(text, "{} over {}: {why}", row.row, plan.sites[*site].name);
+        for refused in &row.refused {
+            let _ = writeln!(text, "{} over {}: {}", row.row, plan.sites[refused.site].name, refused.why);
         }
     }
     for (layout, found) in symmetry {

@@ -47,8 +47,9 @@ uint rx_tile_read(uint value, uint lane) {
 #define RX_TILE_BALLOT(vote) unpackUint2x32(ballotARB(vote)).x
 #define RX_TILE_ANY(vote) anyInvocationARB(vote)
 #define RX_TILE_READ(value, lane) readInvocationARB(value, lane)
-// Of a subgroup of 64 one half is at work, if the workgroup is that half: the upper words of its ballots are empty.
-#define RX_TILE_IN_STEP (gl_SubgroupSize == 32u || (gl_SubgroupSize == 64u && gl_NumSubgroups == 1u && allInvocationsARB(gl_SubgroupInvocationID == gl_LocalInvocationIndex)))
+// The workgroup is one subgroup: there are drivers that name a larger size than they run (lavapipe with LP_NATIVE_VECTOR_WIDTH above 512). Of a subgroup of
+// 64 one half is at work, if the workgroup is that half: the upper words of its ballots are empty.
+#define RX_TILE_IN_STEP (gl_NumSubgroups == 1u && (gl_SubgroupSize == 32u || (gl_SubgroupSize == 64u && allInvocationsARB(gl_SubgroupInvocationID == gl_LocalInvocationIndex))))
 #endif
 
 const int RX_TILE = 16;                          // pixels along an edge of a tile
