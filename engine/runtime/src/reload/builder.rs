@@ -70,7 +70,7 @@ pub struct Reloader {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Is called on the builder's thread when there is something for [`Reloader::poll`].
+/// Called on the thread of the builder when a session has a finished edit to poll.
 pub type Waker = Arc<dyn Fn() + Send + Sync>;
 
 impl Reloader {
