@@ -64,7 +64,7 @@ impl Viewer<'_> {
                 Err(failure) => self.console.failure(&failure),
             },
             Command::Give => self.give_inputs(),
-            Command::Record => self.record(),
+            Command::Record => self.record_take(),
             Command::Capture => self.next_runs = NextFrame::Captured,
             Command::Quit => event_loop.exit(),
         }
@@ -245,7 +245,7 @@ impl Viewer<'_> {
         let Some(param) = self.session.params().iter().find(|param| param.name == name) else { return };
         let (default, before) = (param.default, self.session.param(name).unwrap_or(param.default));
         let Some(value) = from_components(numbers, &default) else { return };
-        self.record(name, before, numbers);
+        self.record_param(name, before, numbers);
         let set = self.session.set_param(name, value);
         if set.is_ok() {
             let change = Change { name: name.to_owned(), before: changed(before, default), after: Some(value) };

@@ -4,7 +4,7 @@ use raxel_panels::view::Lane;
 use raxel_runtime::camera::Camera;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
-use super::recording::Take;
+use super::recording::Recording;
 use super::write_back::{camera_values, implicit_table, literal, parsed, rounded};
 
 /// A key that is so near in seconds is the one that is recorded anew.
@@ -112,8 +112,8 @@ pub fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<String,
 
 /// The text of a demo with these keys of a param, in order of time, in place of those from the first to the last of them. Until the first key of
 /// a new track, the param has the value of `before`.
-pub fn with_param_keys(text: &str, take: &Take) -> Result<String, String> {
-    let (keys, param) = (take.keys(), &take.param);
+pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, String> {
+    let (keys, param) = (recording.keys(), &recording.param);
     let (Some(first), Some(last)) = (keys.first().map(|key| key.0), keys.last().map(|key| key.0)) else {
         return Ok(text.to_owned());
     };
@@ -131,32 +131,32 @@ pub fn with_param_keys(text: &str, take: &Take) -> Result<String, String> {
     };
     array.retain(|key| time_of(key).is_none_or(|time| time < first - SAME || time > last + SAME));
     let at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
-    let rest = [0.0, first - APART].map(|time| (time, take.before));
+    let rest = [0.0, first - APART].map(|time| (time, recording.before));
     let rest = rest.into_iter().filter(|(time, _)| new && *time >= 0.0 && *time < first);
-    let rest = rest.take(if take.steps() { 1 } else { 2 });
+    let rest = rest.take(if recording.steps() { 1 } else { 2 });
     for (offset, (time, value)) in rest.chain(keys).enumerate() {
         let key: Array = [rounded(time).into(), literal(&value)].into_iter().collect::<Array>();
         array.insert(at + offset, Value::Array(key));
     }
-    if new && take.steps() {
+    if new && recording.steps() {
         track.insert("interpolation", value("step"));
     }
     Ok(document.to_string())
 }
 
-/// The text of a demo of a graph and a world, by their project paths, with the keys of a take and the camera as it is.
-pub fn new_demo(graph: &str, world: &str, take: &Take, camera: &Camera) -> Result<String, String> {
+/// The text of a demo of a graph and a world, by their project paths, with the keys of a recording and the camera as it is.
+pub fn new_demo(graph: &str, world: &str, recording: &Recording, camera: &Camera) -> Result<String, String> {
     let inside = |path: &str, folder: &str| {
         let inside = path.strip_prefix(folder).and_then(|path| path.strip_prefix('/')).map(str::to_owned);
         inside.ok_or_else(|| format!("a demo plays only what is in `{folder}`, and `{path}` is not"))
     };
     let (graph, world) = (inside(graph, "graphs")?, inside(world, "worlds")?);
-    let duration = take.keys().last().map_or(1.0, |key| key.0.ceil().max(1.0));
+    let duration = recording.keys().last().map_or(1.0, |key| key.0.ceil().max(1.0));
     let mut document = DocumentMut::new();
     for (key, item) in [("world", value(world)), ("graph", value(graph)), ("duration", value(duration))] {
         document.insert(key, item);
     }
-    with_param_keys(&with_camera_key(&document.to_string(), 0.0, camera)?, take)
+    with_param_keys(&with_camera_key(&document.to_string(), 0.0, camera)?, recording)
 }
 
 /// The key of the file under which a track's keys stand.
@@ -268,8 +268,8 @@ mod tests {
         );
     }
 
-    /// A take of these times and values.
-    fn take(param: &str, samples: &[(f64, f64)]) -> Take {
+    /// A recording of these times and values.
+    fn recorded(param: &str, samples: &[(f64, f64)]) -> Recording {
         let mut recorder = Recorder::default();
         recorder.turn(true);
         for (time, value) in samples {
@@ -280,26 +280,26 @@ mod tests {
 
     #[test]
     fn a_param_is_recorded_over_the_keys_that_are_there() {
-        let recorded = with_param_keys(DEMO, &take("fog", &[(4.0, 1.0), (5.0, 3.0), (6.0, 1.0)])).unwrap();
-        assert_eq!(recorded, DEMO.replace("[5, 2.0]]", "[4.0, 1.0], [5.0, 3.0], [6.0, 1.0]]"));
+        let written = with_param_keys(DEMO, &recorded("fog", &[(4.0, 1.0), (5.0, 3.0), (6.0, 1.0)])).unwrap();
+        assert_eq!(written, DEMO.replace("[5, 2.0]]", "[4.0, 1.0], [5.0, 3.0], [6.0, 1.0]]"));
         // One key, while the demo is paused.
-        let one = with_param_keys(DEMO, &take("fog", &[(2.0, 4.0)])).unwrap();
+        let one = with_param_keys(DEMO, &recorded("fog", &[(2.0, 4.0)])).unwrap();
         assert_eq!(one, DEMO.replace("[5, 2.0]", "[2.0, 4.0], [5, 2.0]"));
         // Before a new track begins, nothing changes.
-        let new = with_param_keys(DEMO, &take("sun", &[(2.0, 4.0), (3.0, 5.0)])).unwrap();
+        let new = with_param_keys(DEMO, &recorded("sun", &[(2.0, 4.0), (3.0, 5.0)])).unwrap();
         let track = "[tracks.sun]\nkeys = [[0.0, 0.5], [1.99, 0.5], [2.0, 4.0], [3.0, 5.0]]\n";
         assert!(new.contains(track) && new.contains("keys = [[0.0, 1.0], [5, 2.0]] # mist"), "{new}");
-        let at_once = with_param_keys("duration = 3.0\n", &take("sun", &[(0.0, 4.0)])).unwrap();
+        let at_once = with_param_keys("duration = 3.0\n", &recorded("sun", &[(0.0, 4.0)])).unwrap();
         assert_eq!(at_once, "duration = 3.0\n\n[tracks.sun]\nkeys = [[0.0, 4.0]]\n");
-        assert!(with_param_keys("tracks = 3", &take("sun", &[(0.0, 4.0)])).is_err());
-        assert!(with_param_keys("tracks.sun.keys = 3", &take("sun", &[(0.0, 4.0)])).is_err());
+        assert!(with_param_keys("tracks = 3", &recorded("sun", &[(0.0, 4.0)])).is_err());
+        assert!(with_param_keys("tracks.sun.keys = 3", &recorded("sun", &[(0.0, 4.0)])).is_err());
     }
 
     #[test]
     fn a_new_demo_plays_what_was_recorded() {
-        let take = take("fog", &[(0.5, 1.0), (2.25, 4.0)]);
+        let recording = recorded("fog", &[(0.5, 1.0), (2.25, 4.0)]);
         let camera = Camera::at([7.5, 8.0, -9.25]);
-        let text = new_demo("graphs/more/a.toml", "worlds/b.toml", &take, &camera).unwrap();
+        let text = new_demo("graphs/more/a.toml", "worlds/b.toml", &recording, &camera).unwrap();
         assert!(
             text.starts_with("world = \"b.toml\"\ngraph = \"more/a.toml\"\nduration = 3.0\n\n[[camera]]\ntime = 0.0\n"),
             "{text}"
@@ -308,7 +308,7 @@ mod tests {
             text.ends_with("\n[tracks.fog]\nkeys = [[0.0, 0.5], [0.49, 0.5], [0.5, 1.0], [2.25, 4.0]]\n"),
             "{text}"
         );
-        assert!(new_demo("a.toml", "worlds/b.toml", &take, &camera).unwrap_err().contains("`a.toml` is not"));
+        assert!(new_demo("a.toml", "worlds/b.toml", &recording, &camera).unwrap_err().contains("`a.toml` is not"));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use raxel_runtime::inputs::{Inputs, Key};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
-use super::Viewer;
+use super::{Holder, Viewer};
 
 /// Tells the inputs of an event. What a panel takes goes down for the panel alone; what goes up goes up for all.
 pub fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
@@ -69,19 +69,21 @@ fn key(code: KeyCode) -> Option<Key> {
 impl Viewer<'_> {
     /// Gives mouse and keyboard to the graph alone, or takes them back.
     pub(super) fn give_inputs(&mut self) {
-        self.given = !self.given;
         self.controls.release_all();
-        let said = if self.given {
-            "the graph alone has mouse and keyboard, but for Escape and F1 to F12; F2 takes them back"
-        } else {
-            "the window has mouse and keyboard again"
+        let (holder, said) = match self.holder {
+            Holder::Both => (
+                Holder::Graph,
+                "the graph alone has mouse and keyboard, but for Escape and F1 to F12; F2 takes them back",
+            ),
+            Holder::Graph => (Holder::Both, "the window has mouse and keyboard again"),
         };
+        self.holder = holder;
         self.console.message(said);
         self.notice(said.to_owned());
     }
 
     /// Begins a take, or ends it and writes it as a demo.
-    pub(super) fn record(&mut self) {
+    pub(super) fn record_take(&mut self) {
         if self.session.recording().is_none() {
             match self.session.record() {
                 Ok(()) => self.notice("recording a take from the start: F9 ends it".to_owned()),
@@ -103,7 +105,7 @@ impl Viewer<'_> {
     /// Writes a take that has ended by itself.
     pub(super) fn end_take(&mut self) {
         if self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
-            self.record();
+            self.record_take();
             // It cannot be written, which is said once.
             self.session.stop_recording();
         }

@@ -187,6 +187,16 @@ enum Ground {
     Shown,
 }
 
+/// Who has mouse and keyboard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Holder {
+    /// The window acts on them, and the graph reads them.
+    #[default]
+    Both,
+    /// The graph alone.
+    Graph,
+}
+
 struct Viewer<'a> {
     args: &'a Args,
     /// A program that drives the session too.
@@ -228,8 +238,7 @@ struct Viewer<'a> {
     /// Where the camera began.
     home: Camera,
     controls: Controls,
-    /// The graph alone has mouse and keyboard.
-    given: bool,
+    holder: Holder,
     /// What the right button does to voxels.
     brush: Brush,
     /// Why the last edit was not made.
@@ -289,14 +298,14 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
         let taken = if by_pointer { self.is_over_panels() } else { taken };
         given::note(self.session.inputs(), &event, taken);
         // What the graph alone has moves no camera, edits no world, and is no command.
-        let taken = taken || self.given;
+        let taken = taken || self.holder == Holder::Graph;
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resize(size),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } => {
                 let pressed = event.state == ElementState::Pressed;
-                if taken && pressed && !(self.given && given::is_windows(event.physical_key)) {
+                if taken && pressed && !(self.holder == Holder::Graph && given::is_windows(event.physical_key)) {
                     return self.redraw();
                 }
                 let command =
@@ -408,7 +417,7 @@ impl<'a> Viewer<'a> {
             fps_cap: None,
             window: None,
             controls: Controls::default(),
-            given: false,
+            holder: Holder::default(),
             brush: Brush::default(),
             refused: None,
             painting: None,

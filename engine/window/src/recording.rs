@@ -6,12 +6,12 @@ use raxel_runtime::params::{from_components, is_integer};
 /// Keys have this distance at least, in seconds.
 const STEP: f64 = 0.01;
 
-/// The part of the range of a take's values that a key less may change.
+/// The part of the range of a recording's values that a key less may change.
 const TOLERANCE: f64 = 0.01;
 
 /// A param that is being moved, with its values over time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Take {
+pub struct Recording {
     /// Its name.
     pub param: String,
     /// Its value before.
@@ -27,7 +27,7 @@ pub type Key = (f64, Value);
 #[derive(Debug, Default)]
 pub struct Recorder {
     on: bool,
-    take: Option<Take>,
+    recording: Option<Recording>,
     /// The demo does not drive meanwhile.
     took_over: bool,
 }
@@ -53,32 +53,33 @@ impl Recorder {
         std::mem::take(&mut self.took_over)
     }
 
-    /// A param was moved at a time, and had a value before. Gives the take of another param, which has ended.
-    pub fn moved(&mut self, param: &str, before: Value, time: f64, value: &[f64]) -> Option<Take> {
+    /// A param was moved at a time, and had a value before. Gives the recording of another param, which has ended.
+    pub fn moved(&mut self, param: &str, before: Value, time: f64, value: &[f64]) -> Option<Recording> {
         if !self.on {
             return None;
         }
-        let ended = self.take.take_if(|take| take.param != param);
-        let take = self.take.get_or_insert_with(|| Take { param: param.to_owned(), before, samples: Vec::new() });
-        take.add(time, value.to_vec());
+        let ended = self.recording.take_if(|recording| recording.param != param);
+        let recording =
+            self.recording.get_or_insert_with(|| Recording { param: param.to_owned(), before, samples: Vec::new() });
+        recording.add(time, value.to_vec());
         ended
     }
 
-    /// A frame at a time, in which the param may rest. Gives the take when it has ended: nothing is held any more, or the demo has begun anew.
-    pub fn frame(&mut self, time: f64, held: bool) -> Option<Take> {
-        let take = self.take.as_mut()?;
-        let anew = take.samples.last().is_some_and(|(last, _)| time < *last);
+    /// A frame at a time, in which the param may rest. Gives the recording when it has ended: nothing is held any more, or the demo has begun anew.
+    pub fn frame(&mut self, time: f64, held: bool) -> Option<Recording> {
+        let recording = self.recording.as_mut()?;
+        let anew = recording.samples.last().is_some_and(|(last, _)| time < *last);
         if !held || anew {
-            return self.take.take();
+            return self.recording.take();
         }
-        if let Some((_, value)) = take.samples.last().cloned() {
-            take.add(time, value);
+        if let Some((_, value)) = recording.samples.last().cloned() {
+            recording.add(time, value);
         }
         None
     }
 }
 
-impl Take {
+impl Recording {
     fn add(&mut self, time: f64, value: Vec<f64>) {
         match self.samples.last_mut() {
             Some((last, known)) if time < *last + STEP => *known = value,
@@ -134,9 +135,9 @@ impl Take {
 mod tests {
     use super::*;
 
-    fn keys(take: &Take) -> Vec<(i32, f32)> {
+    fn keys(recording: &Recording) -> Vec<(i32, f32)> {
         let float = |value| if let Value::F32(value) = value { value } else { panic!("{value:?}") };
-        take.keys().into_iter().map(|(time, value)| ((time * 100.0).round() as i32, float(value))).collect()
+        recording.keys().into_iter().map(|(time, value)| ((time * 100.0).round() as i32, float(value))).collect()
     }
 
     #[test]
@@ -156,8 +157,8 @@ mod tests {
             assert_eq!(recorder.frame(2.0 + f64::from(step) / 60.0, true), None);
         }
         recorder.moved("fog", before, 3.02, &[0.25]);
-        let take = recorder.frame(3.03, false).unwrap();
-        assert_eq!(keys(&take), [(100, 0.0), (200, 1.0), (300, 1.0), (302, 0.25)]);
+        let recording = recorder.frame(3.03, false).unwrap();
+        assert_eq!(keys(&recording), [(100, 0.0), (200, 1.0), (300, 1.0), (302, 0.25)]);
         assert_eq!(recorder.frame(4.0, false), None, "it has ended");
     }
 
@@ -169,9 +170,9 @@ mod tests {
         recorder.moved("fog", before, 1.0, &[1.0]);
         // While the clock stands still, the last value counts.
         recorder.moved("fog", before, 1.0, &[2.0]);
-        let take = recorder.moved("sun", before, 1.0, &[3.0]).unwrap();
-        assert_eq!((take.param.as_str(), keys(&take), take.before), ("fog", vec![(100, 2.0)], before));
-        assert_eq!(recorder.frame(0.2, true).map(|take| keys(&take)), Some(vec![(100, 3.0)]));
+        let recording = recorder.moved("sun", before, 1.0, &[3.0]).unwrap();
+        assert_eq!((recording.param.as_str(), keys(&recording), recording.before), ("fog", vec![(100, 2.0)], before));
+        assert_eq!(recorder.frame(0.2, true).map(|recording| keys(&recording)), Some(vec![(100, 3.0)]));
     }
 
     #[test]
@@ -181,8 +182,8 @@ mod tests {
         for (time, value) in [(0.0, 3.0), (0.5, 3.0), (1.0, 4.0), (1.5, 4.0), (2.0, 3.0)] {
             recorder.moved("steps", Value::I32(3), time, &[value]);
         }
-        let take = recorder.frame(2.1, false).unwrap();
-        assert!(take.steps());
-        assert_eq!(take.keys(), [(0.0, Value::I32(3)), (1.0, Value::I32(4)), (2.0, Value::I32(3))]);
+        let recording = recorder.frame(2.1, false).unwrap();
+        assert!(recording.steps());
+        assert_eq!(recording.keys(), [(0.0, Value::I32(3)), (1.0, Value::I32(4)), (2.0, Value::I32(3))]);
     }
 }

@@ -8,7 +8,7 @@ use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
 use super::history::{Change, Step};
-use super::recording::Take;
+use super::recording::Recording;
 use super::{Viewer, demo_keys, write_back};
 
 /// Which way a step goes.
@@ -122,7 +122,7 @@ impl Viewer<'_> {
     }
 
     /// Notes that a param is moved, if that is recorded. A demo that drives the param must not change it meanwhile.
-    pub(super) fn record(&mut self, name: &str, before: Value, numbers: &[f64]) {
+    pub(super) fn record_param(&mut self, name: &str, before: Value, numbers: &[f64]) {
         if !self.recorder.is_on() {
             return;
         }
@@ -132,16 +132,16 @@ impl Viewer<'_> {
             self.recorder.take_over();
         }
         let time = self.seconds();
-        if let Some(take) = self.recorder.moved(name, before, time, numbers) {
-            self.write_take(&take);
+        if let Some(recording) = self.recorder.moved(name, before, time, numbers) {
+            self.write_keys(&recording);
         }
     }
 
     /// Before a frame: writes what was recorded, once the param is let go of.
     pub(super) fn record_frame(&mut self) {
         let (time, held) = (self.seconds(), self.is_held());
-        if let Some(take) = self.recorder.frame(time, held) {
-            self.write_take(&take);
+        if let Some(recording) = self.recorder.frame(time, held) {
+            self.write_keys(&recording);
         }
     }
 
@@ -152,13 +152,13 @@ impl Viewer<'_> {
     }
 
     /// Writes keys into the demo, or makes one that plays them.
-    fn write_take(&mut self, take: &Take) {
-        let keys = take.keys().len();
-        let done = format!("recorded {keys} {} of `{}`", if keys == 1 { "key" } else { "keys" }, take.param);
+    fn write_keys(&mut self, recording: &Recording) {
+        let keys = recording.keys().len();
+        let done = format!("recorded {keys} {} of `{}`", if keys == 1 { "key" } else { "keys" }, recording.param);
         if self.session.demo().is_some() {
-            self.write_demo(&done, |text, _, _| demo_keys::with_param_keys(text, take));
+            self.write_demo(&done, |text, _, _| demo_keys::with_param_keys(text, recording));
         } else {
-            match self.new_demo(take) {
+            match self.new_demo(recording) {
                 Ok(file) => {
                     self.notice(format!("{done}, in {file}, which plays now"));
                     self.session.open_file(ProjectFile::Demo(file));
@@ -171,15 +171,17 @@ impl Viewer<'_> {
         }
     }
 
-    /// Makes a demo of what runs with the keys of a take, and gives its project path.
-    fn new_demo(&mut self, take: &Take) -> Result<String, String> {
+    /// Makes a demo of what runs with the keys of a recording, and gives its project path.
+    fn new_demo(&mut self, recording: &Recording) -> Result<String, String> {
         let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
-        let text = demo_keys::new_demo(self.session.graph_path(), world, take, self.session.camera())?;
+        let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;
         let project = self.session.project();
         let name =
             |n: u32| if n == 1 { "worlds/take.demo.toml".to_owned() } else { format!("worlds/take-{n}.demo.toml") };
-        let file =
-            (1..10_000).map(name).find(|file| !project.on_disk(file).exists()).ok_or("there are too many takes")?;
+        let file = (1..10_000)
+            .map(name)
+            .find(|file| !project.on_disk(file).exists())
+            .ok_or("there are too many demos of that name")?;
         let written = write_back::create(project, &file, &text)?;
         self.note_write([written]);
         Ok(file)
