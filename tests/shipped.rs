@@ -56,8 +56,12 @@ fn open(what: &str, options: Options) -> Session {
     session
 }
 
-/// The pictures of the next two frames; the second is drawn with the history of the first.
+/// The picture of the second of the next two frames, which is drawn with the history of the first. The left button is held in the middle: a
+/// canvas stays empty without it.
 fn run(what: &str, session: &mut Session) -> Vec<u8> {
+    let inputs = session.inputs();
+    inputs.cursor = Some(SIZE.map(|size| size.cast_signed() / 2));
+    inputs.button(1, true);
     for _ in 0..2 {
         session.frame().unwrap_or_else(|error| panic!("{what}: {error}"));
     }

@@ -32,7 +32,7 @@ pub trait Store: Send + Sync {
 pub enum Wanted {
     /// All of it.
     Whole,
-    /// All of it, and an error if that is more than [`DOCUMENT`] bytes: no server and no damaged file can fill the memory.
+    /// All of it, and an error if that is more than `DOCUMENT` bytes: no server and no damaged file can fill the memory.
     Document,
     /// These bytes.
     Bytes(Range<u64>),

@@ -5,7 +5,7 @@
 const MOST_COMPARED: usize = 2000;
 const MOST_EDITED: usize = 200;
 
-/// The name closest to a misspelt one, if one of the first [`MOST_COMPARED`] is close enough to be meant. There is
+/// The name closest to a misspelt one, if one of the first `MOST_COMPARED` is close enough to be meant. There is
 /// none for a name of more than 64 bytes.
 pub fn closest<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     if wrong.len() > 64 {

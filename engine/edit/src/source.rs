@@ -16,7 +16,7 @@ use crate::scene::Base;
 
 /// The tiles of a source with edits. One thread adds edits while others request tiles. A tile never has half an edit of a chunk.
 ///
-/// A tile of a level above 0 equals that of the source, except in cells where edits changed voxels: see [`ChangedCells`]. So from afar, an
+/// A tile of a level above 0 equals that of the source, except in cells where edits changed voxels: see `ChangedCells`. So from afar, an
 /// edited hill looks like an untouched one.
 pub struct EditedChunks {
     unedited: Unedited,

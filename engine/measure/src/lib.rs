@@ -1,6 +1,6 @@
 //! Run time against error: the only crate above the runtime that needs the oracle. Nothing that draws a frame depends on it.
 //!
-//! * [`bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
+//! * [`mod@bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
 //! * [`stress`]: tracers held to the exact one, in as many rays as one likes: `raxel stress`
 //! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`
 //! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with

@@ -201,7 +201,7 @@ impl OfflineProject {
         Self { project, loader, worlds: RefCell::default() }
     }
 
-    /// The same, but worlds of more than [`CHECKED_CHUNKS`] are read and not built: for what checks files.
+    /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for what checks files.
     #[must_use]
     pub fn for_checks(self) -> Self {
         let loader = self.loader.with_effort(Effort::UpTo(CHECKED_CHUNKS));

@@ -36,6 +36,7 @@ pub struct What {
     pub target: Option<String>,
 
     /// Take the debug target right after this pass. For a pass in a loop: after its last round, or after round 2 with PASS[2].
+    #[allow(rustdoc::broken_intra_doc_links, reason = "`--help` shows this text as it is")]
     #[arg(long, value_name = "PASS")]
     pub after: Option<String>,
 
