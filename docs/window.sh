@@ -13,11 +13,18 @@ cp -r "$root/graphs" "$root/shaders" "$root/worlds" "$work"
 cd "$work"
 mkdir .raxel
 cat >.raxel/window.toml <<'LAYOUT'
-visible = true
-zoom    = 1.0
-left    = { open = "resources", size = 380.0 }
-right   = { open = "inspect", size = 320.0 }
-bottom  = { open = "timeline", size = 140.0 }
+visible  = true
+zoom     = 1.0
+timeline = true
+
+[docks.across]
+share = 0.3
+left  = { tabs = ["resources"] }
+
+[docks.across.right.across]
+share = 0.645
+left  = { tabs = ["picture"] }
+right = { tabs = ["inspect"] }
 LAYOUT
 Xvfb "$DISPLAY" -screen 0 1280x720x24 -nolisten tcp 2>/dev/null &
 screen=$!
