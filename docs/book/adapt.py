@@ -2,7 +2,7 @@
 """A preprocessor of mdBook: adapts pages that are written for GitHub.
 
 Links: one from docs/graph-file.md to ../graphs/examples/mips.toml works on GitHub. In the book, whose root is docs/, it would lead nowhere.
-So it leads to the repository. Its address is $RAXEL_REPOSITORY, or, in a workflow, that of GitHub.
+So it leads to the repository. Its address is $RAXEL_REPOSITORY, or, in a workflow, that of GitHub, or else the folder on this machine.
 
 GLSL: the highlighter of mdBook does not know it. It shows such blocks as C++, which has the same comments, numbers and most keywords.
 """
@@ -12,6 +12,7 @@ import os
 import posixpath
 import re
 import sys
+from pathlib import Path
 
 LINK = re.compile(r"(?<=\]\()([^)\s#]*)(#[^)\s]*)?(?=\))")
 GLSL = re.compile(r"\A```glsl\b")
@@ -20,7 +21,8 @@ PICTURES = (".png", ".gif", ".webp", ".svg", ".jpg", ".mp4")
 
 def address():
     server, name = os.environ.get("GITHUB_SERVER_URL"), os.environ.get("GITHUB_REPOSITORY")
-    return os.environ.get("RAXEL_REPOSITORY") or (f"{server}/{name}/blob/main" if server and name else "")
+    given = os.environ.get("RAXEL_REPOSITORY") or (f"{server}/{name}/blob/main" if server and name else "")
+    return given or Path(__file__).resolve().parents[2].as_uri()
 
 
 def chapters(items):
@@ -42,8 +44,6 @@ def adapted(text, page, pages, repository):
         if posixpath.basename(inside) == "README.md" and pages & {inside, inside[: -len("README.md")] + "index.md"}:
             return f"{target[: -len('README.md')]}index.md{anchor}"
         if inside in pages or (not inside.startswith("..") and inside.endswith(PICTURES)):
-            return match.group(0)
-        if not repository:
             return match.group(0)
         return f"{repository}/{posixpath.normpath(posixpath.join('docs', inside))}{anchor}"
 

@@ -28,7 +28,7 @@ def main(book):
         for link in re.findall(r'\b(?:href|src)="([^"]*)"', main_part[1] if main_part else ""):
             links += 1
             path, _, anchor = html.unescape(link).partition("#")
-            if repository and path.startswith(repository):
+            if path.startswith(repository):
                 exists = (ROOT / unquote(path[len(repository) + 1 :])).exists()
             elif re.match(r"[a-z]+:", path):
                 continue
