@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use raxel_execute::moment::Moment;
 use raxel_graph::checked::Value;
+use raxel_output::free_take;
 use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
@@ -176,12 +177,7 @@ impl Viewer<'_> {
         let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
         let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;
         let project = self.session.project();
-        let name =
-            |n: u32| if n == 1 { "worlds/take.demo.toml".to_owned() } else { format!("worlds/take-{n}.demo.toml") };
-        let file = (1..10_000)
-            .map(name)
-            .find(|file| !project.on_disk(file).exists())
-            .ok_or("there are too many demos of that name")?;
+        let file = free_take(project).map_err(|error| error.message)?;
         let written = write_back::create(project, &file, &text)?;
         self.note_write([written]);
         Ok(file)
