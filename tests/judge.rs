@@ -299,7 +299,7 @@ fn bad_input_is_told() {
         (&["--epsilon=0"], 2, "write `mean`, or a number above 0"),
         (&["--film=worlds/test.toml"], 2, "is no demo"),
         (&["--film=worlds/missing.demo.toml"], 3, "worlds/missing.demo.toml"),
-        (&["--film=worlds/still.demo.toml"], 3, "neither camera keys nor tracks nor edits"),
+        (&["--film=worlds/still.demo.toml"], 3, "no camera keys, tracks, inputs or edits"),
         (&["--film=worlds/flight.demo.toml"], 2, "no moment comes 1 s after its start"),
         (&["--film=worlds/flight.demo.toml", "--seed=1"], 2, "cannot be used with"),
         (&["--settle=3"], 2, "--film"),

@@ -96,7 +96,7 @@ pub enum FilmError {
     #[error(transparent)]
     Set(#[from] raxel_runtime::params::SetError),
     /// A frame is as good as its moment by definition.
-    #[error("nothing changes over the time of the demo: it has neither camera keys nor tracks nor edits")]
+    #[error("nothing changes over the time of the demo: it has no camera keys, tracks, inputs or edits")]
     Still,
     /// There is nothing to compare.
     #[error("the demo has {duration} s, so no moment comes {every} s after its start")]
@@ -123,7 +123,11 @@ pub fn film(options: &FilmOptions) -> Result<Filmed, FilmError> {
         ..Options::default()
     })?;
     let Some(demo) = session.demo().cloned() else { return Err(FilmError::Still) };
-    if demo.camera.is_empty() && demo.tracks.iter().next().is_none() && demo.edits.is_empty() {
+    let moves = !demo.camera.is_empty()
+        || demo.tracks.iter().next().is_some()
+        || demo.inputs.is_some()
+        || !demo.edits.is_empty();
+    if !moves {
         return Err(FilmError::Still);
     }
     let moments = moments(&demo, options.fps, options.every);
