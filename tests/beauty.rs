@@ -47,6 +47,24 @@ fn ground_none(session: &mut Session) {
     session.set_param("ground", Value::U32(0)).unwrap();
 }
 
+/// Each frame looks through another place of a pixel. A mean of many frames must not carry light from pixel to pixel, or shadows spread over the faces that they lie on.
+#[test]
+fn a_shadow_at_rest_stays_sharp() {
+    let project = Project::shipped();
+    let post = cuboid("stone", [0, 3, 0], [1, 5, 1], "");
+    let build = [cuboid("lawn", [-20, 0, -20], [20, 3, 20], ""), post];
+    world(&project, MATERIALS, &build, [2.2, 4.8, 1.2], [1.9, 3.0, -0.4], 60.0);
+    let mut session = open(&project, BEAUTY, SIZE, &[("sun_elevation", 35.0), ("sun_azimuth", 235.0)]);
+    // Pixels that see the sun in part: the edges of the shadow.
+    let in_part = |sun: &[[f32; 4]]| {
+        let most = sun.iter().map(|texel| texel[0]).fold(0.0, f32::max);
+        sun.iter().filter(|texel| (0.1 * most..0.9 * most).contains(&texel[0])).count()
+    };
+    let soon = in_part(&after(&mut session, "sun", 8));
+    let later = in_part(&after(&mut session, "sun", 92));
+    assert!(soon > 16 && 2 * later < 3 * soon, "{soon} pixels in half shadow after 8 frames, {later} after 100");
+}
+
 /// The ground goes on where a lawn ends, with its level, its colour and its light; without ground, the void is another.
 #[test]
 fn ground_goes_on_at_the_level_and_in_the_colour_of_the_border() {

@@ -55,6 +55,8 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     if (rx_is_on_instance(hit_face(hit.w))) from_camera = moved_from(hit.xyz, hit_face(hit.w), place.xy, push.cell, push.frac);
 #endif
     if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
+    // The middle of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over their faces.
+    at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
     ivec2 base = ivec2(floor(at - 0.5));
     vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
     float weight = 0.0;

@@ -8,7 +8,7 @@
 layout(local_size_x = 1) in;
 layout(push_constant) uniform Push { uint world_serial; uint world_edited; } push;
 
-// Samples that still count after a change of land that is loaded.
+// Frames that still count after a change of land that is loaded.
 const float LOADED = 16.0;
 
 float ratio(float a, float b) {
@@ -34,10 +34,10 @@ void main() {
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
-        // A quarter of a sample: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
-        state.cap = edited ? 0.05 : clamp(0.3 / max(change, 1e-6), 0.25, other ? LOADED : 64.0);
+        // A quarter of a frame: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
+        state.cap = edited ? 0.05 : clamp(0.15 / max(change, 1e-6), 0.25, other ? LOADED : 64.0);
         // A sun that goes on slowly does not end what is known.
-        if (state.cap < 4.0) state.generation += 1u;
+        if (state.cap < SLIGHT) state.generation += 1u;
     }
     state.serial = push.world_serial;
     state.edited = push.world_edited;
