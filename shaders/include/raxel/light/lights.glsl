@@ -1,4 +1,4 @@
-// The lamps of the world: a list of the bare faces of emissive voxels, and a table that draws one of them in proportion to its power.
+// The lamps of the world: a list of the exposed faces of emissive voxels, and a table that draws one of them in proportion to its power.
 // Bind `lights` to a buffer with `source = "world.lights"`. Each face gives off the same radiance everywhere and in all directions, albedo *
 // emission. Its area is 1, but for the cells of a streamed world, which are as large as their level makes them. There, lamps come and go in
 // groups: one is drawn first, and then a face of it.
