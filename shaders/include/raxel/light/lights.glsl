@@ -16,6 +16,7 @@ layout(std430) readonly buffer RxLights {
                     // one for each group: first light, lights, threshold, alias
 } lights;
 
+// A lamp: an exposed face of an emissive voxel or cell.
 struct RxLight {
     ivec3 voxel;
     uint face;
@@ -29,6 +30,7 @@ uint rx_lights_count() {
     return lights.count;
 }
 
+// The lamp of an index, which is below rx_lights_count().
 RxLight rx_light(uint index) {
     uvec4 place = lights.quads[2u * index], draw = lights.quads[2u * index + 1u];
     float probability =
@@ -68,6 +70,7 @@ uint rx_pick_light(uvec2 random, out uint rest, out uint spacing) {
     return keep < uintBitsToFloat(draw.y) ? index : draw.z;
 }
 
+// The same without the bits that are left.
 uint rx_pick_light(uvec2 random) {
     uint rest, spacing;
     return rx_pick_light(random, rest, spacing);
