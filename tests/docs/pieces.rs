@@ -87,8 +87,9 @@ fn calls(page: &str) -> Vec<Call> {
         for mut words in commands(&text) {
             words.drain(..words.iter().take_while(|word| is_assignment(word)).count());
             let program = words.first().map_or("", String::as_str);
-            // `./raxel test` is a command of the launcher; `tests/docs/map.rs` looks it up.
-            if program.rsplit('/').next() == Some("raxel") && words.len() > 1 && words[1] != "test" {
+            // The launcher itself runs `./raxel test`; `tests/docs/map.rs` looks it up.
+            let runs_tests = program == "./raxel" && words.get(1).is_some_and(|verb| verb == "test");
+            if program.rsplit('/').next() == Some("raxel") && words.len() > 1 && !runs_tests {
                 found.push(Call { at: format!("{page}:{number}"), words: words.split_off(1), whole });
             }
         }
@@ -136,7 +137,7 @@ fn wrong_options(call: &Call) -> Option<String> {
         return None;
     }
     let mut words: Vec<&str> = call.words.iter().map(String::as_str).collect();
-    // Options in front of it are read before it takes effect.
+    // raxel reads the options in front of `--help` before it prints help.
     words.push("--help");
     let run = raxel(&words);
     let said = run.stderr.lines().next().unwrap_or_default();
@@ -288,7 +289,11 @@ fn pieces_of_toml_have_the_keys_of_a_file() {
             let deepest = misfits.into_iter().flatten().max_by_key(|path| path.matches('.').count()).unwrap();
             let key = deepest.rsplit('.').next().unwrap();
             let line = block.text.lines().position(|line| line.contains(key)).unwrap_or(0);
-            faults.push(format!("{page}:{}: no file of raxel has `{}` here", block.number + 1 + line, &deepest[1..]));
+            faults.push(format!(
+                "{page}:{}: no file of raxel has `{}` here",
+                block.number + 1 + line,
+                deepest.trim_start_matches('.')
+            ));
         }
     }
     fails_with(&faults);
