@@ -8,8 +8,9 @@
 //! | `sh exits=3` | the last command must end with this exit code |
 //! | `sh needs=ffmpeg` | runs the commands where this program is installed |
 //! | `sh no-run=display` | leaves the commands out; [`REASONS`] has the reasons that count |
-//! | `toml` | parses it |
 //! | `text said` | the commands before it have printed these lines; a line `…` stands for any |
+//!
+//! `tests/docs/pieces.rs` has pieces of files, and commands of other pages.
 //!
 //! Pictures of a page are what its commands have made: `RAXEL_WRITE_DOCS=1 cargo test --profile checked --test book` writes them beside the page.
 //!
@@ -169,11 +170,6 @@ fn follow(page: &str, cache: &Path) -> Followed {
                     // What follows on the page needs what was to be made here.
                     return followed;
                 }
-            }
-        } else if block.language() == "toml" {
-            // A piece of a file that the reader is to write.
-            if let Err(error) = block.text.parse::<toml::Table>() {
-                followed.faults.push(format!("{}: {error}", at(block.number)));
             }
         } else if block.info.iter().any(|word| word == "said") {
             for (index, line) in block.text.lines().enumerate() {

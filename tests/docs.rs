@@ -9,6 +9,8 @@
 mod common;
 #[path = "docs/map.rs"]
 mod map;
+#[path = "docs/pieces.rs"]
+mod pieces;
 #[path = "docs/reference.rs"]
 mod reference;
 #[path = "docs/rust_api.rs"]

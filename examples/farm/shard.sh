@@ -1,8 +1,8 @@
 #!/bin/sh
-# Makes one part of a film or of a baked world, as one task of many: which part, and of how many, is what Slurm or Kubernetes says.
-#   shard.sh          a part of the frames of DEMO, in SIZE, to OUT; a graph that keeps nothing from frame to frame renders only those.
-#                     Frames that a task of the same RUN has finished are left out; under Slurm, RUN is the job
-#   shard.sh bake     a part of the shards of WORLD, from MIN to MAX, to OUT
+# Makes one part of a film or of a baked world, as one task of many. Slurm or Kubernetes says which part, and how many there are.
+#   shard.sh          renders a part of the frames of DEMO, at SIZE, to OUT. It leaves out frames that a task of the same RUN has finished;
+#                     under Slurm, RUN is the job
+#   shard.sh bake     bakes a part of the shards of WORLD, from MIN to MAX, to OUT
 set -eu
 if [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
     part=$((SLURM_ARRAY_TASK_ID - SLURM_ARRAY_TASK_MIN + 1))

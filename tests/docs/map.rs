@@ -8,6 +8,7 @@ use raxel::rivals;
 
 use crate::common::markdown::{self, spans};
 use crate::common::{raxel, repository};
+use crate::pieces::OTHERS;
 
 const PAGES: [&str; 2] = ["ARCHITECTURE.md", "CONTRIBUTING.md"];
 
@@ -106,7 +107,7 @@ fn paths_and_names_are_there() {
 #[test]
 fn links_lead_somewhere() {
     let (mut faults, mut links) = (Faults::new(), 0);
-    let roots = PAGES.into_iter().chain(["README.md"]).map(str::to_owned);
+    let roots = PAGES.into_iter().chain(OTHERS).map(str::to_owned);
     for page in roots.chain(markdown::pages("docs")) {
         let (dead, count) = markdown::dead_links(&page);
         faults.extend(dead);

@@ -37,7 +37,7 @@ pub struct ObjectStore {
     store: Arc<dyn object_store::ObjectStore>,
     prefix: Path,
     patience: Patience,
-    /// Its threads wait for the network; whoever asks waits for them.
+    /// Its threads wait for the network, and callers wait for these threads.
     runtime: Runtime,
 }
 

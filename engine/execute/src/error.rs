@@ -7,7 +7,7 @@ pub struct Suspect {
     pub pass: String,
     /// The name of the pass of the file.
     pub declared: String,
-    /// What the files said of it when it was planned; they may have been edited since. As [`raxel_graph::checked::Graph::declaration`] has it.
+    /// Its declaration in the files when it was planned, as [`raxel_graph::checked::Graph::declaration`] gives it. The files may have been edited since.
     pub declaration: String,
 }
 

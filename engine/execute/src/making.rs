@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::shared::lock;
 
-/// How long a pipeline is in the making when that is first told, and in seconds when it is told again; then with each further minute.
+/// Seconds after which a pipeline that the driver still compiles is reported; later, each further minute.
 const TOLD_AFTER: [u64; 5] = [1, 5, 15, 30, 60];
 
 /// A pipeline that takes the driver long.

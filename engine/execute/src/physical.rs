@@ -128,7 +128,7 @@ impl Physical {
         self.init
     }
 
-    /// What the file writes into it at creation and on reset, in the place of `init`.
+    /// What a file writes into it at creation and on reset, instead of `init`.
     pub(super) fn values(&self) -> Option<&[u8]> {
         self.values.as_deref()
     }

@@ -103,7 +103,8 @@ impl Buffer {
         &self.name
     }
 
-    /// Panics if a part does not lie in the buffer, or not at multiples of so many bytes: on the device it would be memory of another.
+    /// Panics if a part does not lie in the buffer, or does not begin and end at multiples of `multiple` bytes: the device would then access
+    /// memory of another object.
     pub(crate) fn require(&self, offset: u64, size: u64, multiple: u64) {
         let inside = offset.checked_add(size).is_some_and(|end| end <= self.size);
         let aligned = offset.is_multiple_of(multiple) && size.is_multiple_of(multiple);

@@ -114,7 +114,7 @@ impl Device {
         Self::with_cache(options, raxel_cache::of_process())
     }
 
-    /// The same; what the driver compiles is kept in this cache, or nowhere, instead of the process's.
+    /// As [`Device::new`], but keeps what the driver compiles in this cache, and not in that of the process. `None` keeps nothing.
     pub fn with_cache(options: &DeviceOptions, cache: Option<Arc<Cache>>) -> Result<Arc<Device>> {
         let instance = Instance::new(options.validation)?;
         let wanted = options

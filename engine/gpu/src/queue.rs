@@ -133,7 +133,7 @@ impl Device {
         }
     }
 
-    /// How often somebody waited for the device so far: what must not stall a frame is tested by it.
+    /// How often somebody has waited for the device so far. Tests use it to show that nothing stalls a frame.
     pub fn waits(&self) -> u64 {
         self.queue.waits.load(Ordering::Relaxed)
     }

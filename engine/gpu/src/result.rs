@@ -140,7 +140,7 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// The driver does not make an object, although the device can by what it says of itself.
+    /// The driver fails to make an object that the device claims to support.
     #[error("the driver does not make `{name}`: {call}: {result}")]
     NotMade {
         /// Name of the object.

@@ -9,13 +9,13 @@ use crate::device::Capabilities;
 /// How a device traces the rays of a camera (`<raxel/packet.glsl>`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Packets {
-    /// In packets, by subgroups of 32, as a pipeline has them whatever it asks for.
+    /// In packets, by subgroups of 32, which every pipeline has.
     Own,
-    /// In packets, by subgroups of 32, which a pipeline asks for: of so many to so many that the device can make.
+    /// In packets, by subgroups of 32, which a pipeline asks for. The least and the largest size that the device can make.
     Asked([u32; 2]),
     /// In packets, by one half of subgroups of 64.
     Halves,
-    /// One by one: what packets take and the device does not have, and its subgroups' size.
+    /// One by one: what packets need and the device lacks, and the size of its subgroups.
     None(Vec<&'static str>, u32),
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for Packets {
         match self {
             Packets::Own => write!(f, "in packets of 16 × 16, by subgroups of 32"),
             Packets::Asked([least, most]) => {
-                write!(f, "in packets of 16 × 16, by subgroups of 32, asked for of {least} to {most}")
+                write!(f, "in packets of 16 × 16, by subgroups of 32, out of sizes from {least} to {most}")
             }
             Packets::Halves => write!(f, "in packets of 16 × 16, by half of each subgroup of 64"),
             Packets::None(lacks, size) => {
@@ -59,7 +59,7 @@ impl Capabilities {
         }
     }
 
-    /// Whether packets of rays (`<raxel/packet.glsl>`) have what they take.
+    /// Whether the device has what packets of rays (`<raxel/packet.glsl>`) need.
     pub fn traces_packets(&self) -> bool {
         !matches!(self.packets(), Packets::None(..))
     }

@@ -68,8 +68,8 @@ fn packets_ask_for_subgroups_of_32_or_take_half_of_64() {
     for (own, sizes, packets, plain) in [
         // A device of one size, which can be asked for and need not be.
         (32, Some([32, 32]), "in packets of 16 × 16, by subgroups of 32", true),
-        (64, Some([32, 64]), "in packets of 16 × 16, by subgroups of 32, asked for of 32 to 64", true),
-        (32, Some([8, 32]), "in packets of 16 × 16, by subgroups of 32, asked for of 8 to 32", true),
+        (64, Some([32, 64]), "in packets of 16 × 16, by subgroups of 32, out of sizes from 32 to 64", true),
+        (32, Some([8, 32]), "in packets of 16 × 16, by subgroups of 32, out of sizes from 8 to 32", true),
         (64, Some([64, 64]), "in packets of 16 × 16, by half of each subgroup of 64", false),
         (64, None, "in packets of 16 × 16, by half of each subgroup of 64", false),
         (

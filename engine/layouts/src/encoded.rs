@@ -81,7 +81,7 @@ pub enum LayoutError {
         "{faces} faces of the world give off light and take {bytes} bytes, and the largest storage buffer has {limit} bytes"
     )]
     TooManyLights {
-        /// Bare faces of emissive voxels.
+        /// Exposed faces of emissive voxels.
         faces: u64,
         /// Bytes needed.
         bytes: u64,

@@ -57,7 +57,7 @@ impl LiveLayout {
     }
 }
 
-/// A cube around a world with a margin, where there is one to be had.
+/// A cube around a world, with a margin if coordinates have room for one.
 pub(super) fn roomy(world: &World, layout: Layout) -> Result<Extent, LayoutError> {
     let tight = Extent::of(world, layout)?;
     let Some(bounds) = world.bounds() else { return Ok(Extent { origin: [-512; 3], log2_size: 10, ..tight }) };

@@ -1,7 +1,7 @@
 //! Single tiles in the format of the layout `tree64`: blocks of words for any place in a buffer, and the nodes that stand for them.
 //!
-//! A tile of level l is a node of height 3 + l. Of a chunk, that and everything below is what [`super::Layout::TREE64`] would make of it,
-//! but that leaves which are all full are those of the full run, which every tile shares. A cell of a higher level is a filled cube of 4^l
+//! A tile of level l is a node of height 3 + l. For a chunk, that node and everything below it are as [`super::Layout::TREE64`] makes them,
+//! with one exception: 64 full leaves in a row are the full run, which all tiles share. A cell of a higher level is a filled cube of 4^l
 //! voxels: 4³ cells are one filled node, which has their material, or the link of several.
 
 use raxel_world::Content;

@@ -30,8 +30,8 @@ pub struct FlightOptions {
     pub seconds: f64,
     /// Seconds of the way down, and at each place after a jump.
     pub stay: f64,
-    /// Edits after the flight: balls that are put in view and taken away again; as many more large ones, and as many frames with edits of
-    /// many chunks, up to a number that is enough.
+    /// Edits after the flight: so many small balls, and as many large ones, are put in view and taken away again. As many frames with edits
+    /// of many chunks follow. The large balls and the frames have an upper limit.
     pub balls: u32,
     /// Whether the path is flown again with every place complete.
     pub resident: bool,

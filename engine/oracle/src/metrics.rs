@@ -75,7 +75,7 @@ pub struct Errors {
     pub rays: u64,
     /// Rays that hit something by the exact tracer.
     pub hits: u64,
-    /// Rays of which another rule for ties may say something else.
+    /// Rays for which another rule for ties may give another hit.
     pub ties: u64,
     /// A hit where there is one was missed.
     pub missed: u64,

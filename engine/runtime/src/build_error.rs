@@ -13,7 +13,7 @@ pub enum BuildError {
 }
 
 impl BuildError {
-    /// As something that can be told to the author, whatever it is.
+    /// The error as a diagnostic for the author.
     pub(crate) fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
             Self::Diagnosed(diagnostics) => diagnostics,

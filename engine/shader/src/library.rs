@@ -166,6 +166,9 @@ mod tests {
             super::function("    return rx_trace(ray, hit);").is_none() && super::function("if (rx_x(1))").is_none()
         );
         assert!(items.iter().all(|item| item.declaration.contains(&item.name)));
+        let silent: Vec<_> =
+            items.iter().filter(|item| item.about.is_empty()).map(|item| (item.file, &item.name)).collect();
+        assert!(silent.is_empty(), "write a comment above {silent:?}");
     }
 
     #[test]

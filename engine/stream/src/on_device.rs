@@ -179,7 +179,7 @@ impl WorldStream {
         self.lights.as_ref()
     }
 
-    /// Tells that its source answers otherwise for these chunks.
+    /// Reports that the source now has other voxels in these chunks.
     pub fn changed(&self, chunks: &[ChunkPos]) {
         let number = self.streamer.changed(chunks);
         let mut frames = self.frames();
@@ -209,8 +209,8 @@ impl WorldStream {
         self.streamer.ended().map(stopped)
     }
 
-    /// What is to be said about where its chunks come from: once that it does not have some, and once that it has them again. Once that there
-    /// are more lamps than the list has room for, and once that nothing is loaded any more.
+    /// Takes the next message for the user, each given once: the source does not have some chunks; it has them again; there are more lamps
+    /// than the list has room for; nothing is loaded any more.
     pub fn take_message(&self) -> Option<Diagnostic> {
         let (reason, dark) = (self.streamer.unavailable(), self.stats().unlisted > 0);
         let mut frames = self.frames();
@@ -243,7 +243,7 @@ impl WorldStream {
         self.streamer.is_settled()
     }
 
-    /// Whether what [`Self::stats`] says is missing is what the last frame's camera misses.
+    /// Whether the missing tiles in [`Self::stats`] were counted for the camera of the last frame.
     pub fn has_looked(&self) -> bool {
         self.streamer.has_looked()
     }

@@ -163,8 +163,8 @@ impl Pool {
         account.count(block)
     }
 
-    /// Words that tiles can take before four fifths of what is theirs is used: less than there is room for, so that what was refused is not
-    /// asked for when it would only just fit, and be refused again.
+    /// Words that tiles can take until four fifths of their part are used. That is less than there is room for, so that a refused tile is
+    /// not requested when it would only just fit, and then be refused again.
     pub fn spare_words(&self) -> u64 {
         let most = u64::from(self.capacity) * self.form.most / 125;
         most.saturating_sub(u64::from(self.account().tiles.used)) * u64::from(self.form.unit)

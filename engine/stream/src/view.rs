@@ -23,16 +23,16 @@ impl View {
         Self { cell, velocity: DVec3::ZERO, forward: DVec3::NEG_Z, half_angle: std::f64::consts::FRAC_PI_4 }
     }
 
-    /// Whether what is seen from one is nearly what is seen from the other: then the order of what is loaded need not be thought over.
+    /// Whether both see nearly the same, so that the order of loading stays.
     pub(crate) fn is_near(&self, other: &Self) -> bool {
         /// Cosine of 15 degrees.
         const SECTOR: f64 = 0.965_925_826_289_068_3;
         TileKey::of_cell(0, self.cell) == TileKey::of_cell(0, other.cell) && self.forward.dot(other.forward) > SECTOR
     }
 
-    /// How soon a tile is loaded: the smallest first. The coarsest come before all others, since they stand in for these, and what is in
-    /// the picture before what is not, of which chunks come first; what is not shown from here but may be soon comes after what is.
-    /// Distance counts from where the camera will be in half a second, and a quarter as much for each level.
+    /// How soon a tile is loaded; the smallest value first. The coarsest tiles come before all others, because they stand in for them. Then
+    /// come tiles in the picture, then those that may be in it soon, then those outside of it, chunks first, then all others. Distance counts from where the
+    /// camera will be in half a second, and a quarter as much for each level.
     pub(crate) fn urgency(&self, tile: TileKey, top: u32, shown: bool) -> (u8, f64) {
         let (to, radius) = self.to_tile(tile);
         let ahead = (to - self.velocity * 0.5).length();

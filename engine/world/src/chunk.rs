@@ -234,8 +234,7 @@ impl Chunk {
         }
     }
 
-    /// Whether a material may be among its voxels that a test holds for. Never false where there is one; with more than 256 materials, always
-    /// true.
+    /// Whether `test` may hold for the material of a voxel in it. Never false if it does; with more than 256 materials, always true.
     pub fn may_have_material(&self, mut test: impl FnMut(MaterialIndex) -> bool) -> bool {
         match &self.materials {
             Packed::Uniform(material) => test(*material),

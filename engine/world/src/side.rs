@@ -8,7 +8,7 @@ use crate::tile::Content;
 pub struct Side([u64; 64]);
 
 impl Side {
-    /// The cells at a face: twice the axis, one more where the axis ends.
+    /// The cells of a tile at a face: 0 to 5 for −x, +x, −y, +y, −z, +z.
     pub fn of(content: &Content, face: u32) -> Self {
         let chunk = match content {
             Content::Empty => return Self([0; 64]),
@@ -30,7 +30,7 @@ impl Side {
         Self(rows)
     }
 
-    /// Whether the cell at the face is solid that has these coordinates, each in 0…63, across the axis of the face.
+    /// Whether a cell at the face is solid. Its coordinates are in 0…63; the one along the axis of the face does not count.
     pub fn is_solid(&self, cell: [u32; 3], face: u32) -> bool {
         let axis = (face >> 1) as usize;
         let (u, v) = (cell[(axis + 1) % 3], cell[(axis + 2) % 3]);

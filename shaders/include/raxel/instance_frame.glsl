@@ -39,6 +39,7 @@ RxInstance rx_instance_of_quads(uvec4 q[RX_INSTANCE_QUADS]) {
                       uvec3(q[3].w, q[4].w, q[5].w), ivec3(q[5].xyz), ivec3(q[6].xyz), ivec3(q[7].xyz));
 }
 
+// The instance of an index, in the order of the world's file.
 RxInstance rx_instance_of(uint index) {
     uint at = instances.first + RX_INSTANCE_QUADS * index;
     uvec4 q[RX_INSTANCE_QUADS];
@@ -46,6 +47,7 @@ RxInstance rx_instance_of(uint index) {
     return rx_instance_of_quads(q);
 }
 
+// Whether the instance is not on the lattice of the world.
 bool rx_instance_is_free(RxInstance instance) {
     return ((instance.shape >> 16) & 1u) != 0u;
 }
@@ -57,6 +59,7 @@ uint rx_instance_axis(RxInstance instance, uint axis) {
     return axis == 0u ? x : axis == 1u ? y : 3u - x - y;
 }
 
+// Whether the turn of an instance on the lattice reverses this axis.
 bool rx_instance_turns_around(RxInstance instance, uint axis) {
     return ((instance.shape >> (12u + axis)) & 1u) != 0u;
 }
@@ -67,12 +70,14 @@ uvec2 rx_sum(uvec2 a, uvec2 b) {
     return uvec2(low, a.y + b.y + (low < a.x ? 1u : 0u));
 }
 
+// The product of two signed integers, in 64 bits.
 uvec2 rx_signed_product(int a, int b) {
     int high, low;
     imulExtended(a, b, high, low);
     return uvec2(uint(low), uint(high));
 }
 
+// The dot product of two vectors of integers, in 64 bits.
 uvec2 rx_dot(ivec3 a, ivec3 b) {
     return rx_sum(rx_sum(rx_signed_product(a.x, b.x), rx_signed_product(a.y, b.y)), rx_signed_product(a.z, b.z));
 }
@@ -106,6 +111,7 @@ vec3 rx_direction_from_instance(RxInstance instance, vec3 v) {
     return (vec3(instance.row_x) * v.x + vec3(instance.row_y) * v.y + vec3(instance.row_z) * v.z) * 1.1920928955078125e-7;
 }
 
+// A ray through the world and its instances that begins anywhere.
 RxSceneRay rx_scene_ray(RxRay ray) {
     return RxSceneRay(ray, RX_NO_INSTANCE, ray);
 }

@@ -23,6 +23,7 @@
 const uint RX_INSTANCE_DEPTH = 36u;  // more than any tree of boxes has
 const uint RX_INSTANCE_LEAF = 3u;
 
+// A hit of the world or of one of its instances.
 struct RxSceneHit {
     RxHit at;        // `voxel`, `face` and `uv` are those of the world, or of the model's own frame if `free`
     uint instance;   // in the order of the world's file; RX_NO_INSTANCE is the world itself
@@ -52,6 +53,7 @@ uint rx_instance_face(RxInstance instance, uint face) {
     return face;
 }
 
+// A word of the tree of an instance's model.
 uint rx_instance_word(RxInstance instance, uint at) {
     return instances.quads[instance.tree + (at >> 2)][at & 3u];
 }
@@ -174,6 +176,7 @@ uvec3 rx_time_product(uvec2 numerator, uint by) {
     return uvec3(low.x, middle, high.y + (middle < low.y ? 1u : 0u));
 }
 
+// Whether one time comes before another, exactly.
 bool rx_time_before(RxTime a, RxTime b) {
     uvec3 p = rx_time_product(a.numerator, b.size), q = rx_time_product(b.numerator, a.size);
     return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x < q.x;

@@ -25,6 +25,7 @@
 #include "camera.glsl"
 #include "internal/tile.glsl"
 
+// Defined by the shader. Takes a pixel that is undecided: its ray passes only air until `t_free`, in lengths of its direction.
 void rx_tile_rest(ivec2 pixel, float t_free);
 
 const uint RX_TILE_LEAVES = 112u;                // leaves that a tile may look at before its rays are handed on
@@ -85,6 +86,7 @@ float rx_tile_enters(vec3 at, vec3 slow) {
 }
 
 #ifndef RX_LAYOUT_TREE64
+// Calls rx_tile_rest for each pixel of a tile of 16 x 16 pixels: this layout has no packets.
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
     // Packets know no other tree, but whether there is anything to hit.
     bool nothing = any(greaterThan(world.bounds_min, world.bounds_last));
@@ -96,6 +98,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     }
 }
 #else
+// Traces the rays of the camera through a tile of 16 x 16 pixels, of an output of `size` pixels.
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
     const uint lane = gl_LocalInvocationIndex;
     const ivec2 first = tile * RX_TILE;

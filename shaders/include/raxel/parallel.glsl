@@ -25,7 +25,10 @@
 
 #include "internal/tile.glsl"
 
+// Defined by the shader. Gives a voxel near the start of a pixel's ray; false if it has no ray.
 bool rx_tile_near(ivec2 pixel, out ivec3 cell);
+
+// Defined by the shader. Gives the start of a pixel's ray, as in RxRay; false if it has no ray.
 bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);
 
 // Limits of a tile, beyond which its rays are handed on. A shader can define others.
@@ -56,6 +59,7 @@ shared vec4 rx_tile_places[4];
 // The rays that this invocation traces: fractions; cells + 256 in 10 bits an axis, in mirrored axes.
 vec4 rx_parallel_rays[8];
 
+// The cell of a ray that this invocation traces, in mirrored axes.
 vec3 rx_parallel_cell(uint s) {
     uint word = floatBitsToUint(rx_parallel_rays[s].w);
     return vec3(word & 1023u, (word >> 10) & 1023u, word >> 20) - 256.0;

@@ -17,6 +17,7 @@
 
 #include "world.glsl"
 
+// A ray that crosses the planes of each axis at whole times, a period apart.
 struct RxPeriodRay {
     ivec3 cell;    // voxel that it starts in
     uint octant;   // bit a: it goes down along axis a
@@ -24,6 +25,7 @@ struct RxPeriodRay {
     vec3 period;   // time between two planes of an axis: whole, 4096 to 2^24. Of one that is 0 the ray hits nothing
 };
 
+// What a period ray hits.
 struct RxPeriodHit {
     ivec3 voxel;
     uint face;     // RX_FACE_*
@@ -99,6 +101,8 @@ uint rx_period_cell() {
 // Which child of a node of 4 or 16 voxels a side holds a packed cell: its three fields of two bits are brought together by one
 // multiplication.
 uint rx_period_voxel(uint cell) { return ((cell & 0x00c01803u) * 0x00402010u) >> 22; }
+
+// The same for a node of 16 voxels a side.
 uint rx_period_leaf(uint cell) { return ((cell & 0x0300600cu) * 0x00100804u) >> 22; }
 
 // Moves the ray to the cell that it is in at a time. The estimate is off by less than half a cell, so its next whole number is the

@@ -13,14 +13,17 @@ const uint RX_ON_INSTANCE = 8u;
 
 const uint RX_PLACE_BITS = 18u;   // of a cell in the cube of a model; the other 14 are the number of the instance
 
+// Whether the face of a place is on an instance.
 bool rx_is_on_instance(uint face) {
     return (face & RX_ON_INSTANCE) != 0u;
 }
 
+// The index of the instance that the voxel of a place is on.
 uint rx_place_instance(ivec3 voxel) {
     return uint(voxel.x) >> RX_PLACE_BITS;
 }
 
+// The cell of the voxel of a place, in the cube of the instance's model.
 ivec3 rx_place_cell(ivec3 voxel) {
     return ivec3(voxel.x & ((1 << RX_PLACE_BITS) - 1), voxel.yz);
 }
@@ -32,6 +35,7 @@ vec3 rx_face_place(uint face, vec2 uv) {
     return axis == 0u ? vec3(plane, uv) : axis == 1u ? vec3(uv.x, plane, uv.y) : vec3(uv, plane);
 }
 
+// The inverse of rx_face_place.
 vec2 rx_face_uv(uint face, vec3 place) {
     uint axis = rx_face_axis(face);
     return axis == 0u ? place.yz : axis == 1u ? place.xz : place.xy;
@@ -46,20 +50,24 @@ vec3 rx_unturned(RxInstance instance, vec3 v, float rest) {
     return turned;
 }
 
+// A face in the axes of a model, in those of the frame that the instance is walked in.
 uint rx_unturned_face(RxInstance instance, uint face) {
     uint axis = rx_face_axis(face);
     return 2u * rx_instance_axis(instance, axis) + ((face & 1u) ^ (rx_instance_turns_around(instance, axis) ? 1u : 0u));
 }
 
+// A vector in the axes of a model, in those of the world.
 vec3 rx_instance_vector(RxInstance instance, vec3 v) {
     vec3 turned = rx_unturned(instance, v, 0.0);
     return rx_instance_is_free(instance) ? rx_direction_from_instance(instance, turned) : turned;
 }
 
+// A vector in the axes of the voxel of a place, in those of the world.
 vec3 rx_place_vector(ivec3 voxel, uint face, vec3 v) {
     return rx_is_on_instance(face) ? rx_instance_vector(rx_instance_of(rx_place_instance(voxel)), v) : v;
 }
 
+// The outward normal of the face of a place, in the world.
 vec3 rx_place_normal(ivec3 voxel, uint face) {
     return rx_place_vector(voxel, face, rx_normal(RX_FACE_PART(face)));
 }
@@ -74,6 +82,7 @@ RxSceneRay rx_ray_from_instance(RxInstance instance, ivec3 voxel, uint face, vec
     return rx_scene_ray_from_instance(instance, rx_place_instance(voxel), start, dir);
 }
 
+// A ray that leaves a place in a direction of the world.
 RxSceneRay rx_ray_from_place(ivec3 voxel, uint face, vec2 uv, vec3 dir) {
     if (!rx_is_on_instance(face)) return rx_scene_ray(rx_ray_from_face(voxel, face, uv, dir));
     return rx_ray_from_instance(rx_instance_of(rx_place_instance(voxel)), voxel, face, uv, dir);

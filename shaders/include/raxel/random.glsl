@@ -9,6 +9,7 @@ uint rx_hash(uint v) {
     return (word >> 22) ^ word;
 }
 
+// The same for three integers.
 uint rx_hash(ivec3 cell) {
     return rx_hash(uint(cell.x) + rx_hash(uint(cell.y) + rx_hash(uint(cell.z))));
 }

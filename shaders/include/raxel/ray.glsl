@@ -13,6 +13,7 @@ struct RxRay {
     float t_max;
 };
 
+// What a ray hits.
 struct RxHit {
     ivec3 voxel;
     uint face;      // the face of the voxel that was hit: RX_FACE_*
@@ -22,6 +23,7 @@ struct RxHit {
     uint steps;     // cells that were looked at
 };
 
+// What a voxel is made of.
 struct RxMaterial {
     vec3 albedo;         // linear reflectance
     float roughness;     // 0 mirror, 1 matt
@@ -40,6 +42,7 @@ const uint RX_FACE_INSIDE = 6u;  // the ray started in a solid voxel
 
 const float RX_FAR = 3.0e38;
 
+// A ray without an end.
 RxRay rx_ray(ivec3 cell, vec3 frac, vec3 dir) {
     return RxRay(cell, frac, dir, RX_FAR);
 }
@@ -68,6 +71,7 @@ ivec3 rx_face_step(uint face) {
     return ivec3(axis == 0u ? side : 0, axis == 1u ? side : 0, axis == 2u ? side : 0);
 }
 
+// The outward normal of a face; zero for RX_FACE_INSIDE.
 vec3 rx_normal(uint face) {
     return vec3(rx_face_step(face));
 }

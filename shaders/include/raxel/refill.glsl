@@ -47,10 +47,16 @@
 #define RX_ITEMS 256u
 #endif
 
+// Defined by the shader. Gives the first of RX_ITEMS items for this subgroup; false if there are no more.
 bool rx_next_items(out uint first);
+
+// Defined by the shader. Gives the ray of an item; false if it has none.
 bool rx_next_ray(uint item, out RxPeriodRay ray);
+
+// Defined by the shader. Takes what the ray of an item hits.
 void rx_ray_traced(uint item, bool found, RxPeriodHit hit);
 
+// Traces the rays of all items. Every thread of the workgroup calls it.
 void rx_trace_items() {
     const uint NOTHING = 3u;
     rx_period_prepare(gl_LocalInvocationIndex, gl_WorkGroupSize.x * gl_WorkGroupSize.y * gl_WorkGroupSize.z);

@@ -51,6 +51,7 @@ RxHit rx_place_of(RxSceneHit hit) {
     return at;
 }
 
+// First solid voxel along a ray through the world and its instances, as a place.
 bool rx_trace_places(RxSceneRay ray, out RxHit hit) {
     RxSceneHit found;
     bool there = rx_trace_scene(ray, found);

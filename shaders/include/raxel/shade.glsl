@@ -11,6 +11,7 @@ bool rx_sees_sun(RxHit hit, vec3 sun) {
     return dot(rx_normal(hit.face), sun) > 0.0 && !rx_trace(rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun), unused);
 }
 
+// Share of the light that reaches a corner of a face, by the solid voxels at its two sides and at the corner.
 float rx_corner_light(bool side_a, bool side_b, bool corner) {
     const float light[4] = float[](1.0, 0.74, 0.55, 0.40);
     return light[side_a && side_b ? 3 : int(side_a) + int(side_b) + int(corner)];
@@ -50,14 +51,17 @@ int rx_pack_surface(uint material, uint face, bool sunlit) {
     return int(material | (face << 16) | (sunlit ? 1u << 19 : 0u));
 }
 
+// The material in a word of rx_pack_surface.
 uint rx_packed_material(int word) {
     return uint(word) & 0xffffu;
 }
 
+// The face in a word of rx_pack_surface.
 uint rx_packed_face(int word) {
     return (uint(word) >> 16) & 7u;
 }
 
+// Whether the surface in a word of rx_pack_surface is in the sun.
 bool rx_packed_sunlit(int word) {
     return (uint(word) & (1u << 19)) != 0u;
 }

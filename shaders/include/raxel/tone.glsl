@@ -57,6 +57,7 @@ vec3 rx_tone_neutral_inverse(vec3 color) {
     return color + (low > 0.04 ? 0.04 : sqrt(max(low, 0.0) / 6.25) - max(low, 0.0));
 }
 
+// Applies one of the curves RX_TONE_* to linear light. The result is linear, from 0 to 1.
 vec3 rx_tone(vec3 light, uint curve) {
     if (curve == RX_TONE_NARKOWICZ) return rx_tone_narkowicz(light);
     if (curve == RX_TONE_REINHARD) return rx_tone_reinhard(light, 5.0);

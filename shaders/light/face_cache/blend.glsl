@@ -1,5 +1,5 @@
-// Light between the middles of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is bare;
-// two bare faces side by side have no wall between them, and across a corner the light goes by one of the two faces beside it. So
+// Light between the middles of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is exposed;
+// two exposed faces side by side have no wall between them, and across a corner the light goes by one of the two faces beside it. So
 // nothing leaks. Needs cells.glsl and queue.glsl; `height` is that of the picture.
 
 #include "beside.glsl"

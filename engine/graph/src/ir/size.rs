@@ -26,7 +26,7 @@ pub enum Size {
 }
 
 impl Size {
-    /// Numbers of mips and layers that can be told apart; (1, 1) for a buffer.
+    /// Numbers of mips and layers; (1, 1) for a buffer.
     pub fn subresources(&self) -> (u32, u32) {
         match *self {
             Size::Image { mips, layers, .. } => (mips, layers),

@@ -39,10 +39,10 @@ pub struct Form {
     pub chunk_words: usize,
     /// Writes a chunk over zeros.
     pub fill: fn(&Octant, &mut [u32]),
-    /// The words of a chunk that depend on some of its 4³ blocks, numbered as in [`Octant::block`] and sorted: all that may have changed
-    /// when these have. No two of them overlap.
+    /// Gives the words of a chunk that depend on some of its 4³ blocks, which are sorted and numbered as in [`Octant::block`]. No two
+    /// patches overlap.
     pub rewrite: fn(&Octant, &[u32]) -> Vec<Patch>,
-    /// So many changed blocks are rewritten at most: from there on the whole chunk is written in less time.
+    /// Most changed blocks that are rewritten one by one. With more of them, it is faster to write the whole chunk.
     pub most_parts: usize,
 }
 

@@ -65,7 +65,7 @@ impl InstanceBuffer {
         words
     }
 
-    /// The words at its begin, which are all that depends on where instances stand.
+    /// The words at its start: all that depends on where instances stand.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"

@@ -25,9 +25,9 @@ pub struct PoseRecords {
     pub poses: Vec<(usize, Option<Pose>)>,
     /// Records for which there was no room.
     pub lost: u64,
-    /// Records that are wrong,
+    /// Number of records that are wrong.
     pub wrong: u64,
-    /// and what is wrong with the first of them.
+    /// What is wrong with the first of them.
     pub why: Option<WrongPose>,
 }
 

@@ -51,12 +51,12 @@ pub struct LightGroup {
 }
 
 impl TileLights {
-    /// The lamps of a tile, whose voxels or cells are given; `beside` gives the side that the tile beyond one of its faces turns to
-    /// it, and is asked only where that decides.
+    /// The lamps of a tile with these voxels or cells. `beside` gives the outermost cells of the tile beyond a face; it is called only for
+    /// faces where the result depends on them.
     ///
-    /// A tile of level 0 has one part, and exactly the faces that the whole world has there. Above that, each 16³ cells are a part, since
-    /// finer tiles may lie over any of them; and where two parts meet, a face counts as bare: what is shown beyond it may be finer, and
-    /// leave some of it free.
+    /// A tile of level 0 has one part, and exactly the faces that the whole world has there. Above that, each 16³ cells are a part,
+    /// since finer tiles may replace any of them. Where two parts meet, a face counts as exposed: a finer tile beyond it may leave some of
+    /// it free.
     #[expect(clippy::cast_possible_truncation, reason = "cells of the world have 32 bits")]
     pub fn of(
         content: &Content,
@@ -128,7 +128,7 @@ impl TileLights {
         self.lights.len()
     }
 
-    /// The faces of the tile, a bit each, that something touches from inside which gives off light: its lamps follow from what is beyond.
+    /// The faces of the tile, a bit each, at which it has emissive cells. Which of these are lamps depends on the tile beyond the face.
     pub fn sides(&self) -> u8 {
         self.sides
     }

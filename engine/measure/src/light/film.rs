@@ -95,7 +95,7 @@ pub enum FilmError {
     /// A param cannot be set.
     #[error(transparent)]
     Set(#[from] raxel_runtime::params::SetError),
-    /// A frame is as good as its moment by definition.
+    /// Nothing changes over the time of the demo, so each frame equals its settled picture.
     #[error("nothing changes over the time of the demo: it has no camera keys, tracks, inputs or edits")]
     Still,
     /// There is nothing to compare.

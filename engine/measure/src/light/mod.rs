@@ -41,7 +41,7 @@ pub struct Scene {
     pub world: String,
     /// From where it is seen; the world's first camera when `None`.
     pub camera: Option<Camera>,
-    /// Params that are set in every system that has them.
+    /// Params that are set in every system that declares them.
     pub params: Vec<(String, f32)>,
     /// The same as texts, of any type; they win.
     pub set: Vec<(String, String)>,
@@ -65,7 +65,7 @@ pub struct Motion {
 /// How a camera moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CameraMotion {
-    /// To the right or the left, whichever side it can come from further.
+    /// To the right or the left, from the side with more room.
     #[default]
     Sideways,
     /// By so many voxels a second.

@@ -347,7 +347,7 @@ fn driven(session: &Session, motion: &Motion) -> Vec<Driven> {
     motion.params.iter().filter_map(of).collect()
 }
 
-/// Puts everything that moves where it is with this part of the way still before it. A param stays in its range.
+/// Puts everything that moves where it is while this part of its way is still ahead. A param stays in its range.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "params of graphs are 32-bit numbers, and casts of floats saturate"

@@ -230,8 +230,8 @@ impl Batch {
         })
     }
 
-    /// What a shader said about voxels that it was told to set, as counts of the first set: a voxel that it did not set, though it had the chunk, is a
-    /// miss, and one that it says it has set, though it had not, a false hit.
+    /// Counts in the first set what a shader said about voxels that it was told to set. A voxel that it did not set, although the copy has
+    /// the chunk, is a miss. A voxel that it claims to have set, although the copy lacks the chunk, is a false hit.
     pub fn judge_edits(site: usize, sets: usize, edits: &[VoxelEdit], found: &[HitWords], stored: bool) -> Tally {
         let mut tally = Tally::of(sets);
         for (edit, words) in edits.iter().zip(found) {

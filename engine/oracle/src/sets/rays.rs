@@ -168,7 +168,7 @@ pub(super) fn far(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-/// As [`far`], but one axis is far away alone: nothing of the others hides what its distance does. Half of the distances are any.
+/// As [`far`], but far away along one axis only, so that errors of that distance show. Half of the distances are arbitrary.
 pub(super) fn far_axes(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = targets.solid(random);
     let mut cell = random.cell(around(&targets.bounds));
@@ -211,8 +211,8 @@ pub(super) fn far_pinhole(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])))
 }
 
-/// Beside the scene by differences of 32 bits. Beside a scene at an end of the coordinates the origin is often at the other end, from where
-/// nothing is hit.
+/// Origins that a difference of 32 bits would put beside the scene. If the scene is at an end of the coordinates, the origin is often at
+/// the other end, from where nothing is hit.
 pub(super) fn wrapped(targets: &RayTargets, random: &mut Random) -> Ray {
     let (cell, target) = wrapped_from(targets, random, [3, 40, 3000]);
     let frac = fraction(random);

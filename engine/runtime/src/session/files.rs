@@ -74,7 +74,7 @@ impl ProjectFiles {
         OpenError::Project { diagnostics, texts: Box::new(self.texts.clone()) }
     }
 
-    /// No plan can be made of what is loaded.
+    /// The loaded files have no plan.
     pub fn plan_error(&self, diagnostics: Vec<Diagnostic>) -> FrameError {
         FrameError::Plan { diagnostics, texts: Box::new(self.texts.clone()) }
     }

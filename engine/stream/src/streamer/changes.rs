@@ -25,7 +25,7 @@ impl Changes {
         self.last = last;
     }
 
-    /// A tile is without a change.
+    /// Notes that a tile lacks a change.
     pub(super) fn note(&mut self, key: TileKey, number: u64) {
         self.stale.entry(key).or_insert(number);
     }
@@ -50,7 +50,7 @@ impl Changes {
         self.stale.remove(&key)
     }
 
-    /// The last change that is whole in what was made. Coarse tiles do not count: what is seen of them is far away.
+    /// The last change all of whose chunks are made. Coarse tiles do not count, because they are only seen from afar.
     pub(super) fn whole(&self) -> u64 {
         let chunks = self.stale.iter().take_while(|(key, _)| key.level == 0);
         chunks.map(|(_, since)| since - 1).min().unwrap_or(self.last)
@@ -63,7 +63,7 @@ impl Changes {
         }
     }
 
-    /// A publication is made: what came meanwhile is waited for in turn; an edit that takes too long is shown in parts.
+    /// A publication is made. The next one waits for later changes in turn; an edit that takes too long is shown in parts.
     pub(super) fn show(&mut self) {
         let whole = self.held.is_none_or(|(_, number)| self.whole() >= number);
         self.held = None;

@@ -8,7 +8,7 @@ use raxel_diagnostics::{Diagnostic, Span, codes};
 pub struct VoxError {
     /// Which sort of mistake.
     pub kind: VoxErrorKind,
-    /// Where in the file, in bytes from its start; `None` for what no place in it is to blame for.
+    /// Where in the file, in bytes from its start; `None` if the mistake has no single place.
     pub offset: Option<usize>,
     /// One line, lower case.
     pub message: String,

@@ -9,7 +9,7 @@ uint rx_word(uint at) {
 #endif
 }
 
-// 8 words a material: albedo, roughness, metallic, emission, transparency, one unused. An unknown index is pink.
+// The properties of a material; an unknown index is pink. A material has 8 words: albedo, roughness, metallic, emission, transparency, one unused.
 RxMaterial rx_material_properties(uint material) {
     if (material >= world.material_count) return RxMaterial(vec3(1.0, 0.0, 0.5), 1.0, 0.0, 0.0, 0.0);
     uint at = world.materials_at + 8u * material;

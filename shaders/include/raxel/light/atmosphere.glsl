@@ -27,6 +27,7 @@ struct RxAir {
     vec3 extinction;
 };
 
+// The air at a height in km above the ground.
 RxAir rx_air(float height) {
     float thin = exp(-height / 8.0), hazy = exp(-height / 1.2), ozone = max(0.0, 1.0 - abs(height - 25.0) / 15.0);
     RxAir air;
@@ -36,6 +37,7 @@ RxAir rx_air(float height) {
     return air;
 }
 
+// The phase function of Rayleigh scattering, by the cosine of the angle.
 float rx_rayleigh_phase(float cosine) {
     return 3.0 / (16.0 * RX_AIR_PI) * (1.0 + cosine * cosine);
 }
@@ -54,6 +56,7 @@ float rx_air_sphere(float radius, float cosine, float sphere) {
     return near > 0.0 ? near : far > 0.0 ? far : -1.0;
 }
 
+// Whether a ray that starts at a radius meets the ground; `cosine` is that of its angle from the zenith.
 bool rx_air_meets_ground(float radius, float cosine) {
     return cosine < 0.0 && radius * radius * (cosine * cosine - 1.0) + RX_AIR_GROUND * RX_AIR_GROUND >= 0.0;
 }
@@ -68,6 +71,7 @@ vec2 rx_transmittance_place(float radius, float cosine) {
     return vec2((d - least) / (most - least), rho / h);
 }
 
+// The inverse of rx_transmittance_place.
 void rx_transmittance_at(vec2 place, out float radius, out float cosine) {
     float h = sqrt(RX_AIR_TOP * RX_AIR_TOP - RX_AIR_GROUND * RX_AIR_GROUND), rho = h * place.y;
     radius = sqrt(rho * rho + RX_AIR_GROUND * RX_AIR_GROUND);
@@ -86,6 +90,7 @@ vec3 rx_air_transmittance(float radius, float cosine, int steps) {
     return exp(-depth);
 }
 
+// Where the table `scattered` keeps a height (as a radius) and the cosine of the sun's angle from the zenith.
 vec2 rx_scattered_place(float radius, float sun_cosine) {
     return vec2(0.5 + 0.5 * sun_cosine, clamp((radius - RX_AIR_GROUND) / (RX_AIR_TOP - RX_AIR_GROUND), 0.0, 1.0)) * (31.0 / 32.0) + 0.5 / 32.0;
 }

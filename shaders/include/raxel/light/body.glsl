@@ -76,8 +76,8 @@ bool rx_pass_body(RxHit hit, uint most, inout RxRay ray, inout vec3 share) {
     return false;
 }
 
-// The same along a ray through the world and its instances (<raxel/scene.glsl>), which are not passed.
 #ifdef RX_BINDS_instances
+// The same along a ray through the world and its instances (<raxel/scene.glsl>), which are not passed.
 bool rx_pass_panes(RxHit hit, uint most, inout RxSceneRay ray, inout vec3 share) {
     if (rx_is_on_instance(hit.face)) return false;
     RxRay on = ray.ray;

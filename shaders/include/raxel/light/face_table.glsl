@@ -86,10 +86,12 @@ vec3 rx_face_part(uint part) {
     return part == 0u ? vec3(0.0, 0.0, 1.0) : vec3(0.5 * float(part - 1u & 1u), 0.5 * float(part - 1u >> 1), 0.5);
 }
 
+// The word that the slot of a key holds, `probe` slots behind the first slot of the key.
 uint rx_face_word(RxFaceKey key, uint probe) {
     return probe + 1u << 26 | key.rest;
 }
 
+// The slot that lies `probe` slots behind the first slot of a key.
 uint rx_face_slot(RxFaceKey key, uint probe) {
     return key.home + probe & RX_FACE_SLOTS - 1u;
 }

@@ -6,6 +6,7 @@
 #include "sampling.glsl"
 #include "sampler.glsl"
 
+// Luminance of linear light (ITU-R BT.709).
 float rx_luminance(vec3 light) {
     return dot(light, vec3(0.2126, 0.7152, 0.0722));
 }

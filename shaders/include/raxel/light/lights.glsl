@@ -1,4 +1,4 @@
-// The lamps of the world: a list of the bare faces of emissive voxels, and a table that draws one of them in proportion to its power.
+// The lamps of the world: a list of the exposed faces of emissive voxels, and a table that draws one of them in proportion to its power.
 // Bind `lights` to a buffer with `source = "world.lights"`. Each face gives off the same radiance everywhere and in all directions, albedo *
 // emission. Its area is 1, but for the cells of a streamed world, which are as large as their level makes them. There, lamps come and go in
 // groups: one is drawn first, and then a face of it.
@@ -16,6 +16,7 @@ layout(std430) readonly buffer RxLights {
                     // one for each group: first light, lights, threshold, alias
 } lights;
 
+// A lamp: an exposed face of an emissive voxel or cell.
 struct RxLight {
     ivec3 voxel;
     uint face;
@@ -29,6 +30,7 @@ uint rx_lights_count() {
     return lights.count;
 }
 
+// The lamp of an index, which is below rx_lights_count().
 RxLight rx_light(uint index) {
     uvec4 place = lights.quads[2u * index], draw = lights.quads[2u * index + 1u];
     float probability =
@@ -68,6 +70,7 @@ uint rx_pick_light(uvec2 random, out uint rest, out uint spacing) {
     return keep < uintBitsToFloat(draw.y) ? index : draw.z;
 }
 
+// The same without the bits that are left.
 uint rx_pick_light(uvec2 random) {
     uint rest, spacing;
     return rx_pick_light(random, rest, spacing);

@@ -8,6 +8,7 @@
 
 #include "lamps.glsl"
 
+// A point on a lamp that stands for several compared points.
 struct RxReservoir {
     uint light;    // the index of the lamp
     vec2 uv;       // the place on its face
@@ -25,6 +26,7 @@ RxLampSample rx_reservoir_light(RxReservoir r, RxRay from, vec3 normal, float po
     return point;
 }
 
+// Luminance of the light of a reservoir's point at a place, which points are chosen by; 0 without a point.
 float rx_reservoir_target(RxReservoir r, RxRay from, vec3 normal, float points) {
     return r.light < rx_lights_count() ? rx_luminance(rx_reservoir_light(r, from, normal, points).light) : 0.0;
 }
@@ -53,6 +55,7 @@ uvec4 rx_pack_reservoir(RxReservoir r) {
     return uvec4(r.light, packUnorm2x16(r.uv), floatBitsToUint(r.weight), floatBitsToUint(r.count));
 }
 
+// The inverse of rx_pack_reservoir.
 RxReservoir rx_unpack_reservoir(uvec4 words) {
     return RxReservoir(words.x, unpackUnorm2x16(words.y), uintBitsToFloat(words.z), uintBitsToFloat(words.w));
 }

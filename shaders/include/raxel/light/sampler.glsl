@@ -13,6 +13,7 @@ struct RxSampler {
 
 const uint RX_SAMPLER_PAIRS = 6u;
 
+// The random numbers of the sample `index`. Another seed gives other numbers.
 RxSampler rx_sampler(uint index, uint seed) {
     return RxSampler(index, seed, 0u);
 }
@@ -26,6 +27,7 @@ vec2 rx_next2(inout RxSampler s) {
     return vec2(x, rx_random(state));
 }
 
+// One number in [0, 1).
 float rx_next(inout RxSampler s) {
     return rx_next2(s).x;
 }

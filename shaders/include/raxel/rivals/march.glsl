@@ -24,6 +24,7 @@
 #elif defined(RX_MARCH_STACK)
 #include "march/stack.glsl"
 #else
+// First solid voxel along a ray, by the marcher that a define chooses; without one, by rx_trace.
 bool rx_march(RxRay ray, out RxHit hit) {
     return rx_trace(ray, hit);
 }

@@ -66,7 +66,7 @@ impl Resource {
     }
 }
 
-/// What is said while a word of a buffer is not 0: passes count there what should not be, e.g. what found no room.
+/// A warning while a word of a buffer is not 0. Passes count there what should not happen, for example elements that found no room.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
     /// Byte offset of the `uint`, a multiple of 4.

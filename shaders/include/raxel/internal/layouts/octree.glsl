@@ -56,8 +56,8 @@ bool rx_occupied(ivec3 cell, uint level) {
 #include "../trace.glsl"
 
 #ifdef RX_WRITE
-// A voxel of a chunk that the copy has: one node a depth. Bits of children stay set when the last voxel below is taken away, and a node
-// that was of one material is not known to be so again: then rays look deeper than they would need to, until the copy is filled anew.
+// Sets a voxel to a material, or to air (0). False if the copy does not have the chunk of the voxel. Bits of children stay set when the last
+// voxel below goes, and a node is not marked as of one material again. Rays then look deeper than they need to, until the copy is filled anew.
 bool rx_set(ivec3 cell, uint material) {
     if (!rx_in_world(cell)) return false;
     uvec3 c = uvec3(cell) - uvec3(world.origin);

@@ -118,6 +118,7 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     }
 }
 
+// Material of a voxel; 0 is air.
 uint rx_material(ivec3 cell) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     uint log2_free;
@@ -158,7 +159,7 @@ int rx_free(uvec3 c) {
     return int(2u * height - 2u) + (rx_free_octet(mask, child) ? 1 : 0);
 }
 
-// The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
+// First solid voxel along a ray that passes only air until `t_free`, in lengths of its direction.
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk walk;
@@ -243,6 +244,7 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     return within;
 }
 
+// First solid voxel along a ray, exactly; false if there is none before the ray ends.
 bool rx_trace(RxRay ray, out RxHit hit) {
     return rx_trace_from(ray, 0.0, hit);
 }

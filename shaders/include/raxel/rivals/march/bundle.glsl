@@ -19,6 +19,7 @@ uint rx_steepest(vec3 dir) {
     return size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
 }
 
+// Whether a ray can hit anything: it is finite, and its direction has a length.
 bool rx_ray_is_valid(RxRay ray) {
     return rx_lattice_top(ray.dir) != 0u && !rx_not_finite(ray.dir) && !rx_not_finite(ray.frac);
 }

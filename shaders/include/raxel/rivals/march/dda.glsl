@@ -28,6 +28,7 @@ bool rx_dda(RxLine line, RxRay ray, inout RxHit hit) {
 }
 
 #ifdef RX_MARCH_DDA
+// First solid voxel along a ray, voxel by voxel.
 bool rx_march(RxRay ray, out RxHit hit) {
     hit = RX_NO_HIT;
     RxLine line;

@@ -10,6 +10,7 @@
 // drivers of the llvmpipe family end every loop after 65,535 rounds.
 const uint RX_MARCH_ROUNDS = 60000u;
 
+// A ray as a line in f32.
 struct RxLine {
     vec3 origin;    // voxels from world.origin
     vec3 dir;       // the ray's, scaled by a power of two so that its largest component is 1 to 2; 2 to 4 if the ray's is 2^127 or more
@@ -68,6 +69,7 @@ ivec3 rx_line_cell(RxLine line, float t) {
     return clamp(ivec3(floor(line.origin + t * line.dir)), low, high);
 }
 
+// Whether a cell is within the bounds of the solid voxels.
 bool rx_line_within(ivec3 cell) {
     ivec3 low = world.bounds_min - world.origin, high = world.bounds_last - world.origin;
     return all(greaterThanEqual(cell, low)) && all(lessThanEqual(cell, high));
@@ -87,6 +89,7 @@ float rx_line_entry(RxLine line, ivec3 cell, out uint axis) {
     return times[axis];
 }
 
+// The axis of the least of three times.
 uint rx_line_first(vec3 times) {
     return times.x <= times.y && times.x <= times.z ? 0u : times.y <= times.z ? 1u : 2u;
 }

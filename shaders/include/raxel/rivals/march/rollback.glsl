@@ -26,6 +26,7 @@ bool rx_roll_back(RxLine line, RxRay ray, float before, float t, ivec3 solid, ui
     return rx_line_hit(line, ray, solid, max(entry, before), axis, material, hit);
 }
 
+// First solid voxel along a ray, by fixed steps, jumps over empty blocks, and a walk back.
 bool rx_march(RxRay ray, out RxHit hit) {
     hit = RX_NO_HIT;
     RxLine line;

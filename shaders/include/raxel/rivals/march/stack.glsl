@@ -15,10 +15,12 @@ struct RxLevel {
     vec3 next;
 };
 
+// The walk of a level at a cell.
 RxLevel rx_level_at(RxLine line, ivec3 cell, uint level) {
     return RxLevel(cell >> level, rx_line_exits(line, cell, level));
 }
 
+// First solid voxel along a ray, with the walks of the levels above on a stack.
 bool rx_march(RxRay ray, out RxHit hit) {
     hit = RX_NO_HIT;
     RxLine line;

@@ -14,6 +14,7 @@ ivec3 rx_line_next(RxLine line, ivec3 cell, uint level, float t, uint axis) {
     return next;
 }
 
+// First solid voxel along a ray; each step finds its level again.
 bool rx_march(RxRay ray, out RxHit hit) {
     hit = RX_NO_HIT;
     RxLine line;
