@@ -301,7 +301,12 @@ fn try_each(first: Stage, cases: Vec<Case>, whole: &BTreeMap<&'static str, Resul
             Ok((run, results)) => judge(&run, &results, &whole[name(case.verb)]),
             Err(reason) => Some(reason),
         };
-        wrong.lock().unwrap().extend(found.map(|found| format!("{case:?} (reached: {reached}): {found}")));
+        if let Some(found) = found {
+            let found = format!("{case:?} (reached: {reached}): {found}");
+            // At once: a long run may be cut off.
+            println!("{found}");
+            wrong.lock().unwrap().push(found);
+        }
     };
     std::thread::scope(|scope| {
         for stage in stages {
@@ -344,7 +349,6 @@ fn a_verb_goes_on_or_ends_with_one_error_after_some_call_has_failed() {
     try_each(stage, chosen(cases, 60), &whole);
 }
 
-/// `RAXEL_FAULTS` chooses cases by a part of their text, such as `Render`, `vkQueueSubmit2` or `DeviceLost`.
 /// A driver that has no memory for an answer has not refused the format.
 #[test]
 fn a_format_is_refused_only_by_a_driver_that_refuses_it() {
@@ -360,6 +364,7 @@ fn a_format_is_refused_only_by_a_driver_that_refuses_it() {
     }
 }
 
+/// `RAXEL_FAULTS` chooses cases by a part of their text, such as `Render`, `vkQueueSubmit2` or `DeviceLost`.
 #[test]
 #[ignore = "an hour of processor time at most: every call with every error"]
 fn a_verb_goes_on_or_ends_with_one_error_after_any_call_has_failed() {
