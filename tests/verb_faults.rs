@@ -341,6 +341,39 @@ fn chosen(cases: Vec<Case>, most: usize) -> Vec<Case> {
     keyed.into_iter().take(most).map(|(_, case)| case).collect()
 }
 
+/// The rays of one row that a run of `raxel stress` has printed, and how many of them were wrong; none if it has printed no row.
+fn judged(run: &Run) -> Option<(u64, u64)> {
+    let mut words = run.stdout.lines().find_map(|line| line.strip_prefix("tree64: "))?.split(' ');
+    Some((words.next()?.parse().ok()?, words.nth(1)?.parse().ok()?))
+}
+
+#[test]
+fn what_was_judged_before_the_device_is_lost_is_printed() {
+    let stage = Stage::new();
+    let stress =
+        ["stress", "--layouts", "tree64", "--scenes", "menger@near,dust@far", "--rays", "4000", "--format", "short"];
+    let run = || finish(&mut stage.command(&stress)).unwrap();
+    stage.faults.disarm();
+    let whole = run();
+    let submits = stage.faults.disarm().iter().filter(|(call, _)| call == "vkQueueSubmit2").count();
+    let (all, wrong) = judged(&whole).unwrap();
+    assert!(whole.code == 0 && all > 2000 && wrong == 0 && submits > 10, "{submits} {}", whole.stdout);
+    let after = |submits| {
+        stage.faults.arm("vkQueueSubmit2", submits, Fault::DeviceLost);
+        let run = run();
+        let errors = run.stderr.lines().filter(|line| line.starts_with("error")).count();
+        assert!(run.code == 5 && errors == 1, "{}: {}", run.code, run.stderr);
+        assert_eq!(judged(&run).is_some(), run.stderr.contains("the run ended early"), "{}", run.stderr);
+        judged(&run)
+    };
+    // Moved, turned and mirrored scenes are the last step: by then all rays are judged.
+    assert_eq!(after(submits - 1), Some((all, 0)));
+    // While they are traced, some.
+    let some: Vec<u64> = (0..submits).step_by(submits / 8 + 1).filter_map(|n| Some(after(n)?.0)).collect();
+    assert!(some.is_sorted() && some.iter().any(|rays| *rays == all), "{some:?} of {all}");
+    assert_eq!(after(0), None);
+}
+
 #[test]
 fn a_verb_goes_on_or_ends_with_one_error_after_some_call_has_failed() {
     let stage = Stage::new();

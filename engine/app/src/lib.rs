@@ -9,11 +9,10 @@ mod templates;
 mod unpacked;
 mod verbs;
 
-#[cfg(unix)]
-use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::Parser;
+use raxel_terminal::failure::leave;
 
 /// Runs the command line of this process and gives its exit code (see [`raxel_terminal::failure::Exit`]).
 pub fn main() -> ExitCode {
@@ -31,11 +30,9 @@ pub fn main() -> ExitCode {
             failure.exit as u8
         }
     };
-    #[cfg(unix)]
     if raxel_gpu::has_abandoned_device() {
         // A driver that waits for its device when the process ends would wait for ever.
-        let _ = std::io::stdout().flush();
-        signal_hook::low_level::exit(code.into());
+        leave(code);
     }
     code.into()
 }

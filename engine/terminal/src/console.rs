@@ -6,7 +6,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use serde_json::{Value, json};
 
-use crate::failure::{Exit, Failure};
+use crate::failure::{Exit, Failure, leave};
 
 /// The form of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -176,10 +176,10 @@ fn write(to: To, text: &str) {
         To::Stderr => std::io::stderr().lock().write_all(text.as_bytes()),
     };
     match result {
-        Err(error) if to == To::Stdout && error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) if to == To::Stdout && error.kind() == ErrorKind::BrokenPipe => leave(0),
         Err(error) if to == To::Stdout => {
             eprintln!("error: stdout cannot be written: {error}");
-            std::process::exit(2);
+            leave(Exit::Usage as u8);
         }
         // With stderr gone there is nobody left to tell.
         _ => {}

@@ -1,5 +1,7 @@
 //! Why a verb stops, and the exit code that says so. The codes are a contract with scripts.
 
+#[cfg(unix)]
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use raxel_output::OutputError;
@@ -72,3 +74,18 @@ impl From<OutputError> for Failure {
 
 /// What a verb gives.
 pub type Result<T = ()> = std::result::Result<T, Failure>;
+
+/// Ends the process without the ends of libraries. A driver's own end may wait for a device that never finishes; and it may crash where another thread
+/// still works with the driver, which is usual in the middle of a verb.
+#[cfg(unix)]
+pub fn leave(code: u8) -> ! {
+    // With stdout gone there is nobody left to write for.
+    let _ = std::io::stdout().flush();
+    signal_hook::low_level::exit(code.into())
+}
+
+/// Ends the process.
+#[cfg(not(unix))]
+pub fn leave(code: u8) -> ! {
+    std::process::exit(code.into())
+}

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use raxel_execute::{Builder, Comparison, ExecuteError, Reference, ReferenceValues, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
@@ -34,10 +34,32 @@ pub struct Comparing {
     measuring: Option<Receiver<Figures>>,
 }
 
-/// A reference on its way to a device.
+/// A reference on its way to a device. Its thread ends before this does: a driver that is still at work when the process ends may crash, since its own
+/// ends run then.
 struct Uploading {
     device: u64,
     made: Receiver<Result<Reference, ExecuteError>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Uploading {
+    fn start(device: u64, make: impl FnOnce() -> Result<Reference, ExecuteError> + Send + 'static) -> Self {
+        let (send, made) = channel();
+        let thread = thread::spawn(move || {
+            // Nobody takes it if another picture was kept meanwhile.
+            let _ = send.send(make());
+        });
+        Self { device, made, thread: Some(thread) }
+    }
+}
+
+impl Drop for Uploading {
+    fn drop(&mut self) {
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread was shown when it happened.
+            let _ = thread.join();
+        }
+    }
 }
 
 /// A picture that was kept.
@@ -221,12 +243,7 @@ impl Comparing {
             return;
         }
         let (builder, pixels) = (session.builder(), kept.pixels.clone());
-        let (send, made) = channel();
-        thread::spawn(move || {
-            // A window that was closed does not wait for it.
-            let _ = send.send(pixels.reference(&builder));
-        });
-        self.uploading = Some(Uploading { device, made });
+        self.uploading = Some(Uploading::start(device, move || pixels.reference(&builder)));
     }
 
     fn reference(&self, session: &Session) -> Option<&Arc<Reference>> {
@@ -341,6 +358,8 @@ fn displayed(texels: &Texels, display: &Display) -> Result<Picture, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use raxel_shader::format::Format;
 
     use super::*;
@@ -350,6 +369,21 @@ mod tests {
     fn texels(values: &[f32]) -> Texels {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         Texels { format: Format::R32f, width: u32::try_from(values.len()).unwrap(), height: 1, bytes }
+    }
+
+    /// Whether or not it is finished: a thread that is left behind would be in the driver when the process ends.
+    #[test]
+    fn an_upload_that_is_dropped_has_ended() {
+        let ended = Arc::new(AtomicBool::new(false));
+        let (on_thread, (begin, begun)) = (ended.clone(), channel());
+        let uploading = Uploading::start(1, move || {
+            let _ = begun.recv();
+            on_thread.store(true, Ordering::Release);
+            Err(ExecuteError::NoPlan)
+        });
+        thread::spawn(move || begin.send(()));
+        drop(uploading);
+        assert!(ended.load(Ordering::Acquire));
     }
 
     fn kept(values: &[f32]) -> Pixels {

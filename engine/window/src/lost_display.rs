@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use raxel_terminal::console::Console;
-use raxel_terminal::failure::{Exit, Failure};
+use raxel_terminal::failure::{Exit, Failure, leave};
 
 /// Where the end is told.
 static CONSOLE: OnceLock<Console> = OnceLock::new();
@@ -38,18 +38,8 @@ pub fn end(why: &str) -> ! {
         Some(console) => console.failure(&failure),
         None => eprintln!("error: {}", failure.message.as_deref().unwrap_or_default()),
     }
-    leave(failure.exit)
-}
-
-/// Without the ends of libraries: they would talk to the window system.
-#[cfg(unix)]
-fn leave(exit: Exit) -> ! {
-    signal_hook::low_level::exit(i32::from(exit as u8))
-}
-
-#[cfg(not(unix))]
-fn leave(exit: Exit) -> ! {
-    std::process::exit(i32::from(exit as u8))
+    // The ends of libraries would talk to the window system.
+    leave(failure.exit as u8)
 }
 
 #[cfg(test)]

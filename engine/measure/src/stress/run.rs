@@ -185,13 +185,13 @@ pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
     }
 }
 
-/// Runs a plan. What is wrong with a row or a site is in its report; an error is one of the device.
+/// Runs a plan. What is wrong with a row or a site is in its report. An error is one of the device; the report then has what was judged before.
 pub fn run(
     plan: &Plan,
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
     progress: &mut dyn FnMut(Progress<'_>),
-) -> Result<Report, RayError> {
+) -> (Report, Result<(), RayError>) {
     let start = Instant::now();
     let mut report = Report {
         rows: plan.rows.iter().map(|row| RowReport::new(row, plan)).collect(),
@@ -199,6 +199,18 @@ pub fn run(
         answer_seconds: 0.0,
         seconds: 0.0,
     };
+    let result = go_through(plan, device, files, &mut report, progress);
+    report.seconds = start.elapsed().as_secs_f64();
+    (report, result)
+}
+
+fn go_through(
+    plan: &Plan,
+    device: &Arc<Device>,
+    files: &Arc<dyn Files>,
+    report: &mut Report,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<(), RayError> {
     let mut rows = Vec::new();
     for report in &mut report.rows {
         rows.push(ready(report, device, files)?);
@@ -209,9 +221,7 @@ pub fn run(
     for (number, site) in plan.sites.iter().enumerate() {
         runner.site(number, site, &mut rows)?;
     }
-    let mut report = runner.report;
-    report.seconds = start.elapsed().as_secs_f64();
-    Ok(report)
+    Ok(())
 }
 
 fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Ready, RayError> {
@@ -231,7 +241,7 @@ struct Runner<'a> {
     device: Arc<Device>,
     files: Arc<dyn Files>,
     stream: Stream,
-    report: Report,
+    report: &'a mut Report,
     progress: &'a mut dyn FnMut(Progress<'_>),
     done: u64,
     software: bool,

@@ -23,7 +23,7 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 /// Each ray is made from the seed, judged by the exact tracer once, and traced by every row. Exit code 1 when a tracer that claims to
 /// be exact is wrong about one ray, gives up, or writes a t that is no number; when the CPU port of the default tracer hits another
 /// voxel or face than the device; or when a scene that is moved, turned or mirrored is hit differently. Exit code 4 when the device
-/// fails, or has no memory for a part of the run. See docs/stress.md.
+/// fails, or has no memory for a part of the run; 5 when it is lost. If it fails, what was judged before is printed. See docs/stress.md.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel stress                                            every layout, scene and set, a few seconds\n  \
@@ -121,19 +121,40 @@ pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     }
 
     let bar = progress(&plan, console);
-    let report = stress::run(&plan, &device, &files, &mut |at| {
+    let (report, traced) = stress::run(&plan, &device, &files, &mut |at| {
         bar.set_position(at.rays);
         bar.set_message(format!("{}  {}", at.site, at.row));
-    })
-    .map_err(|error| failure(error, console))?;
+    });
     bar.set_message("moved, turned and mirrored");
-    let symmetry = symmetric(&plan, &device, &files).map_err(|error| failure(error, console))?;
+    let mut symmetry = Vec::new();
+    let ended = traced.and_then(|()| symmetric(&plan, &device, &files, &mut symmetry));
     bar.finish_and_clear();
 
+    if let Err(error) = ended {
+        return Err(stopped((&plan, &report, &symmetry), &about, failure(error, console), console));
+    }
     table::print(&plan, &report, &symmetry, &about, console);
     outputs.write(&plan, &report, &symmetry, &about, console)?;
     verdict(&plan, &report, &symmetry, console)?;
     validated(&device, console)
+}
+
+/// Prints what was judged before an error ended the run, and gives that error. No file is written: a file has the counts of a whole run.
+fn stopped(
+    (plan, report, symmetry): (&Plan, &Report, &[(Layout, Invariants)]),
+    about: &About,
+    error: Failure,
+    console: &Console,
+) -> Failure {
+    if report.rows.iter().any(|row| row.total().rays > 0) {
+        table::print(plan, report, symmetry, about, console);
+        console.message("the run ended early; these are the rays that were judged before");
+        let wrong = wrong(plan, report, symmetry, console);
+        if !wrong.is_empty() {
+            console.message(&wrong.join("; "));
+        }
+    }
+    error
 }
 
 /// Exit code 6 when the validation layer has something to say.
@@ -154,21 +175,21 @@ fn symmetric(
     plan: &Plan,
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
-) -> std::result::Result<Vec<(Layout, Invariants)>, RayError> {
+    all: &mut Vec<(Layout, Invariants)>,
+) -> std::result::Result<(), RayError> {
     // 48 worlds a layout: a sample is enough where few rays are asked for.
     let rays = (plan.rays_each() / 16).clamp(16, 1024) as usize;
-    let mut all = Vec::new();
     for row in &plan.rows {
         if let Row::Device(method @ Method { layout, marcher: None }) = row {
             let mut tracer = Tracer::new(device, files.clone(), method)?;
             all.push((*layout, invariants(&mut tracer, device, plan.seed, rays)?));
         }
     }
-    Ok(all)
+    Ok(())
 }
 
-/// Exit code 1 when something that must be exact is not; the first wrong rays are shown.
-fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Result {
+/// What must be exact and is not; the first wrong rays are shown.
+fn wrong(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Vec<String> {
     let mut wrong = Vec::new();
     for row in report.rows.iter().filter(|row| row.row.exact()) {
         let total = row.total();
@@ -196,6 +217,12 @@ fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], cons
             wrong.push(format!("{} hits {count} moved, turned or mirrored rays differently", layout.name()));
         }
     }
+    wrong
+}
+
+/// Exit code 1 when something that must be exact is not; 4 when the device had no memory for a part, 3 when nothing was traced.
+fn verdict(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Result {
+    let wrong = wrong(plan, report, symmetry, console);
     if !wrong.is_empty() {
         return Err(Failure::new(Exit::Check, wrong.join("; ")));
     }

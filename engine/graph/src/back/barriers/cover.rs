@@ -107,3 +107,30 @@ pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ir::plan::Scope;
+
+    fn slot(src: (Stages, AccessMask), dst: (Stages, AccessMask)) -> Slot {
+        let [src, dst] = [src, dst].map(|(stages, access)| Scope { stages, access });
+        Slot { memory: Dependency { src, dst }, ..Slot::default() }
+    }
+
+    /// The frames after the first go through the same slots, and a chain may take one slot of each: what waits between two that help is no end.
+    #[test]
+    fn slots_that_do_nothing_end_the_search_only_after_a_whole_frame_of_them() {
+        let store = (Stages::COMPUTE_SHADER, AccessMask::SHADER_STORAGE_WRITE);
+        let clear = (Stages::CLEAR, AccessMask::TRANSFER_WRITE);
+        let fetch = (Stages::DRAW_INDIRECT, AccessMask::INDIRECT_COMMAND_READ);
+        let kind = NeedKind::Pair(store.1, fetch.1);
+        // Stores reach clears in the last slot, and clears reach fetches in the one before: in the next frame.
+        let chain = [Slot::default(), Slot::default(), slot(clear, fetch), slot(store, clear)];
+        let need = |slots| Need { kind, first: 0, slots, by: (0, 0) };
+        assert_eq!(covered(&chain, &need(8)), Some((3, 6)));
+        assert_eq!(covered(&chain, &need(6)), None, "it ends before");
+        let apart = [Slot::default(), slot(clear, fetch), Slot::default(), Slot::default()];
+        assert_eq!(covered(&apart, &need(u32::MAX)), None, "nothing waits for stores, however many frames there are");
+    }
+}

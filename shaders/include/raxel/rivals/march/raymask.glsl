@@ -45,8 +45,10 @@ bool rx_raymask_misses(RxWalk walk, inout uvec3 asked) {
     if ((walk.axes & faces) == 0u) return false;
     uint enter = uint(findLSB(walk.axes & faces));
     vec3 in_place = walk.t * walk.d + walk.start + 0.5, out_place = exits[leave] * walk.d + walk.start + 0.5;
-    // Places are good to 2^-20 of the way: farther out they may lie in another square than a mask has room for.
-    if (max(out_place.x, max(out_place.y, out_place.z)) >= 16384.0) return false;
+    // Places are good to 2^-20 of the way, and those at which a slow axis leaves the block are off by as much more as the fastest one is faster: they may lie
+    // in another square than a mask has room for.
+    float way = max(out_place.x, max(out_place.y, out_place.z)) + 1.0, fastest = max(walk.d.x, max(walk.d.y, walk.d.z));
+    if (way * fastest >= 16384.0 * walk.d[leave]) return false;
     uint enter_square = rx_raymask_square(in_place - from_entry, enter), leave_square = rx_raymask_square(out_place - from_entry, leave);
     uvec2 passed = rayMasks.masks[rx_raymask_index(enter, enter_square, leave, leave_square)];
     return (passed & rx_mirror_mask(rx_looked_mask, rx_walk_flip(walk, 3u))) == uvec2(0u);
