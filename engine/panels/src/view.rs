@@ -32,6 +32,8 @@ pub struct View<'a> {
     pub presets: Vec<Preset>,
     /// Diagnostics.
     pub problems: &'a [Problem],
+    /// The shaders check the bounds of their accesses.
+    pub checks_bounds: bool,
     /// World and camera.
     pub world: World<'a>,
     /// The demo, if one runs.

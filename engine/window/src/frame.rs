@@ -291,6 +291,7 @@ impl Viewer<'_> {
             presets: self.presets.view(self.session.graph_path(), &params),
             params,
             records: self.recorder.is_on(),
+            checks_bounds: self.session.checks_bounds(),
             problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),
