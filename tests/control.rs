@@ -200,7 +200,7 @@ fn an_access_out_of_bounds_is_a_diagnostic_while_checks_are_on() {
     project.edit("shaders/examples/print.comp", "rx_assert(!found", far);
     let scene = ["control", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
     let mut talk = Talk::start(&mut command(project.root(), &scene));
-    let mut beyond = |talk: &mut Talk| {
+    let beyond = |talk: &mut Talk| {
         talk.ask(json!({ "do": "reset" }));
         talk.ask(json!({ "do": "step" }));
         let found = talk.ask(json!({ "do": "diagnostics" }));

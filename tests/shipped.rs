@@ -129,7 +129,9 @@ fn no_access_of_a_graph_is_out_of_bounds() {
         session.wait().unwrap();
         let found = session.take_messages();
         let said: Vec<String> = (found.iter())
-            .map(|found| format!("{} {:?}", found.message, found.labels.first().map(|label| (&label.span.file, &label.text))))
+            .map(|found| {
+                format!("{} {:?}", found.message, found.labels.first().map(|label| (&label.span.file, &label.text)))
+            })
             .collect();
         assert!(said.is_empty(), "{graph}: {said:#?}");
     }

@@ -11,6 +11,7 @@ use raxel_gpu::{
 use raxel_graph::checked::{ResourceId, ResourceKind};
 use raxel_graph::plan::{CopySelector, Plan, ResourceDesc, Step};
 
+use super::digest::Digest;
 use super::display::{self, Push, SourceKind};
 use super::error::ExecuteError;
 use super::executor::Executor;
@@ -44,8 +45,6 @@ pub(super) struct Thumbnails {
     image: Arc<Image>,
     initialized: bool,
     nodes: Vec<Node>,
-    /// By pass of the plan: the last frame in which it ran.
-    ran: Vec<Option<u64>>,
     on_the_way: Vec<ReadTicket<Thumbnail>>,
 }
 
@@ -61,8 +60,10 @@ struct Node {
     sets: Vec<Descriptors>,
     push: Push,
     size: [u32; 2],
-    /// The frame in which the newest thumbnail was made, or could have been.
-    made: Option<u64>,
+    /// The pass writes targets alone.
+    repeats: bool,
+    /// The frame in which the newest thumbnail was made, or could have been, and what told that run of the pass from others.
+    made: Option<(u64, Digest)>,
 }
 
 /// Thumbnails that the frame that is recorded makes.
@@ -85,6 +86,9 @@ impl Thumbnails {
             usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC,
         };
         let image = Arc::new(Image::new(device, "thumbnail", &info, Backing::Own)?);
+        // The shader has a place for a reference, and never reads this one.
+        let info = BufferInfo { size: 16, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
+        let none = Arc::new(Buffer::new(device, "no picture to compare with", &info, Backing::Own)?);
         let plan = running.plan();
         let mut nodes = Vec::new();
         for (step, kind) in plan.steps.iter().enumerate() {
@@ -93,30 +97,22 @@ impl Thumbnails {
             for (access, bound) in plan.graph.pass(plan.passes[pass].pass).accesses.iter().enumerate() {
                 if bound.access.writes() {
                     let part = (bound.resource, bound.mips.0, bound.layers.0);
-                    nodes.extend(Node::new(shared, running, (step, pass, access), part, &image)?);
+                    nodes.extend(Node::new(shared, running, (step, pass, access), part, (&image, &none))?);
                 }
             }
         }
-        let ran = vec![None; plan.passes.len()];
-        Ok(Thumbnails { image, initialized: false, nodes, ran, on_the_way: Vec::new() })
+        Ok(Thumbnails { image, initialized: false, nodes, on_the_way: Vec::new() })
     }
 
-    /// Passes whose thumbnails are stale, and that are to run for them even if nothing else asks for it.
-    pub(super) fn stale(&self) -> impl Iterator<Item = usize> + '_ {
-        let mut stale: Vec<&Node> = self.nodes.iter().filter(|node| self.is_stale(node)).collect();
-        stale.sort_by_key(|node| node.made);
-        stale.into_iter().take(A_FRAME).map(|node| node.pass)
-    }
-
-    /// The pass has run since the thumbnail was made, or nobody knows when it has.
-    fn is_stale(&self, node: &Node) -> bool {
-        node.made.is_none() || node.made < self.ran[node.pass]
-    }
-
-    /// Chooses what the next frame makes: of the stale ones, those that have waited longest.
-    pub(super) fn begin(&mut self, device: &Arc<Device>) -> Result<Making<'_>, ExecuteError> {
-        let mut waiting: Vec<usize> = (0..self.nodes.len()).filter(|node| self.is_stale(&self.nodes[*node])).collect();
-        waiting.sort_by_key(|node| self.nodes[*node].made);
+    /// Chooses what the next frame makes: of the stale ones, those that have waited longest. `runs` tells the newest run of each pass from others;
+    /// `None` where every pass runs in every frame.
+    pub(super) fn begin(&mut self, device: &Arc<Device>, runs: Option<&[Digest]>) -> Result<Making<'_>, ExecuteError> {
+        let is_stale = |node: &Node| match (node.made, runs) {
+            (Some((_, made)), Some(runs)) => made != runs[node.pass],
+            _ => true,
+        };
+        let mut waiting: Vec<usize> = (0..self.nodes.len()).filter(|node| is_stale(&self.nodes[*node])).collect();
+        waiting.sort_by_key(|node| self.nodes[*node].made.map(|(frame, _)| frame));
         waiting.truncate(A_FRAME);
         let size = u64::from(MOST[0]) * u64::from(MOST[1]) * 4;
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
@@ -148,7 +144,7 @@ impl Node {
         running: &Prepared,
         (step, pass, access): (usize, usize, usize),
         (of, mip, layer): (ResourceId, u32, u32),
-        image: &Arc<Image>,
+        (image, none): (&Arc<Image>, &Arc<Buffer>),
     ) -> Result<Option<Node>, ExecuteError> {
         let device = &shared.device;
         let plan = running.plan();
@@ -156,6 +152,8 @@ impl Node {
         let ResourceDesc::Image(desc) = &plan.resources[resource].desc else { return Ok(None) };
         let extent = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> mip).max(1));
         let size = fitting(extent);
+        // The first slice of a volume is often empty.
+        let layer = if desc.volume { (desc.extent[2] >> mip) / 2 } else { layer };
         let Some((variant, push)) = describe(plan, of, (mip, layer), size) else { return Ok(None) };
         let ty = match variant.source {
             SourceKind::Volume => vk::ImageViewType::TYPE_3D,
@@ -173,21 +171,17 @@ impl Node {
             sources.push(Resource::SampledImage(view, sampler.clone()));
         }
         let target = physical::view(device, image, vk::ImageViewType::TYPE_2D, (0, 1), (0, 1))?;
-        let info = BufferInfo { size: 16, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
-        let none = Arc::new(Buffer::new(device, "no picture to compare with", &info, Backing::Own)?);
-        let sets = display_sets(device, &pipeline, &sources, &Resource::StorageImage(target), &none)?;
+        let sets = display_sets(device, &pipeline, &sources, &Resource::StorageImage(target), none)?;
         let turn = plan.turn(step, of);
-        Ok(Some(Node { pass, access, resource, turn, pipeline, sets, push, size, made: None }))
+        let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
+        let mut accesses = plan.graph.pass(plan.passes[pass].pass).accesses.iter();
+        let repeats = accesses.all(|bound| !bound.access.writes() || is_target(bound.resource));
+        Ok(Some(Node { pass, access, resource, turn, pipeline, sets, push, size, repeats, made: None }))
     }
 }
 
 /// How a target is shown in so many pixels.
-fn describe(
-    plan: &Plan,
-    of: ResourceId,
-    (mip, layer): (u32, u32),
-    size: [u32; 2],
-) -> Option<(display::Variant, Push)> {
+fn describe(plan: &Plan, of: ResourceId, (mip, layer): (u32, u32), size: [u32; 2]) -> Option<(display::Variant, Push)> {
     let ResourceKind::Target(target) = &plan.graph.resource(of).kind else { return None };
     let planned = plan.resources.iter().find(|planned| planned.resource == of)?;
     let ResourceDesc::Image(desc) = &planned.desc else { return None };
@@ -203,6 +197,13 @@ fn fitting(extent: [u32; 2]) -> [u32; 2] {
 }
 
 impl Making<'_> {
+    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes again what is there. What passes write into buffers
+    /// may be acted on, so no pass that does runs once more.
+    pub(super) fn forced(&self) -> impl Iterator<Item = usize> + '_ {
+        let nodes = self.chosen.iter().map(|(index, _)| &self.thumbnails.nodes[*index]);
+        nodes.filter(|node| node.repeats).map(|node| node.pass)
+    }
+
     /// A pass was recorded: makes its thumbnails. Everything before is waited for, and everything after waits.
     pub(super) fn record(
         &mut self,
@@ -211,10 +212,8 @@ impl Making<'_> {
         pass: usize,
         rotation: impl Fn(CopySelector) -> u64,
     ) {
-        let all = (
-            vk::PipelineStageFlags2::ALL_COMMANDS,
-            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
-        );
+        let all =
+            (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
         for ((index, staging), recorded) in self.chosen.iter().zip(&mut self.recorded) {
             let node = &self.thumbnails.nodes[*index];
             if node.pass != pass {
@@ -239,21 +238,21 @@ impl Making<'_> {
         }
     }
 
-    /// The frame was submitted, and these passes ran in it.
-    pub(super) fn submitted(self, device: &Arc<Device>, submitted: TimelineValue, frame: u64, ran: &[u32]) {
+    /// The frame was submitted, or had nothing to submit.
+    pub(super) fn submitted(self, device: &Arc<Device>, submitted: TimelineValue, frame: u64, runs: &[Digest]) {
         let Making { thumbnails, chosen, recorded } = self;
-        for pass in ran {
-            thumbnails.ran[*pass as usize] = Some(frame);
-        }
         for ((index, staging), recorded) in chosen.into_iter().zip(recorded) {
             let node = &mut thumbnails.nodes[index];
             // A pass that is off, or not due, has nothing new: others come before it.
-            node.made = Some(frame);
+            node.made = Some((frame, runs[node.pass]));
             if recorded {
                 let (pass, access, size) = (node.pass, node.access, node.size);
                 let readback = Readback::of(device, staging, submitted);
-                thumbnails.on_the_way.push(ReadTicket::new(readback, move |rgba| {
-                    Thumbnail { pass, access, size, rgba: cropped(&rgba, size) }
+                thumbnails.on_the_way.push(ReadTicket::new(readback, move |rgba| Thumbnail {
+                    pass,
+                    access,
+                    size,
+                    rgba: cropped(&rgba, size),
                 }));
             }
         }

@@ -31,7 +31,7 @@ clear = 7
 name = "count"
 shader = "count.comp"
 dispatch = { threads = "color" }
-bind = { outColor = "color", Counts = "counts" }
+bind = { outColor = "color", counts = "counts" }
 push = { n = "param.n" }
 "#;
 
@@ -48,7 +48,7 @@ shared uint ours[16];
 void main() {{
     uint n = pc.n;
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (at == ivec2(0)) imageStore(outColor, at, vec4(counts.four[0], counts.rest[0], ours[0], n));
+    if (at == ivec2(0)) imageStore(outColor, at, vec4(counts.four[0], counts.rest[0], 0, n));
     if (at != ivec2(2, 1)) return;
 {body}
 }}

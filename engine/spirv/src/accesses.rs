@@ -3,6 +3,7 @@
 //! invocation. The access itself stays what it is: a shader that is checked computes what it computes without.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use spirv::{Dim, FunctionControl, ImageOperands, Op, SelectionControl, StorageClass};
 
@@ -90,6 +91,8 @@ pub(crate) struct Accesses<'w> {
     members: HashMap<(u32, u32), String>,
     /// Pointers that are written through.
     written: HashSet<u32>,
+    /// Chains of the block so far, by base and indices, with what was checked for them: `a[i] += 1` makes two of one.
+    chains: HashMap<(u32, Vec<u32>), Range<usize>>,
     /// Functions that check so many coordinates.
     checkers: HashMap<u32, u32>,
     pub found: Vec<Access>,
@@ -104,6 +107,7 @@ impl<'w> Accesses<'w> {
             names: HashMap::new(),
             members: HashMap::new(),
             written: HashSet::new(),
+            chains: HashMap::new(),
             checkers: HashMap::new(),
             found: Vec::new(),
         };
@@ -181,6 +185,7 @@ impl<'w> Accesses<'w> {
             self.values.insert(*id, *ty);
         }
         match (Op::from_u32(instruction.opcode), instruction.operands) {
+            (Some(Op::Label), _) => self.chains.clear(),
             (Some(Op::AccessChain | Op::InBoundsAccessChain), [_, id, base, indices @ ..]) => {
                 self.chain(*id, *base, indices, line, writer, function)?;
             }
@@ -224,6 +229,13 @@ impl<'w> Accesses<'w> {
         function: &mut Vec<u32>,
     ) -> Result<(), PrintError> {
         let Some(Type::Pointer(class, mut at)) = self.type_of(base) else { return Ok(()) };
+        let known = (base, indices.to_vec());
+        if let Some(checked) = self.chains.get(&known).cloned() {
+            let writes = self.written.contains(&id);
+            self.found[checked].iter_mut().for_each(|access| access.writes |= writes);
+            return Ok(());
+        }
+        let before = self.found.len();
         let mut name = self.names.get(&base).cloned().unwrap_or_default();
         // Of the struct around the type that is stepped into: the pointer to it takes so many indices, and which member it is.
         let mut around = None;
@@ -272,6 +284,7 @@ impl<'w> Accesses<'w> {
             name.push_str("[]");
         }
         self.names.insert(id, name);
+        self.chains.insert(known, before..self.found.len());
         Ok(())
     }
 

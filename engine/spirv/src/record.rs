@@ -60,7 +60,8 @@ pub(crate) fn recording(
             [file, number, ..] if instruction.is(Op::Line) => {
                 line = strings.get(file).map(|file| (file.clone(), *number));
             }
-            _ if instruction.is(Op::NoLine) || instruction.is(Op::Label) => line = None,
+            // glslang says a line again only where it is another one, in the order of the module and across its blocks.
+            _ if instruction.is(Op::NoLine) || instruction.is(Op::Function) => line = None,
             [void, result, from, print::PRINTF, text, values @ ..]
                 if instruction.is(Op::ExtInst) && Some(*from) == set =>
             {
