@@ -91,8 +91,8 @@ pub(crate) struct Accesses<'w> {
     members: HashMap<(u32, u32), String>,
     /// Pointers that are written through.
     written: HashSet<u32>,
-    /// Chains of the block so far, by base and indices, with what was checked for them: `a[i] += 1` makes two of one.
-    chains: HashMap<(u32, Vec<u32>), Range<usize>>,
+    /// Chains of the block so far, by base and indices, with the first result and what was checked for it: `a[i] += 1` makes two of one.
+    chains: HashMap<(u32, Vec<u32>), (u32, Range<usize>)>,
     /// Functions that check so many coordinates.
     checkers: HashMap<u32, u32>,
     pub found: Vec<Access>,
@@ -230,7 +230,8 @@ impl<'w> Accesses<'w> {
     ) -> Result<(), PrintError> {
         let Some(Type::Pointer(class, mut at)) = self.type_of(base) else { return Ok(()) };
         let known = (base, indices.to_vec());
-        if let Some(checked) = self.chains.get(&known).cloned() {
+        if let Some((first, checked)) = self.chains.get(&known).cloned() {
+            self.rename(id, first);
             let writes = self.written.contains(&id);
             self.found[checked].iter_mut().for_each(|access| access.writes |= writes);
             return Ok(());
@@ -284,7 +285,7 @@ impl<'w> Accesses<'w> {
             name.push_str("[]");
         }
         self.names.insert(id, name);
-        self.chains.insert(known, before..self.found.len());
+        self.chains.insert(known, (id, before..self.found.len()));
         Ok(())
     }
 
