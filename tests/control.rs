@@ -192,6 +192,32 @@ fn what_shaders_print_is_an_event_before_the_answer() {
     assert!(talk.child.finish().success());
 }
 
+/// A program switches the checks of bounds on and off: an access out of bounds is among the diagnostics while they are on.
+#[test]
+fn an_access_out_of_bounds_is_a_diagnostic_while_checks_are_on() {
+    let project = Project::shipped();
+    let far = "imageStore(outColor, pixel + 90, vec4(1));\n    rx_assert(!found";
+    project.edit("shaders/examples/print.comp", "rx_assert(!found", far);
+    let scene = ["control", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+    let mut talk = Talk::start(&mut command(project.root(), &scene));
+    let beyond = |talk: &mut Talk| {
+        talk.ask(json!({ "do": "reset" }));
+        talk.ask(json!({ "do": "step" }));
+        let found = talk.ask(json!({ "do": "diagnostics" }));
+        let codes = found["diagnostics"].as_array().unwrap().iter().map(|found| found["code"].clone());
+        codes.filter(|code| code == "RX0413").count()
+    };
+    assert_eq!(beyond(&mut talk), 0);
+    for (on, found) in [(true, 1), (false, 0)] {
+        assert_eq!(talk.ask(json!({ "do": "check_bounds", "on": on }))["compiles"], true);
+        assert_eq!(talk.ask(json!({ "do": "wait_reload", "seconds": 60 }))["reloaded"], true);
+        assert_eq!(talk.ask(json!({ "do": "check_bounds", "on": on }))["compiles"], false);
+        assert_eq!(beyond(&mut talk), found);
+    }
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
 /// What shaders count that should not be is an event once, and among the diagnostics for as long as it goes on.
 #[test]
 fn a_full_queue_is_an_event_and_a_diagnostic() {

@@ -116,6 +116,27 @@ fn every_graph_runs_over_every_world() {
     }
 }
 
+/// No shader of raxel goes beyond an array or an image.
+#[test]
+fn no_access_of_a_graph_is_out_of_bounds() {
+    let _turn = turn();
+    let project = repository();
+    for graph in graphs(&project).iter().filter(|graph| !graph.starts_with("graphs/rivals/")) {
+        let world = if has_models(graph, "worlds/menger.toml") { "worlds/menger.toml" } else { "worlds/valley.toml" };
+        let files = (Some(graph.into()), Some(world.into()));
+        let mut session = open(graph, Options { graph: files.0, world: files.1, check_bounds: true, ..options() });
+        run(graph, &mut session);
+        session.wait().unwrap();
+        let found = session.take_messages();
+        let said: Vec<String> = (found.iter())
+            .map(|found| {
+                format!("{} {:?}", found.message, found.labels.first().map(|label| (&label.span.file, &label.text)))
+            })
+            .collect();
+        assert!(said.is_empty(), "{graph}: {said:#?}");
+    }
+}
+
 #[test]
 fn every_target_of_every_graph_can_be_shown() {
     let _turn = turn();

@@ -133,6 +133,11 @@ class Session:
         """What the last edit brought: `generation`, the one that is `showing`, and the `diagnostics` themselves."""
         return self.ask("diagnostics")
 
+    def check_bounds(self, on=True):
+        """Compiles the shaders with checks of their accesses, or without, and waits for them. `diagnostics()` has those out of bounds."""
+        if self.ask("check_bounds", on=on)["compiles"]:
+            self.wait_reload(60.0)
+
     def prints(self):
         """What passes have printed since the last call, a dict for each pass and frame: `pass`, `frame`, `lines` and `omitted`."""
         printed = [event for event in self.events if event["event"] == "printed"]

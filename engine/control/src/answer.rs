@@ -268,6 +268,10 @@ pub(super) fn answer(
             let redone = session.redo().map_err(|failure| refused(failure.into_diagnostics()))?;
             Ok(with_steps(session, json!({ "redone": redone })))
         }
+        Request::CheckBounds { on } => {
+            let compiles = session.checks_bounds() != on && session.check_bounds(on);
+            Ok(json!({ "on": on, "compiles": compiles }))
+        }
         Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
     }
 }

@@ -105,6 +105,11 @@ pub(super) enum Request {
     Timings {},
     /// What is wrong since the last edit.
     Diagnostics {},
+    /// Compiles all shaders again with checks of the bounds of their accesses, or without them.
+    CheckBounds {
+        #[serde(default = "yes")]
+        on: bool,
+    },
     /// Waits until an edit is swapped in or found to be wrong.
     WaitReload {
         #[serde(default = "ten")]

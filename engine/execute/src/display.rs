@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_graph::checked::{BufferSize, Display, DisplayMap, ResourceKind, Target};
-use raxel_graph::plan::{Plan, ResourceDesc};
+use raxel_graph::plan::{ImageDesc, Plan, ResourceDesc};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{BindingKind, Block, Scalar, ScalarKind, Type};
 use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
@@ -66,19 +66,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
             ResourceKind::Target(target) => target.display,
             ResourceKind::Buffer(_) => None,
         };
-        let display = display.unwrap_or_else(|| default_display(desc.format));
-        let source = if desc.volume { SourceKind::Volume } else { SourceKind::Flat };
-        let push = Push {
-            output_extent,
-            source_extent: [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1).cast_signed()),
-            range: display.range,
-            map: display.map as u32,
-            channel: display.channel.min(desc.format.channels() - 1),
-            channels: desc.format.channels(),
-            slice: shown.layer,
-            ..Push::default()
-        };
-        return (Variant { scalar: desc.format.scalar(), source }, push);
+        return describe_image(desc, display, (shown.mip, shown.layer), plan.output);
     }
     let (words, width, scalar) = buffer_grid(plan);
     let bytes = match planned.map(|r| &r.desc) {
@@ -103,6 +91,28 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
         ..Push::default()
     };
     (Variant { scalar, source: SourceKind::Buffer }, push)
+}
+
+/// How a layer or slice of a mip of an image is shown in so many pixels. `display` is what the graph says.
+pub(super) fn describe_image(
+    desc: &ImageDesc,
+    display: Option<Display>,
+    (mip, slice): (u32, u32),
+    pixels: [u32; 2],
+) -> (Variant, Push) {
+    let display = display.unwrap_or_else(|| default_display(desc.format));
+    let source = if desc.volume { SourceKind::Volume } else { SourceKind::Flat };
+    let push = Push {
+        output_extent: pixels.map(u32::cast_signed),
+        source_extent: [desc.extent[0], desc.extent[1]].map(|texels| (texels >> mip).max(1).cast_signed()),
+        range: display.range,
+        map: display.map as u32,
+        channel: display.channel.min(desc.format.channels() - 1),
+        channels: desc.format.channels(),
+        slice,
+        ..Push::default()
+    };
+    (Variant { scalar: desc.format.scalar(), source }, push)
 }
 
 /// How a target is shown: as its file says, else by its format.

@@ -23,6 +23,7 @@ use super::replay::Counts;
 use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
 use super::shared::{Running, Shared, lock};
 use super::slot::FrameSlot;
+use super::thumbnails::{Making, Thumbnails};
 use super::times::Times;
 use super::told::Told;
 use super::upload::Uploads;
@@ -72,6 +73,8 @@ pub struct Executor {
     /// The next frame copies what it shows; of a buffer, these bytes.
     capture: Option<Range<u64>>,
     captured: Option<ReadTicket<Captured>>,
+    pub(super) wants_thumbnails: bool,
+    pub(super) thumbnails: Option<Thumbnails>,
     /// What passes have told in finished frames.
     pub(super) told: Told,
     progress: Observed,
@@ -130,6 +133,8 @@ impl Executor {
             lens: Lens::default(),
             capture: None,
             captured: None,
+            wants_thumbnails: false,
+            thumbnails: None,
             told: Told::default(),
             progress: Observed { beat: Heartbeat::default(), since: Instant::now() },
             shared,
@@ -205,6 +210,7 @@ impl Executor {
         drop(running);
         self.running = Some(next);
         self.lens.swapped();
+        self.thumbnails = None;
         self.shared.pipelines.swapped();
         self.needs_full_barrier = true;
         self.supply_sources();
@@ -304,6 +310,18 @@ impl Executor {
             running.replay.set_display(key);
         }
         let number = self.frame;
+        if self.wants_thumbnails && self.thumbnails.is_none() {
+            self.thumbnails = Some(Thumbnails::new(&self.shared, running)?);
+        }
+        let mut making = self
+            .thumbnails
+            .as_mut()
+            .map(|thumbnails| {
+                let runs = self.memo.then(|| running.replay.memo.runs());
+                thumbnails.begin(&device, runs)
+            })
+            .transpose()?;
+        running.replay.memo.force(making.iter().flat_map(Making::forced));
         let decided = running.replay.decide(number, inputs);
         let uninitialized = running.resources.iter().any(|p| p.needs_init())
             || !running.display.picture.initialized.load(Ordering::Relaxed);
@@ -315,6 +333,9 @@ impl Executor {
             self.needs_full_barrier = true;
             count(&mut report, running.replay.walk(&mut NullRecorder));
             note_filled(running, &self.copies);
+            if let Some(making) = making {
+                making.submitted(&device, TimelineValue::default(), number, running.replay.memo.runs());
+            }
             report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
             return Ok(report);
         }
@@ -340,6 +361,7 @@ impl Executor {
             display: look.push,
             display_sets: look.sets,
             capture: capture.as_ref(),
+            thumbnails: making.as_mut(),
             failed: None,
         };
         let counts = running.replay.walk(&mut recorder);
@@ -355,6 +377,9 @@ impl Executor {
         let submitted = recording.submit()?;
         slot.submitted = Instant::now();
         running.printed.submitted();
+        if let Some(making) = making {
+            making.submitted(&device, submitted, number, running.replay.memo.runs());
+        }
         if let Some(capture) = capture.filter(|_| counts.displayed) {
             self.captured = Some(capture.ticket(&device, submitted));
         }

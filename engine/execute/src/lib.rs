@@ -32,6 +32,7 @@ mod shared;
 mod slot;
 mod source;
 mod texel;
+mod thumbnails;
 mod ticks;
 mod times;
 mod told;
@@ -53,6 +54,7 @@ pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
 pub use source::{ExternalResource, Sources, WriteError};
+pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
 
 /// Target of the `tracing` events, of level `INFO`, that name what takes long: fields `event` (`compiling` or `working`), `seconds` and `pass` (if it

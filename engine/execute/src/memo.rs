@@ -103,6 +103,10 @@ pub struct Memo {
     run: Vec<bool>,
     /// By resource: the version of its source that a copy is to be filled with.
     copies: Vec<Option<u64>>,
+    /// By pass of the plan: the digest of its newest run, with all that it read. 0 before the first.
+    runs: Vec<Digest>,
+    /// Passes of the plan that run in the next frame even if all that they make is in place.
+    forced: Vec<usize>,
     fresh: u64,
 }
 
@@ -180,6 +184,7 @@ impl Memo {
             memo.node(step as u32, tick, maker, accesses);
         }
         memo.finish();
+        memo.runs = vec![0; plan.passes.len()];
         memo
     }
 
@@ -194,6 +199,8 @@ impl Memo {
             active: Vec::new(),
             run: vec![true; steps],
             copies: Vec::new(),
+            runs: Vec::new(),
+            forced: Vec::new(),
             // Made-up ids are told apart across memos, since a swap carries contents from one to the next.
             fresh: FRESH.fetch_add(1 << 32, Ordering::Relaxed),
         }
@@ -252,6 +259,17 @@ impl Memo {
         self.copies[resource]
     }
 
+    /// By pass of the plan: what tells its newest run from others. The same run again, for whatever reason, has the same number.
+    pub(super) fn runs(&self) -> &[Digest] {
+        &self.runs
+    }
+
+    /// Makes these passes of the plan run in the next frame, if they are due, even if all that they make is in place.
+    pub fn force(&mut self, passes: impl Iterator<Item = usize>) {
+        self.forced.clear();
+        self.forced.extend(passes);
+    }
+
     /// Says which content a resource has that the runtime supplies (a source): equal ids, equal bytes.
     pub fn supply(&mut self, slot: usize, id: u64) {
         let slot = &self.slots[slot];
@@ -299,6 +317,11 @@ impl Memo {
                 }
             }
             let run = digest::of(node.maker.salt(), &self.seen[node.seen.clone()]);
+            if let Maker::Pass { pass, .. } = node.maker
+                && let Some(newest) = self.runs.get_mut(pass as usize)
+            {
+                *newest = run;
+            }
             for (i, access) in node.accesses.iter().enumerate().filter(|(_, access)| access.writes) {
                 for (mip, content) in self.wanted[access.contents()].iter_mut().enumerate() {
                     let run = result(run, i, mip);
@@ -342,7 +365,9 @@ impl Memo {
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
                 let dirty = |access: &SlotAccess| access.writes && self.dirty[access.base];
                 if !self.run[node.step as usize] {
-                    if !picture && !node.accesses.iter().any(dirty) {
+                    let is_forced = |pass: u32| self.forced.contains(&(pass as usize));
+                    let forced = matches!(node.maker, Maker::Pass { pass, .. } if is_forced(pass));
+                    if !picture && !forced && !node.accesses.iter().any(dirty) {
                         continue;
                     }
                     self.run[node.step as usize] = true;

@@ -374,7 +374,7 @@ impl Builder {
 }
 
 /// The descriptor sets of the display shader, one for each copy of what it reads.
-fn display_sets(
+pub(super) fn display_sets(
     device: &Arc<Device>,
     pipeline: &ComputePipeline,
     sources: &[Resource],

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, Device, Location, Recording, Resource, vk};
 use raxel_graph::plan::Plan;
-use raxel_shader::prints::{Call, Prints};
+use raxel_shader::prints::{Access, Call, OutOfBounds, Prints};
 
 use super::FRAMES;
 use super::error::ExecuteError;
@@ -27,6 +27,8 @@ pub struct PassPrints {
     pub omitted: Vec<Omitted>,
     /// All assertions of the pass's shader.
     pub assertions: Vec<Assertion>,
+    /// The accesses that were out of bounds, of those that are checked.
+    pub out_of_bounds: Vec<(Access, OutOfBounds)>,
 }
 
 /// One line that an invocation printed.
@@ -178,8 +180,15 @@ const COPIED: (vk::PipelineStageFlags2, vk::AccessFlags2) = (
 
 /// What the words of a pass's part of the buffer mean.
 fn told(prints: &Prints, words: &[u32], frame: u64, pass: &str) -> PassPrints {
-    let mut told =
-        PassPrints { frame, pass: pass.to_owned(), lines: Vec::new(), omitted: Vec::new(), assertions: Vec::new() };
+    let beyond = |access: &Access| Some((access.clone(), access.recorded(words)?));
+    let mut told = PassPrints {
+        frame,
+        pass: pass.to_owned(),
+        lines: Vec::new(),
+        omitted: Vec::new(),
+        assertions: Vec::new(),
+        out_of_bounds: prints.accesses.iter().filter_map(beyond).collect(),
+    };
     let mut lines = Vec::new();
     for call in &prints.calls {
         let recorded = call.recorded(words);

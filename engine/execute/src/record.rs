@@ -11,9 +11,10 @@ use super::physical::{Copies, Physical};
 use super::prepare::{Groups, Prepared};
 use super::replay::Recorder;
 use super::rotations::copy_of;
+use super::thumbnails::Making;
 
 /// Records the steps of one frame.
-pub(super) struct DeviceRecorder<'a, 'r> {
+pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) recording: &'a mut Recording<'r>,
     pub(super) prepared: &'a Prepared,
     /// The number that rotates histories.
@@ -28,11 +29,13 @@ pub(super) struct DeviceRecorder<'a, 'r> {
     pub(super) display_sets: &'a [Descriptors],
     /// What is copied of it.
     pub(super) capture: Option<&'a Capture>,
+    /// Thumbnails that are made of what passes write.
+    pub(super) thumbnails: Option<&'a mut Making<'t>>,
     /// Why the uniform blocks could not be written: then the frame must not be submitted.
     pub(super) failed: Option<raxel_gpu::Error>,
 }
 
-impl DeviceRecorder<'_, '_> {
+impl DeviceRecorder<'_, '_, '_> {
     fn rotation(&self, turn: CopySelector) -> u64 {
         self.prepared.replay.ticks.rotation(self.frame, turn)
     }
@@ -47,7 +50,7 @@ impl DeviceRecorder<'_, '_> {
     }
 }
 
-impl Recorder for DeviceRecorder<'_, '_> {
+impl Recorder for DeviceRecorder<'_, '_, '_> {
     fn uniforms(&mut self, bytes: &[u8]) {
         if let Some(buffers) = &self.prepared.uniforms {
             // The frame that used this buffer last has finished.
@@ -120,6 +123,10 @@ impl Recorder for DeviceRecorder<'_, '_> {
         self.mark(pass, true);
         self.ran.push(pass as u32);
         self.recording.end_label();
+        if let Some(making) = &mut self.thumbnails {
+            let ticks = &self.prepared.replay.ticks;
+            making.record(self.recording, self.prepared, pass, |turn| ticks.rotation(self.frame, turn));
+        }
     }
 
     #[expect(

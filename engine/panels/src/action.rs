@@ -87,6 +87,8 @@ pub enum Action {
     Edit(String),
     /// Give up the pass that the device works on, and switch it off until its shader or its part of the graph changes.
     Cancel,
+    /// Compile the shaders with checks of the bounds of their accesses, or without them.
+    CheckBounds(bool),
     /// Put the demo at so many seconds.
     Seek(f64),
     /// Start the demo over at its end, or stay there.

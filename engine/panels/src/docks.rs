@@ -42,6 +42,8 @@ pub struct Panels {
     fields: world::Fields,
     /// Which part of the picture of the graph is seen.
     graph: graph::Camera,
+    /// The thumbnails in it.
+    textures: graph::Textures,
     /// The name of a new preset.
     preset: String,
     /// The file that a picture is loaded from.
@@ -137,6 +139,9 @@ impl Panels {
             compare::edge(ctx, &view.compare);
             self.bar(ctx, view, &mut actions);
             self.docks(ctx, view, (&mut actions, &mut hovered));
+        }
+        if !self.layout.visible || !self.layout.is_open(Panel::Graph) {
+            self.textures.clear();
         }
         if let Some(switcher) = &mut self.switcher
             && switcher.show(ctx, view.files, &mut actions) == Switching::Ends
@@ -332,7 +337,7 @@ impl Panels {
         let before = actions.len();
         match panel {
             // It scrolls by itself.
-            Panel::Graph => graph::show(ui, view, &mut self.graph, actions),
+            Panel::Graph => graph::show(ui, view, &mut self.graph, &mut self.textures, actions),
             _ => {
                 ScrollArea::both()
                     .id_salt(panel.title())

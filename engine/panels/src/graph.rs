@@ -1,21 +1,30 @@
 //! The graph as a picture: passes and resources as nodes, from left to right. A drag moves it, the wheel zooms.
 
+use std::collections::HashMap;
+
 use egui::epaint::CubicBezierShape;
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+use egui::{
+    Align2, Color32, ColorImage, Context, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
+};
 
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::graph_layout::{Drawing, Node, Of, lay_out};
 use crate::passes;
 use crate::samples::Samples;
-use crate::view::{PassState, Shown, View};
+use crate::view::{PassState, Shown, Thumbnail, View};
 
-/// Points between the middles of columns and of rows, at a zoom of 1.
+/// Points between the middles of columns and of rows, at a zoom of 1; and between rows where targets have thumbnails.
 const STEP: Vec2 = vec2(150.0, 44.0);
+const ROW: f32 = 100.0;
 
 /// Points of a node of a pass, and of one of a resource.
 const PASS: Vec2 = vec2(124.0, 34.0);
 const RESOURCE: Vec2 = vec2(116.0, 22.0);
+
+/// Points around a thumbnail.
+const MARGIN: f32 = 4.0;
 
 /// Smallest and largest zoom.
 const ZOOMS: [f32; 2] = [0.15, 2.0];
@@ -33,8 +42,65 @@ pub(crate) struct Camera {
     at: Option<(Pos2, f32)>,
 }
 
+/// Thumbnails as textures, by the indices of pass and resource, with the number of the thumbnail.
+#[derive(Default)]
+pub(crate) struct Textures(HashMap<[usize; 2], (u64, TextureHandle)>, Option<Context>);
+
+impl std::fmt::Debug for Textures {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Textures").field("count", &self.0.len()).finish_non_exhaustive()
+    }
+}
+
+impl Textures {
+    /// Takes what is new, and lets go of what is no longer there.
+    fn update(&mut self, context: &Context, thumbnails: &[Thumbnail]) {
+        // A window that is opened anew has a context of its own, without the textures of the old one.
+        if self.1.replace(context.clone()).is_some_and(|before| before != *context) {
+            self.0.clear();
+        }
+        self.0.retain(|of, _| thumbnails.iter().any(|thumbnail| [thumbnail.pass, thumbnail.resource] == *of));
+        for thumbnail in thumbnails {
+            let of = [thumbnail.pass, thumbnail.resource];
+            if self.0.get(&of).is_some_and(|(number, _)| *number == thumbnail.number) {
+                continue;
+            }
+            let image = ColorImage::from_rgba_unmultiplied(thumbnail.size, &thumbnail.rgba);
+            match self.0.get_mut(&of) {
+                Some((number, texture)) => {
+                    *number = thumbnail.number;
+                    texture.set(image, TextureOptions::LINEAR);
+                }
+                None => {
+                    let texture = context.load_texture("thumbnail", image, TextureOptions::LINEAR);
+                    self.0.insert(of, (thumbnail.number, texture));
+                }
+            }
+        }
+    }
+
+    /// The panel is closed.
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    fn of(&self, node: &Node) -> Option<&TextureHandle> {
+        match node.of {
+            Of::Resource { resource, after: Some(pass) } => self.0.get(&[pass, resource]).map(|(_, texture)| texture),
+            Of::Resource { after: None, .. } | Of::Pass(_) => None,
+        }
+    }
+}
+
 /// Draws the panel.
-pub(crate) fn show(ui: &mut Ui, view: &View<'_>, camera: &mut Camera, actions: &mut Vec<Action>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    view: &View<'_>,
+    camera: &mut Camera,
+    textures: &mut Textures,
+    actions: &mut Vec<Action>,
+) {
+    textures.update(ui.ctx(), &view.thumbnails);
     let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
     let area = response.rect;
     let drawing = lay_out(&view.passes, view.resources);
@@ -42,7 +108,11 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, camera: &mut Camera, actions: &
         ui.put(area, egui::Label::new("The graph has no passes."));
         return;
     }
-    let fit = fitting(&drawing, area);
+    let size = |node: &Node| size(node, textures);
+    let row = if view.thumbnails.is_empty() { STEP.y } else { ROW };
+    let center = |node: &Node| pos2(node.column as f32 * STEP.x, node.row * row);
+    let place = |node: &Node| Rect::from_center_size(center(node), size(node));
+    let fit = fitting(drawing.nodes.iter().map(place), area);
     follow(ui, &response, camera, fit);
     let (middle, zoom) = camera.at.unwrap_or(fit);
     let screen = |at: Pos2| area.center() + (at - middle) * zoom;
@@ -55,29 +125,24 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, camera: &mut Camera, actions: &
     }
     for (index, node) in drawing.nodes.iter().enumerate().filter(|(index, _)| rects[*index].intersects(area)) {
         let seen = is_shown(view, &drawing, index);
-        let picture = NodePicture { rect: rects[index], zoom, hovered: hovered == Some(index), seen };
+        let thumbnail = textures.of(node);
+        let picture = NodePicture { rect: rects[index], zoom, hovered: hovered == Some(index), seen, thumbnail };
         draw(ui, &painter, view, node, &picture);
         interact(ui, view, (index, node), rects[index].intersect(area), actions);
     }
 }
 
-fn center(node: &Node) -> Pos2 {
-    pos2(node.column as f32 * STEP.x, node.row * STEP.y)
-}
-
-fn size(node: &Node) -> Vec2 {
-    match node.of {
-        Of::Pass(_) => PASS,
-        Of::Resource { .. } => RESOURCE,
+fn size(node: &Node, textures: &Textures) -> Vec2 {
+    match (node.of, textures.of(node)) {
+        (Of::Pass(_), _) => PASS,
+        (Of::Resource { .. }, None) => RESOURCE,
+        (Of::Resource { .. }, Some(texture)) => RESOURCE + vec2(0.0, texture.size_vec2().y + MARGIN),
     }
 }
 
-/// The middle and the zoom that show all of it.
-fn fitting(drawing: &Drawing, area: Rect) -> (Pos2, f32) {
-    let all = drawing
-        .nodes
-        .iter()
-        .fold(Rect::NOTHING, |all, node| all.union(Rect::from_center_size(center(node), size(node))));
+/// The middle and the zoom that show all nodes.
+fn fitting(nodes: impl Iterator<Item = Rect>, area: Rect) -> (Pos2, f32) {
+    let all = nodes.fold(Rect::NOTHING, Rect::union);
     let room = (area.size() - vec2(16.0, 16.0)).max(vec2(1.0, 1.0)) / all.size();
     (all.center(), room.min_elem().clamp(ZOOMS[0], 1.0))
 }
@@ -113,16 +178,18 @@ fn edge(painter: &Painter, [from, to]: [Pos2; 2], near: bool) {
 }
 
 /// How a node is drawn.
-struct NodePicture {
+struct NodePicture<'t> {
     rect: Rect,
     zoom: f32,
     hovered: bool,
     /// It is what the window shows.
     seen: bool,
+    /// What a target holds.
+    thumbnail: Option<&'t TextureHandle>,
 }
 
-fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &NodePicture) {
-    let NodePicture { rect, zoom, hovered, seen } = *picture;
+fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &NodePicture<'_>) {
+    let NodePicture { rect, zoom, hovered, seen, thumbnail } = *picture;
     let (name, below, fill, lit) = match node.of {
         Of::Pass(index) => {
             let pass = &view.passes[index];
@@ -140,11 +207,20 @@ fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &Node
         }
     };
     let fill = if lit { fill } else { fill.gamma_multiply(0.5) };
-    let corner = if matches!(node.of, Of::Pass(_)) { 3.0 } else { rect.height() / 2.0 };
+    let corner = if matches!(node.of, Of::Pass(_)) { 3.0 } else { RESOURCE.y * zoom / 2.0 };
     painter.rect_filled(rect, corner, fill);
     if seen || hovered {
         let stroke = Stroke::new(if seen { 2.0 } else { 1.0 }, Color32::WHITE);
         painter.rect_stroke(rect, corner, stroke, StrokeKind::Outside);
+    }
+    let mut words = rect;
+    if let Some(texture) = thumbnail {
+        let size = texture.size_vec2() * zoom;
+        let corner = pos2(rect.center().x - size.x / 2.0, rect.top() + MARGIN * zoom);
+        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        let tint = if lit { Color32::WHITE } else { Color32::GRAY };
+        painter.image(texture.id(), Rect::from_min_size(corner, size), whole, tint);
+        *words.top_mut() += size.y + MARGIN * zoom;
     }
     // Letters that nobody can read are left out.
     if zoom < 0.4 {
@@ -155,8 +231,8 @@ fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &Node
     let color = if lit { visuals.text_color() } else { visuals.weak_text_color() };
     let inside = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     let line = if below.is_empty() { Vec2::ZERO } else { vec2(0.0, 7.0 * zoom) };
-    inside.text(rect.center() - line, Align2::CENTER_CENTER, name, font.clone(), color);
-    inside.text(rect.center() + line, Align2::CENTER_CENTER, below, font, visuals.weak_text_color());
+    inside.text(words.center() - line, Align2::CENTER_CENTER, name, font.clone(), color);
+    inside.text(words.center() + line, Align2::CENTER_CENTER, below, font, visuals.weak_text_color());
 }
 
 /// Whether the window shows what a node stands for. At the end of the frame, that is a resource as the last pass leaves it.

@@ -15,6 +15,12 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         let text = format!("showing generation {}, {failed} failed", view.status.generation);
         ui.label(RichText::new(text).color(RED));
     }
+    let mut checked = view.checks_bounds;
+    let about =
+        "Check each access of a shader to arrays and images, and list those out of bounds. The passes become slower.";
+    if ui.checkbox(&mut checked, "check bounds").on_hover_text(about).changed() {
+        actions.push(Action::CheckBounds(checked));
+    }
     if view.problems.is_empty() {
         ui.weak("Nothing is wrong.");
     }

@@ -5,6 +5,8 @@ mod demo;
 mod editing;
 mod magnified;
 
+use std::sync::Arc;
+
 use crate::samples::Samples;
 use crate::statistics::Statistics;
 
@@ -24,6 +26,8 @@ pub struct View<'a> {
     pub passes: Vec<Pass<'a>>,
     /// Targets and buffers in the order of the file.
     pub resources: &'a [Resource],
+    /// Small pictures of targets, while the graph is drawn as a picture.
+    pub thumbnails: Vec<Thumbnail>,
     /// Live values in the order of the file.
     pub params: Vec<Param>,
     /// What is moved of them becomes keys of the demo.
@@ -32,6 +36,8 @@ pub struct View<'a> {
     pub presets: Vec<Preset>,
     /// Diagnostics.
     pub problems: &'a [Problem],
+    /// The shaders check the bounds of their accesses.
+    pub checks_bounds: bool,
     /// World and camera.
     pub world: World<'a>,
     /// The demo, if one runs.
@@ -333,6 +339,21 @@ pub struct Resource {
     pub opaque: bool,
     /// How each pass touches it, in the order of [`View::passes`].
     pub uses: Vec<Use>,
+}
+
+/// A target as a pass has left it, small.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Thumbnail {
+    /// Index into [`View::passes`].
+    pub pass: usize,
+    /// Index into [`View::resources`].
+    pub resource: usize,
+    /// Another picture has another number.
+    pub number: u64,
+    /// Pixels along each axis.
+    pub size: [usize; 2],
+    /// Red, green, blue, alpha, row by row from the top; sRGB-encoded.
+    pub rgba: Arc<[u8]>,
 }
 
 /// What components are.

@@ -5,7 +5,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
     Brush, Compare, CompareMode, Compiling, Effect, Figures, FileKind, FirstPicture, Kind, Lane, Loading, Map, Param,
-    PassState, Preset, Problem, Shape, Shown, Sought, Timeline, Track, Use, WorldExtent,
+    PassState, Preset, Problem, Shape, Shown, Sought, Thumbnail, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -729,6 +729,38 @@ fn the_graph_is_a_picture_whose_nodes_are_inspected_by_a_click() {
     assert!(left("pass hit") < left("depth as hit leaves it"));
     assert!(left("depth as hit leaves it") < left("pass shade"));
     assert!(left("pass shade") < left("color as shade leaves it"));
+}
+
+/// A thumbnail makes its node larger, and stands over its name; it changes with its number, and goes with its target.
+#[test]
+fn a_target_in_the_picture_of_a_graph_has_a_thumbnail() {
+    let mut window = Window::new(&[Panel::Graph]);
+    let thumbnail = |number, red: u8| Thumbnail {
+        pass: 0,
+        resource: 0,
+        number,
+        size: [48, 27],
+        rgba: [red, 0, 0, 255].repeat(48 * 27).into(),
+    };
+    window.thumbnails = vec![thumbnail(1, 200)];
+    let mut harness = window.harness(1280.0, 720.0);
+    harness.run_steps(3);
+    let height = |harness: &Harness<'_, Window>, name: &str| harness.get_by_label(name).rect().height();
+    assert!(height(&harness, "depth as hit leaves it") > height(&harness, "color as shade leaves it") + 20.0);
+    let textures = |harness: &Harness<'_, Window>| {
+        let manager = harness.ctx.tex_manager();
+        let manager = manager.read();
+        manager.allocated().filter(|(_, meta)| meta.name == "thumbnail").count()
+    };
+    assert_eq!(textures(&harness), 1);
+    harness.state_mut().thumbnails = vec![thumbnail(2, 90), Thumbnail { pass: 1, resource: 1, ..thumbnail(3, 10) }];
+    harness.run_steps(3);
+    assert_eq!(textures(&harness), 2);
+    let hit = Shown::after("depth", Some("hit".to_owned()));
+    assert_eq!(click(&mut harness, "depth as hit leaves it"), [Action::Show(hit)]);
+    harness.state_mut().panels.layout.close(Panel::Graph);
+    harness.run_steps(3);
+    assert_eq!(textures(&harness), 0, "a closed panel has none");
 }
 
 #[test]

@@ -117,6 +117,16 @@ impl Loader {
         Self { unused, ..self }
     }
 
+    /// Makes shaders with checks of the bounds of their accesses, or without them: graphs that are loaded from now on.
+    pub fn check_bounds(&self, on: bool) {
+        self.compiler.check_bounds(on);
+    }
+
+    /// Whether shaders are made with checks of the bounds of their accesses.
+    pub fn checks_bounds(&self) -> bool {
+        self.compiler.checks_bounds()
+    }
+
     /// The files of the project.
     pub fn files(&self) -> &Arc<dyn Files> {
         &self.files

@@ -16,10 +16,11 @@ use crate::sources::Sources;
 use crate::worker::{self, Stopped};
 
 /// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
-/// What it made is kept in `cache`.
+/// What it made is kept in `cache`, with the numbers of its lines if it is to be `checked`.
 pub(crate) fn compile(
     request: &Request,
     text: &Arc<str>,
+    checked: bool,
     sources: &mut Sources<'_>,
     cache: Option<&Cache>,
 ) -> Option<Vec<u32>> {
@@ -29,7 +30,7 @@ pub(crate) fn compile(
         return None;
     }
     let job = Job { request: request.clone(), text: text.clone() };
-    let mut keeper = cache.map(Keeper::new);
+    let mut keeper = cache.map(|cache| Keeper::new(cache, checked));
     let mut include = |include: Include| {
         let answer = sources.include(&include);
         if let Some(keeper) = &mut keeper {

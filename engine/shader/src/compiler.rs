@@ -2,7 +2,7 @@
 //! ones on disk.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -34,12 +34,29 @@ pub struct Compiler {
     cache: Mutex<Cache>,
     on_disk: Option<Arc<raxel_cache::Cache>>,
     compiled: AtomicU64,
+    checks_bounds: AtomicBool,
 }
 
 impl Compiler {
     /// For the project that `files` reads. Modules are kept in the process's cache, if it has one.
     pub fn new(files: Arc<dyn Files>) -> Self {
-        Self { files, cache: Mutex::default(), on_disk: raxel_cache::of_process(), compiled: AtomicU64::new(0) }
+        Self {
+            files,
+            cache: Mutex::default(),
+            on_disk: raxel_cache::of_process(),
+            compiled: AtomicU64::new(0),
+            checks_bounds: AtomicBool::new(false),
+        }
+    }
+
+    /// Makes shaders from now on with or without checks of the bounds of their accesses.
+    pub fn check_bounds(&self, on: bool) {
+        self.checks_bounds.store(on, Ordering::Relaxed);
+    }
+
+    /// Whether shaders are made with checks of the bounds of their accesses.
+    pub fn checks_bounds(&self) -> bool {
+        self.checks_bounds.load(Ordering::Relaxed)
     }
 
     /// Keeps modules in this cache, or in none.
@@ -53,12 +70,13 @@ impl Compiler {
         self.compiled.load(Ordering::Relaxed)
     }
 
-    fn compile(&self, request: &Request, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
+    fn compile(&self, request: &Request, checked: bool, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
         let mut sources = Sources::new(&*self.files);
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
-        let words = if ready { self.ready(request, &mut sources) } else { self.of_text(request, &mut sources) };
+        let words =
+            if ready { self.ready(request, &mut sources) } else { self.of_text(request, checked, &mut sources) };
         let result = words.and_then(|words| {
-            let finished = finish(&words, request, ready, &sources);
+            let finished = finish(&words, request, Finish { ready, checked }, &sources);
             finished.map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         });
         let result = result.map(|Finished { spirv, interface, said }| {
@@ -68,13 +86,13 @@ impl Compiler {
         texts.extend(&sources.texts);
         match result {
             Some((spirv, interface)) if !sources.diagnostics.iter().any(Diagnostic::is_error) => {
-                Ok(Entry::new(request, spirv, interface, sources))
+                Ok(Entry::new(request, checked, spirv, interface, sources))
             }
             _ => Err(sources.diagnostics),
         }
     }
 
-    fn of_text<'f>(&'f self, request: &Request, sources: &mut Sources<'f>) -> Option<Vec<u32>> {
+    fn of_text<'f>(&'f self, request: &Request, checked: bool, sources: &mut Sources<'f>) -> Option<Vec<u32>> {
         let root = |sources: &mut Sources<'f>| {
             sources.root(&request.path).map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         };
@@ -87,7 +105,7 @@ impl Compiler {
                 *sources = Sources::new(&*self.files);
                 root(sources)
             };
-            if let Some(words) = kept::find(cache, &job, sources, afresh) {
+            if let Some(words) = kept::find(cache, &job, checked, sources, afresh) {
                 tracing::debug!("took {} from the cache on disk in {:.0} ms", request.path, milliseconds());
                 return Some(words);
             }
@@ -95,7 +113,7 @@ impl Compiler {
         }
         let _span = tracing::debug_span!("compile shader", path = request.path.as_str()).entered();
         self.compiled.fetch_add(1, Ordering::Relaxed);
-        let words = compile::compile(request, &text, sources, self.on_disk.as_deref())?;
+        let words = compile::compile(request, &text, checked, sources, self.on_disk.as_deref())?;
         tracing::debug!("compiled {} in {:.0} ms", request.path, milliseconds());
         Some(words)
     }
@@ -111,8 +129,13 @@ impl Compiler {
         words.map_err(|diagnostic| sources.diagnostics.push(diagnostic)).ok()
     }
 
-    fn cached(&self, request: &Request, texts: &mut SourceMap) -> Option<(Arc<Shader>, Vec<Diagnostic>)> {
-        let candidates = self.lock().candidates(request);
+    fn cached(
+        &self,
+        request: &Request,
+        checked: bool,
+        texts: &mut SourceMap,
+    ) -> Option<(Arc<Shader>, Vec<Diagnostic>)> {
+        let candidates = self.lock().candidates(request, checked);
         let mut answers: HashMap<&str, Option<blake3::Hash>> = HashMap::new();
         for entry in &candidates {
             let holds = entry.dependencies.iter().all(|(path, expected)| {
@@ -142,12 +165,13 @@ impl ShaderProvider for Compiler {
         request: &Request,
         texts: &mut SourceMap,
     ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
-        if let Some(hit) = self.cached(request, texts) {
+        let checked = self.checks_bounds();
+        if let Some(hit) = self.cached(request, checked, texts) {
             tracing::debug!("reused {}", request.path);
             return Ok(hit);
         }
         let _span = tracing::debug_span!("load shader", path = request.path.as_str()).entered();
-        let entry = self.compile(request, texts)?;
+        let entry = self.compile(request, checked, texts)?;
         let entry = self.lock().insert(entry);
         Ok((entry.shader.clone(), entry.warnings.clone()))
     }
@@ -167,8 +191,22 @@ struct Finished {
     said: Vec<Diagnostic>,
 }
 
+/// How a module is made.
+#[derive(Clone, Copy)]
+struct Finish {
+    /// It came ready, and was not compiled here.
+    ready: bool,
+    /// It checks the bounds of its accesses.
+    checked: bool,
+}
+
 /// Checks a module, reads its interface, and makes of it what the driver is given.
-fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) -> Result<Finished, Box<Diagnostic>> {
+fn finish(
+    words: &[u32],
+    request: &Request,
+    Finish { ready, checked }: Finish,
+    sources: &Sources<'_>,
+) -> Result<Finished, Box<Diagnostic>> {
     let open = |words| Module::new(words, &request.entry);
     let refused = |error: ModuleError| Box::new(module_diagnostic(&error, &request.path));
     let module = open(words).map_err(refused)?;
@@ -184,9 +222,10 @@ fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) 
     let mut said = messages::undefined(&module.undefined(), sources);
     let binding = interface.bindings.iter().filter(|binding| binding.set == 0).map(|binding| binding.binding + 1).max();
     let binding = binding.unwrap_or(0);
-    let printing = module.with_prints(binding).map_err(|error| Box::new(prints::unprintable(&error, sources)))?;
-    interface.prints = printing.as_ref().map(|printing| Prints::of(printing, binding, sources, &mut said));
-    let module = printing.as_ref().map_or(Ok(module), |printing| open(&printing.words)).map_err(refused)?;
+    let recording =
+        module.with_records(binding, checked).map_err(|error| Box::new(prints::unprintable(&error, sources)))?;
+    interface.prints = recording.as_ref().map(|recording| Prints::of(recording, binding, sources, &mut said));
+    let module = recording.as_ref().map_or(Ok(module), |recording| open(&recording.words)).map_err(refused)?;
     let bounded = module.with_shared_bounds().map_err(refused)?;
     let module = bounded.as_deref().map_or(Ok(module), open).map_err(refused)?;
     Ok(Finished { spirv: module.without_debug_text(), interface, said })
@@ -194,6 +233,8 @@ fn finish(words: &[u32], request: &Request, ready: bool, sources: &Sources<'_>) 
 
 /// A compiled shader, and what it depends on.
 struct Entry {
+    /// It checks the bounds of its accesses.
+    checked: bool,
     shader: Arc<Shader>,
     warnings: Vec<Diagnostic>,
     dependencies: Vec<Dependency>,
@@ -201,7 +242,7 @@ struct Entry {
 }
 
 impl Entry {
-    fn new(request: &Request, spirv: Vec<u32>, interface: Interface, sources: Sources<'_>) -> Self {
+    fn new(request: &Request, checked: bool, spirv: Vec<u32>, interface: Interface, sources: Sources<'_>) -> Self {
         let mut key = blake3::Hasher::new();
         let mut field = |bytes: &[u8]| {
             key.update(&(bytes.len() as u64).to_le_bytes());
@@ -210,6 +251,7 @@ impl Entry {
         field(front_end::VERSION.as_bytes());
         field(request.path.as_bytes());
         field(request.entry.as_bytes());
+        field(&[u8::from(checked)]);
         for (name, value) in &request.defines {
             field(name.as_bytes());
             field(value.as_bytes());
@@ -233,9 +275,13 @@ impl Entry {
         for call in interface.prints.iter().flat_map(|prints| &prints.calls) {
             module.update(format!("{call:?}").as_bytes());
         }
+        for access in interface.prints.iter().flat_map(|prints| &prints.accesses) {
+            module.update(format!("{access:?}").as_bytes());
+        }
         let [key, module] = [key, module].map(|hasher| *hasher.finalize().as_bytes());
         let shader = Shader { request: request.clone(), spirv: spirv.into(), interface, files, key, module };
         Self {
+            checked,
             shader: Arc::new(shader),
             warnings: sources.diagnostics,
             dependencies: sources.dependencies,
@@ -253,8 +299,9 @@ struct Cache {
 
 impl Cache {
     /// Newest first.
-    fn candidates(&self, request: &Request) -> Vec<Arc<Entry>> {
-        self.entries.iter().rev().filter(|entry| entry.shader.request == *request).cloned().collect()
+    fn candidates(&self, request: &Request, checked: bool) -> Vec<Arc<Entry>> {
+        let fits = |entry: &&Arc<Entry>| entry.checked == checked && entry.shader.request == *request;
+        self.entries.iter().rev().filter(fits).cloned().collect()
     }
 
     fn touch(&mut self, entry: &Arc<Entry>) {

@@ -40,15 +40,17 @@ impl TextForm {
     }
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. Warnings go to `sources.diagnostics`. `afresh` forgets what was
+/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right. Warnings go to `sources.diagnostics`. `afresh` forgets what was
 /// included.
 pub(crate) fn find<'f>(
     cache: &Cache,
     job: &Job,
+    checked: bool,
     sources: &mut Sources<'f>,
     afresh: impl Fn(&mut Sources<'f>) -> Option<Arc<str>>,
 ) -> Option<Vec<u32>> {
-    for form in [TextForm::Stripped, TextForm::Exact] {
+    let forms = [TextForm::Stripped, TextForm::Exact];
+    for form in forms.into_iter().filter(|form| !checked || *form == TextForm::Exact) {
         let Some(kept) = read(cache, job, form) else { continue };
         if kept.includes.iter().all(|(include, answer)| hash(&sources.include(include), form) == *answer) {
             let found = messages::diagnostics(&kept.warnings, sources);
@@ -73,12 +75,14 @@ fn read(cache: &Cache, job: &Job, form: TextForm) -> Option<Kept> {
 /// Listens to what the front end asks, and keeps what it makes.
 pub(crate) struct Keeper<'c> {
     cache: &'c Cache,
+    /// The module is to be checked: its lines count.
+    checked: bool,
     includes: Vec<(Include, Included)>,
 }
 
 impl<'c> Keeper<'c> {
-    pub fn new(cache: &'c Cache) -> Self {
-        Self { cache, includes: Vec::new() }
+    pub fn new(cache: &'c Cache, checked: bool) -> Self {
+        Self { cache, checked, includes: Vec::new() }
     }
 
     /// An include was asked for, and answered.
@@ -90,7 +94,7 @@ impl<'c> Keeper<'c> {
     pub fn keep(self, job: &Job, words: &[u32], warnings: &str) {
         let texts = self.includes.iter().filter_map(|(_, answer)| Some(&*answer.as_ref()?.1)).chain([&*job.text]);
         let defines = job.request.defines.iter().map(|(_, value)| &**value);
-        let has_lines = !warnings.is_empty() || raxel_spirv::prints(words);
+        let has_lines = self.checked || !warnings.is_empty() || raxel_spirv::prints(words);
         let counts_lines = has_lines || texts.chain(defines).any(|text| text.contains("__LINE__"));
         let form = if counts_lines { TextForm::Exact } else { TextForm::Stripped };
         let includes = self.includes.iter().map(|(include, answer)| (include.clone(), hash(answer, form))).collect();

@@ -1,9 +1,9 @@
-//! What a shader prints: the buffer that it needs, and the texts that its records stand for.
+//! What a shader prints, and which of its accesses are out of bounds: the buffer that it needs, and what its records stand for.
 
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
-use raxel_spirv::{PrintCall, PrintError, PrintedScalar, PrintedType, Printing, RECORD_HEAD, RECORDS};
+use raxel_spirv::{AccessKind, PrintCall, PrintError, PrintedScalar, PrintedType, RECORD_HEAD, RECORDS, Recording};
 use serde::Serialize;
 
 use crate::lexer;
@@ -14,7 +14,7 @@ use crate::sources::Sources;
 /// The text by which `rx_assert` of `raxel/print.glsl` is known.
 const ASSERTION: &str = "rx_assert";
 
-/// What a shader prints with `debugPrintfEXT` and `rx_assert`.
+/// What a shader prints with `debugPrintfEXT` and `rx_assert`, and which of its accesses are checked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Prints {
     /// The binding, in set 0, of the storage buffer that it prints to.
@@ -23,6 +23,35 @@ pub struct Prints {
     pub bytes: u64,
     /// The calls that print.
     pub calls: Vec<Call>,
+    /// The accesses that are checked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub accesses: Vec<Access>,
+}
+
+/// An access to an array, a vector, a matrix or an image that is compared with its bounds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Access {
+    /// Where it is, when the source is known.
+    pub place: Option<Span>,
+    /// What is accessed, as the source names it.
+    pub name: Arc<str>,
+    /// Whether it writes.
+    pub writes: bool,
+    #[serde(skip)]
+    kind: AccessKind,
+    #[serde(skip)]
+    first_word: u32,
+}
+
+/// An access that was out of bounds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutOfBounds {
+    /// How often.
+    pub count: u32,
+    /// The invocation that was the first: `gl_GlobalInvocationID`.
+    pub invocation: [u32; 3],
+    /// Where it went, and what there is: `index 70 of 64 elements`.
+    pub beyond: String,
 }
 
 /// One call that prints.
@@ -66,8 +95,9 @@ pub struct Record {
 
 impl Prints {
     /// From the calls of a module. What is wrong with them goes to `wrong`.
-    pub(crate) fn of(printing: &Printing, binding: u32, sources: &Sources<'_>, wrong: &mut Vec<Diagnostic>) -> Self {
-        let calls = printing.calls.iter().filter_map(|call| match Call::of(call, sources) {
+    pub(crate) fn of(recording: &Recording, binding: u32, sources: &Sources<'_>, wrong: &mut Vec<Diagnostic>) -> Self {
+        let accesses = recording.accesses.iter().map(|access| Access::of(access, sources)).collect();
+        let calls = recording.calls.iter().filter_map(|call| match Call::of(call, sources) {
             Ok(call) => Some(call),
             Err(reason) => {
                 let error = PrintError { reason, line: call.line.clone() };
@@ -75,7 +105,7 @@ impl Prints {
                 None
             }
         });
-        Self { binding, bytes: printing.bytes, calls: calls.collect() }
+        Self { binding, bytes: recording.bytes, calls: calls.collect(), accesses }
     }
 }
 
@@ -147,6 +177,45 @@ impl Call {
         }
         shown
     }
+}
+
+impl Access {
+    fn of(access: &raxel_spirv::Access, sources: &Sources<'_>) -> Self {
+        let word =
+            access.name.rsplit('.').next().map(|name| name.trim_end_matches("[]")).filter(|name| !name.is_empty());
+        let place = access.line.as_ref().and_then(|(file, line)| {
+            let range = messages::place(sources.text(file)?, *line as usize, word);
+            Some(Span::new(file.as_str(), range))
+        });
+        Self {
+            place,
+            name: access.name.as_str().into(),
+            writes: access.writes,
+            kind: access.kind,
+            first_word: access.first_word,
+        }
+    }
+
+    /// What it has left in the words of the buffer, if it was out of bounds.
+    pub fn recorded(&self, words: &[u32]) -> Option<OutOfBounds> {
+        let (count, record) = words.get(self.first_word as usize..)?.split_first()?;
+        let coordinates = self.kind.coordinates() as usize;
+        let values = record.get(RECORD_HEAD as usize..)?.get(..2 * coordinates)?;
+        let (at, sizes) = values.split_at(coordinates);
+        let list = |words: &[u32], between: &str| {
+            words.iter().map(|word| word.cast_signed().to_string()).collect::<Vec<_>>().join(between)
+        };
+        let beyond = match self.kind {
+            AccessKind::Element => format!("index {} of {}", list(at, ""), elements(sizes[0])),
+            AccessKind::Texel(_) => format!("texel ({}) of {}", list(at, ", "), list(sizes, "×")),
+        };
+        let invocation = [record[1], record[2], record[3]];
+        (*count > 0).then_some(OutOfBounds { count: *count, invocation, beyond })
+    }
+}
+
+fn elements(count: u32) -> String {
+    format!("{count} element{}", s(count as usize))
 }
 
 /// `rx_assert(…)` with its argument, at the beginning of a text.

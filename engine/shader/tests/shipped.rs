@@ -70,6 +70,27 @@ fn every_shader_compiles_as_its_graphs_use_it() {
     }
 }
 
+/// A module that checks its accesses is valid, and knows a place for almost all of them.
+#[test]
+fn every_shader_compiles_with_checks_of_bounds() {
+    let compiler = Compiler::new(Arc::new(DiskFiles::new(&root()).unwrap()));
+    compiler.check_bounds(true);
+    let mut checked = 0;
+    for (path, layout) in used() {
+        let request =
+            Request { path: path.clone(), entry: "main".to_owned(), defines: vec![(layout.clone(), "1".to_owned())] };
+        let shader =
+            compiler.shader(&request, &mut SourceMap::default()).unwrap_or_else(|found| panic!("{path}: {found:?}")).0;
+        assert_eq!(raxel_spirv::validate(&shader.spirv), Ok(()), "{path} with {layout}");
+        let accesses = shader.interface.prints.iter().flat_map(|prints| &prints.accesses);
+        for access in accesses {
+            assert!(access.place.is_some() && !access.name.is_empty(), "{path} with {layout}: {access:?}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 1000, "{checked}");
+}
+
 fn check_places(shader: &Shader, texts: &SourceMap) {
     let path = &shader.request.path;
     for binding in &shader.interface.bindings {

@@ -1,8 +1,9 @@
 //! SPIR-V modules: read and checked word by word, validated by the Khronos validator, and rewritten where raxel needs it (a place of its
-//! own for each binding, bounds on arrays in shared memory, records of what it prints, uniform values that drivers do not fold in). What comes from a file may be anything, and neither a reflector nor a
+//! own for each binding, bounds on arrays in shared memory, records of what it prints and of accesses out of bounds, uniform values that drivers do not fold in). What comes from a file may be anything, and neither a reflector nor a
 //! driver copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3 (physical layout)
 //! and 3 (binary form).
 
+mod accesses;
 mod additions;
 mod binary;
 mod bindings;
@@ -15,14 +16,17 @@ mod module;
 mod opaque;
 mod print;
 mod reads;
+mod record;
 mod undefined;
 mod validate;
 
+pub use accesses::{Access, AccessKind};
 pub use binary::{bytes_of, words_of};
 pub use error::ModuleError;
 pub use memory::Memory;
 pub use module::{Module, WorkgroupSize};
-pub use print::{PrintCall, PrintError, PrintedScalar, PrintedType, Printing, RECORD_HEAD, RECORDS, prints};
+pub use print::{PrintCall, PrintError, PrintedScalar, PrintedType, RECORDS, prints};
 pub use reads::Chains;
+pub use record::{RECORD_HEAD, Recording};
 pub use undefined::Undefined;
 pub use validate::validate;

@@ -8,8 +8,9 @@ use crate::binary::HEADER_WORDS;
 use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
-use crate::print::{self, PrintError, Printing};
+use crate::print::PrintError;
 use crate::reads::Chains;
+use crate::record::{self, Recording};
 use crate::undefined::{self, Undefined};
 use crate::{bindings, bounds, check, opaque, reads};
 
@@ -220,12 +221,13 @@ impl<'w> Module<'w> {
         bounds::bounded(self.words, &self.instructions)
     }
 
-    /// The module that writes what it prints into the storage buffer at `binding` of set 0; `None` when it prints nothing.
+    /// The module that records into the storage buffer at `binding` of set 0 what it prints and, if `checked`, its accesses out of bounds;
+    /// `None` when it does neither.
     ///
     /// # Errors
-    /// When it prints what is no number of 32 bits, no boolean and no vector of them, or has too many calls that print.
-    pub fn with_prints(&self, binding: u32) -> Result<Option<Printing>, PrintError> {
-        print::printing(self.words, &self.instructions, binding)
+    /// When it prints what is no number of 32 bits, no boolean and no vector of them, or has too many such calls or accesses.
+    pub fn with_records(&self, binding: u32, checked: bool) -> Result<Option<Recording>, PrintError> {
+        record::recording(self.words, &self.instructions, binding, checked)
     }
 
     /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them, or no room

@@ -144,6 +144,7 @@ mod tests {
             lines: vec![line],
             omitted: vec![Omitted { place, count: 9998 }],
             assertions: Vec::new(),
+            out_of_bounds: Vec::new(),
         };
         assert_eq!(
             lines(&prints),

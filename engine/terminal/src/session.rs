@@ -48,6 +48,10 @@ pub struct What {
     #[command(flatten)]
     pub eye: Eye,
 
+    /// Check each access of a shader to arrays and images, and report those out of bounds with file and line. The passes become slower.
+    #[arg(long)]
+    pub check_bounds: bool,
+
     /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub watchdog: Duration,
@@ -186,6 +190,7 @@ impl What {
             validation: device.validation,
             watchdog: self.watchdog,
             observe: Observe::Shown,
+            check_bounds: self.check_bounds,
             ..Options::default()
         })
     }
@@ -276,16 +281,17 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Says what a session has to say since the last call: about its world, its save, what its passes have printed and counted, and which
-/// assertions of its shaders have failed.
+/// Says what a session has to say since the last call: about its world, its save, what its passes have printed and counted, which assertions
+/// of its shaders have failed, and which accesses were out of bounds.
 ///
 /// # Errors
-/// When an assertion has failed.
+/// When an assertion has failed, or an access was out of bounds.
 pub fn print_messages(session: &mut Session, console: &Console) -> Result {
     print_prints(session, console);
     let said = session.take_messages();
     console.diagnostics(&said, session.texts(), To::Stderr);
-    let failed = said.iter().any(|message| message.code == codes::session::ASSERTION_FAILED);
+    let failures = [codes::session::ASSERTION_FAILED, codes::session::OUT_OF_BOUNDS];
+    let failed = said.iter().any(|message| failures.contains(&message.code));
     if failed { Err(Failure::printed(Exit::Check)) } else { Ok(()) }
 }
 

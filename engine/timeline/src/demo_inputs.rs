@@ -80,6 +80,20 @@ impl DemoInputs {
         shown.time_of_day = (self.time_of_day + time).rem_euclid(DAY);
     }
 
+    /// The times of the keys of each input that the demo has, by the name of the input.
+    pub fn times(&self) -> Vec<(&'static str, Vec<f64>)> {
+        fn of<T>(keys: &[(f64, T)]) -> Vec<f64> {
+            keys.iter().map(|(time, _)| *time).collect()
+        }
+        let named = [
+            ("cursor", self.cursor.as_ref().map(|keys| of(&keys.0))),
+            ("buttons", self.buttons.as_ref().map(|keys| of(&keys.0))),
+            ("wheel", self.wheel.as_ref().map(|keys| of(&keys.0))),
+            ("keys", self.keys.as_ref().map(|keys| of(&keys.0))),
+        ];
+        named.into_iter().filter_map(|(name, times)| Some((name, times?))).collect()
+    }
+
     /// The last drag: where it is or ended, and where it began.
     fn drag(&self, buttons: &ButtonKeys, time: f64, scale: [f64; 2]) -> [i32; 4] {
         let began = presses(&buttons.0, time, |now, then| now & !then).filter(|(_, down)| down & LEFT != 0).last();

@@ -137,6 +137,10 @@ impl Viewer<'_> {
                 self.said(opened);
             }
             Action::Cancel => self.cancel(event_loop),
+            Action::CheckBounds(on) => {
+                self.session.check_bounds(on);
+                self.notice(format!("compiling the shaders {} checks of bounds", if on { "with" } else { "without" }));
+            }
             Action::Seek(seconds) => {
                 self.session.hand_back();
                 self.session.seek(seconds);

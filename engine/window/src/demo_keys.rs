@@ -16,6 +16,9 @@ const APART: f64 = 0.01;
 /// Why a check stays where it is.
 const FIXED: &str = "a check is changed in the file: its reference is the picture of its frame";
 
+/// Why an input stays where it is.
+const RECORDED: &str = "inputs are changed in the file: a press belongs to its release";
+
 /// The text of a demo with another time of a key.
 pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String, String> {
     let mut document = parsed(text)?;
@@ -24,6 +27,7 @@ pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String,
             .and_then(|keys| keys.get_mut(key)?.as_array_mut()?.get_mut(0))
             .ok_or_else(|| format!("the file has no such key of the param `{name}`"))?,
         Lane::Checks => return Err(FIXED.to_owned()),
+        Lane::Input(_) => return Err(RECORDED.to_owned()),
         Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
             let name = array_of(lane);
             let missing = || format!("the file has no `time` of entry {} of `{name}`", key + 1);
@@ -54,6 +58,7 @@ pub fn without_key(text: &str, lane: &Lane, key: usize) -> Result<String, String
             (key < keys.len()).then(|| keys.remove(key)).ok_or_else(missing)?;
         }
         Lane::Checks => return Err(FIXED.to_owned()),
+        Lane::Input(_) => return Err(RECORDED.to_owned()),
         Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
             match document.get_mut(array_of(lane)).ok_or_else(missing)? {
                 Item::ArrayOfTables(tables) if key < tables.len() => {
@@ -169,6 +174,7 @@ fn array_of(lane: &Lane) -> &'static str {
         Lane::Captions => "caption",
         Lane::Checks => "check",
         Lane::Param(_) => "tracks",
+        Lane::Input(_) => "inputs",
     }
 }
 
@@ -229,6 +235,7 @@ mod tests {
         assert!(with_time(DEMO, &Lane::Param("sun".to_owned()), 0, 1.0).unwrap_err().contains("`sun`"));
         assert!(with_time("a = ", &Lane::Camera, 0, 1.0).unwrap_err().starts_with("the file is broken"));
         assert!(without_key(DEMO, &Lane::Edits, 0).is_err());
+        assert!(with_time(DEMO, &Lane::Input("keys".to_owned()), 0, 1.0).unwrap_err().contains("in the file"));
         assert!(with_time(DEMO, &Lane::Checks, 0, 1.0).is_err() && without_key(DEMO, &Lane::Checks, 0).is_err());
         assert!(without_key("tracks.fog.keys = [[0.0, 1.0]]", &Lane::Param("fog".to_owned()), 0).is_err());
         assert!(with_camera_key("camera = 3", 1.0, &Camera::at([0.0; 3])).is_err());

@@ -117,7 +117,11 @@ fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
 }
 
 /// What a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
-fn accesses<'p>(graph: &'p Graph, plan: &'p Plan, id: PassId) -> impl Iterator<Item = (ResourceId, &'p BoundAccess)> {
+pub(super) fn accesses<'p>(
+    graph: &'p Graph,
+    plan: &'p Plan,
+    id: PassId,
+) -> impl Iterator<Item = (ResourceId, &'p BoundAccess)> {
     let declared = &graph.pass(plan.graph.declared(id)).accesses;
     declared.iter().map(|access| access.resource).zip(&plan.graph.pass(id).accesses)
 }

@@ -73,6 +73,8 @@ impl Viewer<'_> {
         self.record_frame();
         let inspects =
             self.panels.layout.is_open(Panel::Inspect) || self.inspector.is_copying() || self.writes_values();
+        let draws_graph = self.panels.are_drawn() && self.panels.layout.is_open(Panel::Graph);
+        self.session.make_thumbnails(draws_graph);
         self.session.set_region(self.magnifier.region());
         if let Some(said) = self.comparing.update(&mut self.session) {
             self.notice(said);
@@ -104,6 +106,11 @@ impl Viewer<'_> {
             Control::say_printed(&printed);
         }
         self.data.note(&mut self.session, &report);
+        if draws_graph {
+            self.touched |= self.data.take_thumbnails(&mut self.session);
+        } else {
+            self.data.drop_thumbnails();
+        }
         if inspects {
             self.inspector.take(&mut self.session, &report);
             self.write_table();
@@ -288,9 +295,11 @@ impl Viewer<'_> {
             frame: self.data.frame(&self.session, self.fps_cap),
             passes: self.data.passes(&self.session),
             resources,
+            thumbnails: self.data.thumbnails(),
             presets: self.presets.view(self.session.graph_path(), &params),
             params,
             records: self.recorder.is_on(),
+            checks_bounds: self.session.checks_bounds(),
             problems: with_counted.as_deref().unwrap_or(&self.problems),
             world: World { editing, ..panel_data::world(&self.session, self.controls.speed()) },
             timeline: panel_data::timeline(&self.session, self.looped),

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use raxel_edit::Scene;
 use raxel_edit::query::CastHit;
-use raxel_execute::FrameReport;
 use raxel_execute::moment::Moment;
+use raxel_execute::{FrameReport, Thumbnail};
 use raxel_graph::checked::{Graph, Value};
 use raxel_graph::plan::Plan;
 use raxel_panels::view::{
@@ -18,9 +18,10 @@ use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
+use raxel_runtime::timeline::DemoInputs;
 use raxel_world::{Bounds, Material, srgb_from_linear};
 
-use super::described::{Described, Row, place, state};
+use super::described::{Described, Row, accesses, place, state};
 
 /// Times of frames and passes, and what the running plan is made of.
 #[derive(Default)]
@@ -40,6 +41,10 @@ pub struct PanelData {
     held: Option<(Arc<Described>, Vec<PassState>)>,
     /// Materials that edits can use.
     swatches: Vec<Swatch>,
+    /// Small pictures of targets, by the names of pass and target.
+    thumbnails: HashMap<(String, String), (u64, Thumbnail)>,
+    /// How many of them have arrived.
+    arrived: u64,
 }
 
 impl PanelData {
@@ -84,6 +89,44 @@ impl PanelData {
             });
         }
         self.peeking = peeking;
+    }
+
+    /// Takes the thumbnails that have arrived. Whether there were any.
+    pub fn take_thumbnails(&mut self, session: &mut Session) -> bool {
+        let arrived = session.take_thumbnails();
+        let any = !arrived.is_empty();
+        let Some(described) = self.plan.clone() else { return any };
+        for thumbnail in arrived {
+            let Some(row) = described.rows.iter().find(|row| row.planned == Ok(thumbnail.pass)) else { continue };
+            let written = accesses(session.graph(), &described.plan, row.pass).nth(thumbnail.access);
+            let Some((resource, _)) = written else { continue };
+            let name = session.graph().resource(resource).name.clone();
+            self.arrived += 1;
+            self.thumbnails.insert((row.name.clone(), name), (self.arrived, thumbnail));
+        }
+        any
+    }
+
+    /// Forgets the thumbnails: nobody sees them.
+    pub fn drop_thumbnails(&mut self) {
+        self.thumbnails.clear();
+    }
+
+    /// The thumbnails of the passes that are shown.
+    pub fn thumbnails(&self) -> Vec<view::Thumbnail> {
+        let Some(described) = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref()) else {
+            return Vec::new();
+        };
+        let thumbnail = |((pass, resource), (number, found)): (&(String, String), &(u64, Thumbnail))| {
+            Some(view::Thumbnail {
+                pass: described.rows.iter().position(|row| row.name == *pass)?,
+                resource: described.resources.iter().position(|known| known.name == *resource)?,
+                number: *number,
+                size: found.size.map(|side| side as usize),
+                rgba: found.rgba.as_slice().into(),
+            })
+        };
+        self.thumbnails.iter().filter_map(thumbnail).collect()
     }
 
     fn describe(&mut self, session: &Session, plan: &Arc<Plan>) {
@@ -296,6 +339,7 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
         ..Track::new(Lane::Captions, "captions", demo.captions.iter().map(|caption| caption.time.value).collect())
     });
     tracks.push(Track::new(Lane::Checks, "checks", demo.checked_times()));
+    tracks.extend(demo.inputs.iter().flat_map(DemoInputs::times).map(|(name, keys)| input_track(name, keys)));
     // The camera's row is there before its first key is recorded.
     tracks.retain(|track| track.lane == Lane::Camera || !track.keys.is_empty());
     Some(Timeline {
@@ -306,6 +350,20 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
         drives: session.demo_drives(),
         tracks,
     })
+}
+
+/// Keys of an input that are drawn one by one. A take has one for each frame in which the cursor moves.
+const MOST_KEYS: usize = 200;
+
+/// The track of an input; one bar if it has too many keys to tell them apart.
+fn input_track(name: &str, keys: Vec<f64>) -> Track {
+    let (lane, title) = (Lane::Input(name.to_owned()), format!("input.{name}"));
+    match (keys.first(), keys.last()) {
+        (Some(first), Some(last)) if keys.len() > MOST_KEYS => {
+            Track { lasting: vec![last - first], ..Track::new(lane, &title, vec![*first]) }
+        }
+        _ => Track::new(lane, &title, keys),
+    }
 }
 
 #[cfg(test)]
@@ -325,6 +383,29 @@ mod tests {
         let project = Some(folder.path().to_owned());
         let options = Options { project, size: [8, 8], observe: Observe::Shown, ..Options::default() };
         Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn a_timeline_has_a_row_for_each_input_of_its_demo() {
+        let folder = tempfile::tempdir().unwrap();
+        let moves: Vec<String> = (0..300).map(|n| format!("[{}, [{n}, 2]]", f64::from(n) / 100.0)).collect();
+        let demo = format!(
+            "graph = \"graphs/a.toml\"\nduration = 4.0\n[inputs]\nkeys = [[0.5, [\"KeyW\"]], [1.0, []]]\ncursor = [{}]\n",
+            moves.join(", ")
+        );
+        let demo = ("worlds/a.demo.toml", demo.as_str());
+        drop(open(
+            &folder,
+            &[("graphs/a.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY), demo],
+        ));
+        let project = Some(folder.path().to_owned());
+        let options = Options { project, size: [8, 8], demo: Some(demo.0.into()), ..Options::default() };
+        let session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let timeline = timeline(&session, None).unwrap();
+        let tracks: Vec<_> =
+            timeline.tracks.iter().map(|track| (track.name.as_str(), track.keys.len(), track.lane.movable())).collect();
+        assert_eq!(tracks, [("camera", 0, true), ("input.cursor", 1, false), ("input.keys", 2, false)]);
+        assert!((timeline.tracks[1].lasts(0) - 2.99).abs() < 1e-9, "one bar");
     }
 
     const PYRAMID: &str = "name = \"pyramid\"\npresent = \"p\"\n[targets.p]\nformat = \"r32f\"\nmips = 4\n\

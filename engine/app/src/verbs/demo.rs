@@ -154,6 +154,7 @@ impl Args {
             after: None,
             set: self.set.clone(),
             eye: Eye::default(),
+            check_bounds: false,
             watchdog: self.watchdog,
         }
     }

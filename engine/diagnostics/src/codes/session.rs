@@ -38,4 +38,6 @@ declare! {
     COUNTED = "RX0411";
     /// An `rx_assert` of a shader failed.
     ASSERTION_FAILED = "RX0412";
+    /// A shader has accessed an array or an image out of bounds.
+    OUT_OF_BOUNDS = "RX0413";
 }

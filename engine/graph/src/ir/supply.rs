@@ -1,6 +1,7 @@
 //! Supply: what can come into a graph from outside, as far as the compiler must know it.
 
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Code, codes};
@@ -81,8 +82,27 @@ pub struct FileImage {
     pub extent: [u32; 3],
     /// 3-D, else 2-D.
     pub volume: bool,
-    /// Each mip: x first, then y, then z, without padding.
+    /// Each mip: x first, then y, then z, without padding. Of a video, those of its first frame.
     pub mips: Vec<Vec<u8>>,
+    /// The video, if the file is one.
+    pub video: Option<Video>,
+}
+
+/// A video file, whose frames become texels as time goes by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Video {
+    /// Its project path.
+    pub path: String,
+    /// Where it lies.
+    pub disk: PathBuf,
+    /// Pixels of a frame.
+    pub extent: [u32; 2],
+    /// Frames a second.
+    pub rate: f64,
+    /// How many frames; at least one.
+    pub frames: u64,
+    /// What the graph says of its texels.
+    pub request: ImageRequest,
 }
 
 impl FileContents {

@@ -34,12 +34,15 @@ pub enum Lane {
     Captions,
     /// What is checked of pictures.
     Checks,
+    /// The input of that name.
+    Input(String),
 }
 
 impl Lane {
-    /// Whether its keys can be moved and taken out here. What a check looks at belongs to its reference.
+    /// Whether its keys can be moved and taken out here. What a check looks at belongs to its reference, and a press without its release is another
+    /// input.
     pub fn movable(&self) -> bool {
-        *self != Lane::Checks
+        !matches!(self, Lane::Checks | Lane::Input(_))
     }
 }
 

@@ -4,7 +4,7 @@
 
 use raxel_panels::view::{
     Brush, Compare, Editing, FileKind, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem,
-    ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Timeline, Use, World, WorldExtent,
+    ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Thumbnail, Timeline, Use, World, WorldExtent,
     WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
@@ -19,6 +19,7 @@ pub struct Window {
     pub params: Vec<Param>,
     pub presets: Vec<Preset>,
     pub records: bool,
+    pub thumbnails: Vec<Thumbnail>,
     pub problems: Vec<Problem>,
     pub inspected: Option<Inspected>,
     pub magnified: Magnified,
@@ -67,6 +68,7 @@ impl Window {
             ],
             presets: Vec::new(),
             records: false,
+            thumbnails: Vec::new(),
             problems: Vec::new(),
             inspected: None,
             magnified: Magnified::default(),
@@ -128,6 +130,8 @@ impl Window {
             params: self.params.clone(),
             presets: self.presets.clone(),
             records: self.records,
+            thumbnails: self.thumbnails.clone(),
+            checks_bounds: false,
             problems: &self.problems,
             world: World {
                 path: Some("worlds/a.toml".to_owned()),

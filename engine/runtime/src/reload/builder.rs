@@ -59,6 +59,7 @@ enum Message {
     FolderChanged,
     DeviceChanged,
     Open(ProjectFile),
+    CheckBounds(bool),
     Stop,
 }
 
@@ -140,6 +141,12 @@ impl Reloader {
     pub fn open(&self, file: ProjectFile) {
         // A builder that has stopped opens nothing.
         let _ = self.messages.send(Message::Open(file));
+    }
+
+    /// Compiles all shaders again, with or without checks of the bounds of their accesses: an outcome as of an edit.
+    pub fn check_bounds(&self, on: bool) {
+        // A builder that has stopped compiles nothing.
+        let _ = self.messages.send(Message::CheckBounds(on));
     }
 
     /// The outcomes since the last call, oldest first.
@@ -246,6 +253,7 @@ impl Builder {
             Message::FolderChanged => self.watcher.renew(),
             Message::DeviceChanged => self.unfinished = self.unfinished.or(self.without_device.take()),
             Message::Open(file) => self.open(&file),
+            Message::CheckBounds(on) => self.check_bounds(on),
             Message::Stop => return false,
         }
         true
@@ -258,6 +266,23 @@ impl Builder {
         self.state.open(file, &self.loader);
         self.rebuilt = Rebuilt { graph: true, world: true, demo: self.state.demo.is_some(), shaders: Vec::new() };
         self.changed = vec![file.path().to_owned()];
+        self.load += milliseconds_since(start);
+        self.watch();
+    }
+
+    /// Loads all graphs again, with or without checks of the bounds of accesses.
+    fn check_bounds(&mut self, on: bool) {
+        if self.loader.checks_bounds() == on {
+            return;
+        }
+        let start = Instant::now();
+        (self.held, self.without_device, self.unfinished) = (None, None, Some(start));
+        self.loader.check_bounds(on);
+        self.state.graph = self.loader.graph(&self.state.graph_path);
+        for (path, graph) in &mut self.state.other_graphs {
+            *graph = self.loader.graph(path);
+        }
+        self.rebuilt.graph = true;
         self.load += milliseconds_since(start);
         self.watch();
     }

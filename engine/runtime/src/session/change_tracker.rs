@@ -57,8 +57,8 @@ pub(super) struct Changes {
 /// What a picture depends on besides the time.
 pub(super) struct Inputs<'a> {
     pub(super) world: &'a Arc<SessionWorld>,
-    /// The publication of a streamed world, the last edit in it, and how often passes have moved instances.
-    pub(super) versions: [u64; 3],
+    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and which frames of videos are shown.
+    pub(super) versions: [u64; 4],
     pub(super) graph: &'a Arc<Graph>,
     /// Those of the frame but for what the tracker tells it.
     pub(super) builtins: &'a Builtins,
@@ -72,7 +72,7 @@ pub(super) struct Inputs<'a> {
 /// The same, as the last frame had it.
 struct Last {
     world: Arc<SessionWorld>,
-    versions: [u64; 3],
+    versions: [u64; 4],
     graph: Arc<Graph>,
     builtins: Builtins,
     keys: [u32; 24],

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_execute::moment::Moment;
-use raxel_execute::{Builder, Comparison, ExternalResource, Mismatch, Reference, Region, WriteError};
+use raxel_execute::{Builder, Comparison, ExternalResource, Mismatch, Reference, Region, Thumbnail, WriteError};
 use raxel_graph::checked::{Display, Param, Value};
 
 use super::Session;
@@ -133,6 +133,17 @@ impl Session {
     pub fn set_region(&mut self, region: Region) {
         self.renderer.shown.region = region;
         self.renderer.executor.set_region(region);
+    }
+
+    /// Makes small pictures of all targets that passes write, from the next frame on, or no more: a few in each frame, right after their passes.
+    /// A frame that stands still runs passes again for pictures that are missing or stale, and then stands still again.
+    pub fn make_thumbnails(&mut self, on: bool) {
+        self.renderer.executor.make_thumbnails(on);
+    }
+
+    /// The small pictures that have arrived since the last call.
+    pub fn take_thumbnails(&mut self) -> Vec<Thumbnail> {
+        self.renderer.executor.take_thumbnails()
     }
 
     /// Compares the debug target with a reference from the next frame on, while [`Self::mismatch`] returns `None`. A loss of the device

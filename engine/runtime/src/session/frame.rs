@@ -15,7 +15,7 @@ use super::change_tracker::{Changes, Inputs};
 use super::{FrameError, Session};
 use crate::build::Selection;
 use crate::build_error::BuildError;
-use crate::clock::FrameTime;
+use crate::clock::{FrameTime, Pace};
 use crate::world::saturated;
 
 impl Session {
@@ -147,10 +147,13 @@ impl Session {
         let sources = &self.renderer.context.sources;
         sources.move_instances(&self.world.shown, &self.renderer.graph, values, poses);
         sources.write_keys(self.playback.inputs.shown.key_words());
+        let waits = matches!(self.playback.clock.pace(), Pace::Fixed(_));
+        let (videos, wrong) = sources.play_videos(time.time.seconds(), waits);
+        wrong.into_iter().for_each(|message| self.world.editing.say(message));
         let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
         let inputs = Inputs {
             world: &self.world.shown,
-            versions: [version, edited, poses.serial()],
+            versions: [version, edited, poses.serial(), videos],
             // The graph and not its plan: another plan, for another debug target, computes the same.
             graph: &self.renderer.graph,
             builtins: &self.builtins(&time, Changes::default()),

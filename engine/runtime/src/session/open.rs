@@ -53,6 +53,7 @@ impl Session {
             Box::new(Diagnostic::error(codes::session::NO_PROJECT, format!("the project cannot be read: {error}")))
         })?;
         let loader = Arc::new(loader.with_layout(options.layout).with_unused(options.unused));
+        loader.check_bounds(options.check_bounds);
         let (state, device) = load(&project, &options, &loader, device)?;
         Self::start(options, ProjectFiles::new(project, loader, state), device)
     }

@@ -45,6 +45,8 @@ pub struct Options {
     /// How raxel reports a binding, a block or a member that the graph gives and the shader does not use. With a warning, you can comment
     /// out a term of a shader and put it back without a loss of state.
     pub unused: Severity,
+    /// Whether shaders check the bounds of their accesses ([`Session::check_bounds`]).
+    pub check_bounds: bool,
     /// Replaces the layout of every buffer that holds a world. `None` keeps the layouts of the graph.
     pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
@@ -88,6 +90,7 @@ impl Default for Options {
             pinned: Vec::new(),
             observe: Observe::Everything,
             unused: Severity::Error,
+            check_bounds: false,
             layout: None,
             device: None,
             validation: Validation::Off,

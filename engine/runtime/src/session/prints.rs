@@ -1,10 +1,11 @@
-//! What passes print (`debugPrintfEXT`), and assertions of shaders that fail (`rx_assert`): an error that is said once, until it holds again.
+//! What passes print (`debugPrintfEXT`), assertions of shaders that fail (`rx_assert`), and accesses out of bounds: each an error that is said
+//! once, until it is gone.
 
 use std::collections::VecDeque;
 
-use raxel_diagnostics::{Diagnostic, codes};
-use raxel_execute::{Assertion, PassPrints};
-use raxel_shader::prints::Call;
+use raxel_diagnostics::{Diagnostic, Span, codes};
+use raxel_execute::PassPrints;
+use raxel_shader::prints::{Access, Call};
 
 use super::counter_warnings::GONE;
 
@@ -27,10 +28,10 @@ pub(super) struct Prints {
     failing: Vec<Failing>,
 }
 
-/// An assertion that has failed.
+/// A line of a shader that has failed.
 struct Failing {
     pass: String,
-    call: Call,
+    what: Failed,
     /// How often in the last frame in which it failed.
     last: u32,
     /// The worst frame.
@@ -40,12 +41,21 @@ struct Failing {
     said: bool,
 }
 
-/// An assertion in one frame.
+/// What can fail.
+#[derive(Clone, PartialEq)]
+enum Failed {
+    Assertion(Call),
+    Access(Access),
+}
+
+/// A failure in one frame.
 struct Failure {
     /// How often it failed.
     count: u32,
     /// The invocation in which it failed first.
     first: Option<[u32; 3]>,
+    /// Where an access went.
+    beyond: Option<String>,
     frame: u64,
 }
 
@@ -77,9 +87,20 @@ impl Prints {
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);
         prints.frame = known.map_or(executed, |(_, frame)| *frame);
         let assertions = std::mem::take(&mut prints.assertions);
+        let out_of_bounds = std::mem::take(&mut prints.out_of_bounds);
         if executed >= self.since {
-            for assertion in assertions {
-                self.judge(&prints, assertion);
+            let frame = prints.frame;
+            for failing in self.failing.iter_mut().filter(|failing| failing.pass == prints.pass) {
+                failing.held += 1;
+            }
+            for found in assertions.into_iter().filter(|assertion| assertion.failed > 0) {
+                let failure = Failure { count: found.failed, first: found.first, beyond: None, frame };
+                self.judge(&prints.pass, Failed::Assertion(found.call), failure);
+            }
+            for (access, found) in out_of_bounds {
+                let (first, beyond) = (Some(found.invocation), Some(found.beyond));
+                let failure = Failure { count: found.count, first, beyond, frame };
+                self.judge(&prints.pass, Failed::Access(access), failure);
             }
             self.failing.retain(|failing| failing.held < GONE || !failing.said);
             self.latest.retain(|latest| latest.pass != prints.pass);
@@ -99,25 +120,23 @@ impl Prints {
         }
     }
 
-    fn judge(&mut self, of: &PassPrints, Assertion { call, failed, first }: Assertion) {
-        let known = |failing: &&mut Failing| failing.pass == of.pass && failing.call == call;
-        match (self.failing.iter_mut().find(known), failed) {
-            (None, 0) => {}
-            (Some(failing), 0) => failing.held += 1,
-            (Some(failing), _) => {
-                (failing.last, failing.held) = (failed, 0);
-                if failed > failing.worst.count {
-                    failing.worst = Failure { count: failed, first, frame: of.frame };
+    fn judge(&mut self, pass: &str, what: Failed, failure: Failure) {
+        let last = failure.count;
+        match self.failing.iter_mut().find(|failing| failing.pass == pass && failing.what == what) {
+            Some(failing) => {
+                (failing.last, failing.held) = (last, 0);
+                if last > failing.worst.count {
+                    failing.worst = failure;
                 }
             }
-            (None, _) => {
-                let worst = Failure { count: failed, first, frame: of.frame };
-                self.failing.push(Failing { pass: of.pass.clone(), call, last: failed, worst, held: 0, said: false });
+            None => {
+                let pass = pass.to_owned();
+                self.failing.push(Failing { pass, what, last, worst: failure, held: 0, said: false });
             }
         }
     }
 
-    /// The assertions that were not said yet.
+    /// The failures that were not said yet.
     pub(super) fn take_failed(&mut self) -> Vec<Diagnostic> {
         let say = |failing: &mut Failing| {
             let said = std::mem::replace(&mut failing.said, true);
@@ -137,7 +156,7 @@ impl Prints {
         &self.latest
     }
 
-    /// Assertions that fail at the moment: each until it has held for [`GONE`] frames.
+    /// Assertions that fail and accesses that are out of bounds at the moment: each until it has held for [`GONE`] frames.
     pub(super) fn failing(&self) -> impl Iterator<Item = Diagnostic> {
         self.failing.iter().map(|failing| failing.diagnostic(failing.last))
     }
@@ -152,15 +171,42 @@ impl Prints {
 
 impl Failing {
     fn diagnostic(&self, count: u32) -> Diagnostic {
-        let Failure { first, frame, .. } = self.worst;
+        let Failure { first, beyond, frame, .. } = &self.worst;
         let invocations = if count == 1 { "invocation" } else { "invocations" };
-        let message = format!("`{}` failed in pass `{}`: {count} {invocations}", self.call.text, self.pass);
-        let diagnostic = Diagnostic::error(codes::session::ASSERTION_FAILED, message);
+        let (code, message) = match &self.what {
+            Failed::Assertion(call) => (
+                codes::session::ASSERTION_FAILED,
+                format!("`{}` failed in pass `{}`: {count} {invocations}", call.text, self.pass),
+            ),
+            Failed::Access(access) => {
+                let name = if access.name.is_empty() { "an array".to_owned() } else { format!("`{}`", access.name) };
+                let accesses = match (access.writes, count) {
+                    (true, 1) => "write",
+                    (true, _) => "writes",
+                    (false, 1) => "read",
+                    (false, _) => "reads",
+                };
+                let message = format!("{name} is accessed out of bounds in pass `{}`: {count} {accesses}", self.pass);
+                (codes::session::OUT_OF_BOUNDS, message)
+            }
+        };
+        let beyond = beyond.as_ref().map_or_else(String::new, |beyond| format!("{beyond}, "));
         let first = first.map_or_else(String::new, |[x, y, z]| format!("first in invocation ({x}, {y}, {z}) of "));
-        let diagnostic = match &self.call.place {
-            Some(place) => diagnostic.label(place.clone(), format!("{first}frame {frame}")),
-            None => diagnostic.note(format!("{first}frame {frame}")),
+        let seen = format!("{beyond}{first}frame {frame}");
+        let diagnostic = Diagnostic::error(code, message);
+        let diagnostic = match self.what.place() {
+            Some(place) => diagnostic.label(place.clone(), seen),
+            None => diagnostic.note(seen),
         };
         diagnostic.note(format!("this is said once, until it has held for {GONE} frames"))
+    }
+}
+
+impl Failed {
+    fn place(&self) -> Option<&Span> {
+        match self {
+            Failed::Assertion(call) => call.place.as_ref(),
+            Failed::Access(access) => access.place.as_ref(),
+        }
     }
 }

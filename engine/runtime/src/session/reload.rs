@@ -38,6 +38,19 @@ impl Session {
         self.files.open(file)
     }
 
+    /// Compiles all shaders again with checks of the bounds of their accesses to arrays and images, or without them, on another thread:
+    /// [`Session::poll_reload`] tells how that went, as of an edit. Passes compute the same either way; with checks they are slower, and
+    /// accesses out of bounds come with [`Session::take_messages`] and [`Session::counted`]. False where files are not watched
+    /// ([`super::Options::watch`]): then only [`super::Options::check_bounds`] says whether shaders have checks.
+    pub fn check_bounds(&mut self, on: bool) -> bool {
+        self.files.check_bounds(on)
+    }
+
+    /// Whether the shaders that are compiled from now on check the bounds of their accesses.
+    pub fn checks_bounds(&self) -> bool {
+        self.files.loader.checks_bounds()
+    }
+
     fn take_outcomes(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {
         // Of several edits only the newest runs; the others never were.
         let newest = outcomes.iter().rposition(|outcome| matches!(outcome, Outcome::Ready(_)));

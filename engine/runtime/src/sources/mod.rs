@@ -7,6 +7,7 @@ mod file;
 mod instances;
 mod name;
 mod on_device;
+mod video;
 
 pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;

@@ -18,6 +18,7 @@ use super::SourceName;
 use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
 use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
+use super::video::Player;
 use crate::build_error::BuildError;
 use crate::world::{SessionWorld, WorldIdentity};
 
@@ -46,6 +47,7 @@ enum Live {
     Instances(Box<LiveInstances>),
     /// The words that were written last.
     Keys([u32; 24]),
+    Video(Box<Player>),
 }
 
 /// What a source on the device was made from.
@@ -164,7 +166,12 @@ impl OnDevice {
             (Key::Voxels { name: parsed, copied, .. }, _) => {
                 upload_voxels(name, parsed, *copied, resource, world, builder)?
             }
-            (Key::File(_), Origin::File(contents)) => upload_file(name, contents, resource, builder)?,
+            (Key::File(_), Origin::File(contents)) => {
+                if let FileContents::Image(FileImage { video: Some(video), .. }) = &**contents {
+                    live = Some(Live::Video(Box::new(Player::new(video))));
+                }
+                upload_file(name, contents, resource, builder)?
+            }
             (Key::File(_), _) => return Ok(None),
         };
         entries.push(Entry { key, source: source.clone(), stream: None, live });
@@ -218,6 +225,21 @@ impl OnDevice {
                 *written = words;
             }
         }
+    }
+
+    /// Plays the videos to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes. Gives
+    /// a number that differs where other frames are shown, and what has gone wrong.
+    pub fn play_videos(&self, seconds: f64, waits: bool) -> (u64, Vec<Diagnostic>) {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut shown, mut wrong) = (0_u64, Vec::new());
+        for entry in entries.iter_mut().filter(|entry| entry.key.is_alive()) {
+            if let Some(Live::Video(player)) = &mut entry.live {
+                player.follow(seconds, waits, &entry.source);
+                shown = shown.wrapping_mul(31).wrapping_add(player.shown());
+                wrong.extend(player.take_problem());
+            }
+        }
+        (shown, wrong)
     }
 
     /// Drops what there is of a world.
@@ -360,7 +382,7 @@ fn upload_file(
             let buffer = builder.upload_buffer(bytes, name).map_err(refused)?;
             Ok(builder.source(name, Some(buffer), None))
         }
-        FileContents::Image(FileImage { format, extent, volume, mips }) => {
+        FileContents::Image(FileImage { format, extent, volume, mips, video: _ }) => {
             let mips: Vec<&[u8]> = mips.iter().map(Vec::as_slice).collect();
             let texture = Texture { format: *format, extent: *extent, volume: *volume };
             let image = builder.upload_image(name, texture, &mips).map_err(refused)?;

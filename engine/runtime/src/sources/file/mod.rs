@@ -1,10 +1,11 @@
-//! Files as sources: PNG and OpenEXR become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
+//! Files as sources: PNG, OpenEXR and videos become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
 //! graph uses them, so that an edit of something else does not decode them again.
 
 mod exr;
 mod mips;
 mod png;
 mod texels;
+pub(super) mod video;
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -52,6 +53,12 @@ impl FileSources {
             return Ok(contents);
         }
         let contents = Arc::new(match request {
+            Some(request) if video::is_video(path) => {
+                let Some(root) = files.root() else {
+                    return Err(refused("source", format!("`{path}` is a video, and there is no disk here")));
+                };
+                FileContents::Image(video::open(path, &root.join(path), request)?)
+            }
             Some(request) => FileContents::Image(image(path, &bytes, request)?),
             None => FileContents::Bytes(buffer(path, &bytes)?),
         });
@@ -90,7 +97,7 @@ fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, 
         Some("exr") => exr::decode,
         _ => {
             let message = format!("`{path}` is not a picture that raxel reads");
-            let help = "a target takes .png and .exr; a buffer takes any file as bytes".to_owned();
+            let help = "a target takes .png, .exr and videos; a buffer takes any file as bytes".to_owned();
             return Err(Refusal { help: Some(help), ..refused("source", message) });
         }
     };
@@ -144,7 +151,7 @@ fn shape(path: &str, picture: &Picture, request: &ImageRequest) -> Result<FileIm
     }
     let mut mips = vec![convert(picture, channel, channels, request.srgb)];
     mips::append(&mut mips, extent, channel, channels, count);
-    Ok(FileImage { format: channel.format(channels), extent, volume, mips })
+    Ok(FileImage { format: channel.format(channels), extent, volume, mips, video: None })
 }
 
 /// Whether a channel of a file loses nothing that matters in a channel of a format: integers take the stored numbers as they are.

@@ -1,0 +1,112 @@
+//! Video files: what ffprobe says of them, and a process that decodes their frames. Both are found on the path.
+
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use raxel_graph::Video;
+
+use super::{FileImage, Picture, Refusal, check_extent, refused, shape};
+use crate::sources::file::texels::Channel;
+
+/// Names that end so are videos.
+const EXTENSIONS: [&str; 6] = ["mp4", "mkv", "mov", "webm", "avi", "gif"];
+
+/// Frames that a video has at most.
+const MOST_FRAMES: u64 = 1 << 24;
+
+/// What files are read by: no video leads to another file or to the network.
+const LOCAL: [&str; 2] = ["-protocol_whitelist", "file"];
+
+/// Whether a file is a video, by its name.
+pub(super) fn is_video(path: &str) -> bool {
+    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+}
+
+/// A video with its first frame. `disk` is where the file lies.
+pub(super) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest) -> Result<FileImage, Refusal> {
+    let cannot = |reason: String| refused("source", format!("`{path}` cannot be read: {reason}"));
+    let (extent, rate, frames) = probe(disk).map_err(cannot)?;
+    let video = Video { path: path.to_owned(), disk: disk.to_owned(), extent, rate, frames, request: request.clone() };
+    let mut frames = Frames::decode(&video).map_err(cannot)?;
+    let first = frames.next().map_err(cannot)?;
+    let Some(first) = first else { return Err(cannot("no frame of it can be decoded".to_owned())) };
+    let image = frame(&video, first)?;
+    Ok(FileImage { video: Some(video), ..image })
+}
+
+/// A frame as the graph wants it: bytes of red, green, blue and alpha.
+pub(in crate::sources) fn frame(video: &Video, rgba: Vec<u8>) -> Result<FileImage, Refusal> {
+    let picture = Picture { extent: video.extent, channel: Channel::Unorm8, channels: 4, bytes: rgba };
+    shape(&video.path, &picture, &video.request)
+}
+
+/// Extent, frames a second, and how many.
+fn probe(disk: &Path) -> Result<([u32; 2], f64, u64), String> {
+    let mut command = Command::new("ffprobe");
+    command.args(["-v", "error"]).args(LOCAL).args(["-select_streams", "v:0", "-count_packets"]);
+    command.args(["-show_entries", "stream=width,height,avg_frame_rate,nb_read_packets"]);
+    command.args(["-of", "default=noprint_wrappers=1"]).arg(disk).stdin(Stdio::null());
+    let output = command.output().map_err(|error| missing("ffprobe", &error))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    let value = |key: &str| said.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+    let number = |key: &str| value(key).and_then(|value| value.trim().parse::<u64>().ok());
+    let (Some(width), Some(height)) = (number("width"), number("height")) else {
+        let why = String::from_utf8_lossy(&output.stderr);
+        let why = why.lines().next().map_or("", |line| line.rsplit_once(": ").map_or(line, |(_, why)| why));
+        return Err(if why.is_empty() { "it has no video".to_owned() } else { format!("ffprobe says: {why}") });
+    };
+    let extent = check_extent(width, height, 4)?;
+    let rate = value("avg_frame_rate").and_then(|rate| {
+        let (frames, seconds) = rate.trim().split_once('/')?;
+        let rate = frames.parse::<f64>().ok()? / seconds.parse::<f64>().ok()?;
+        (0.001..=1000.0).contains(&rate).then_some(rate)
+    });
+    // A picture that stands still has no rate.
+    Ok((extent, rate.unwrap_or(1.0), number("nb_read_packets").unwrap_or(1).clamp(1, MOST_FRAMES)))
+}
+
+fn missing(program: &str, error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => format!("{program} is not installed; `apt-get install ffmpeg`"),
+        _ => format!("{program} cannot be started: {error}"),
+    }
+}
+
+/// Frames of a video from its beginning, as bytes of red, green, blue and alpha.
+pub(in crate::sources) struct Frames {
+    ffmpeg: Child,
+    bytes: usize,
+}
+
+impl Frames {
+    pub(in crate::sources) fn decode(video: &Video) -> Result<Self, String> {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-hide_banner", "-loglevel", "quiet", "-nostdin", "-noautorotate"]).args(LOCAL);
+        command.arg("-i").arg(&video.disk).args(["-map", "0:v:0", "-fps_mode", "passthrough"]);
+        command.args(["-f", "rawvideo", "-pix_fmt", "rgba", "-"]);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let ffmpeg = command.spawn().map_err(|error| missing("ffmpeg", &error))?;
+        let [width, height] = video.extent.map(|side| side as usize);
+        Ok(Self { ffmpeg, bytes: width * height * 4 })
+    }
+
+    /// The next frame; `None` after the last.
+    pub(in crate::sources) fn next(&mut self) -> Result<Option<Vec<u8>>, String> {
+        let mut frame = vec![0; self.bytes];
+        let Some(pipe) = &mut self.ffmpeg.stdout else { return Ok(None) };
+        match pipe.read_exact(&mut frame) {
+            Ok(()) => Ok(Some(frame)),
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(None),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+impl Drop for Frames {
+    fn drop(&mut self) {
+        let _ = self.ffmpeg.kill();
+        let _ = self.ffmpeg.wait();
+    }
+}

@@ -1,0 +1,341 @@
+//! Records that a shader writes into a storage buffer, which the caller binds: what it prints, and its accesses out of bounds.
+//!
+//! The buffer begins with a word that numbers the records in the order in which they are written. Then each call has a part of its own: the
+//! number of times that it was reached, and its first records. A record is its number, the three components of `gl_GlobalInvocationID`, and
+//! the words of the values. A call that records in every invocation therefore leaves the others their room.
+
+use std::collections::HashMap;
+
+use spirv::{BuiltIn, Capability, Decoration, FunctionControl, MemoryModel, Op, Scope, SelectionControl, StorageClass};
+
+use crate::accesses::{Access, Accesses};
+use crate::additions::{Additions, interface, is_declaration, write};
+use crate::binary::HEADER_WORDS;
+use crate::check::{MAX_BOUND, literal};
+use crate::instruction::{Instruction, MAX_OPERANDS};
+use crate::print::{self, PrintCall, PrintError, PrintedScalar, PrintedType, unsupported};
+
+/// Words of a record before its values: its number, and the invocation.
+pub const RECORD_HEAD: u32 = 4;
+
+/// A module that records what happens in it.
+#[derive(Debug)]
+pub struct Recording {
+    /// The module.
+    pub words: Vec<u32>,
+    /// The calls that print, in the order of the module.
+    pub calls: Vec<PrintCall>,
+    /// The accesses that are checked, in the order of the module.
+    pub accesses: Vec<Access>,
+    /// Bytes of the buffer.
+    pub bytes: u64,
+}
+
+/// The module that records into the storage buffer at `binding` of set 0 what it prints and, if `checked`, its accesses out of bounds;
+/// `None` when it does neither.
+///
+/// # Errors
+/// For printed values that are no numbers of 32 bits, booleans or vectors of them, and for modules with too many calls or accesses.
+pub(crate) fn recording(
+    words: &[u32],
+    instructions: &[Instruction<'_>],
+    binding: u32,
+    checked: bool,
+) -> Result<Option<Recording>, PrintError> {
+    let set = print::set(instructions);
+    if set.is_none() && !checked {
+        return Ok(None);
+    }
+    let split = instructions.iter().position(|instruction| instruction.is(Op::Function)).unwrap_or(instructions.len());
+    let (declarations, functions) = instructions.split_at(split);
+    let mut writer = Writer::new(words, declarations, binding)?;
+    let strings = strings(declarations);
+    let mut calls = print::Calls::new(declarations, strings.clone());
+    let mut accesses = checked.then(|| Accesses::new(instructions));
+    let mut line = None;
+    let mut rewritten = Vec::new();
+    for instruction in functions {
+        calls.value(instruction);
+        match instruction.operands {
+            [file, number, ..] if instruction.is(Op::Line) => {
+                line = strings.get(file).map(|file| (file.clone(), *number));
+            }
+            // glslang says a line again only where it is another one, in the order of the module and across its blocks.
+            _ if instruction.is(Op::NoLine) || instruction.is(Op::Function) => line = None,
+            [void, result, from, print::PRINTF, text, values @ ..]
+                if instruction.is(Op::ExtInst) && Some(*from) == set =>
+            {
+                calls.replace((*void, *result), *text, values, line.clone(), &mut writer, &mut rewritten)?;
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(accesses) = &mut accesses {
+            accesses.check(instruction, line.as_ref(), &mut writer, &mut rewritten)?;
+        }
+        instruction.write(&mut rewritten);
+    }
+    let (calls, accesses) = (calls.found, accesses.map(|accesses| accesses.found).unwrap_or_default());
+    if calls.is_empty() && accesses.is_empty() {
+        return Ok(None);
+    }
+    let words = writer.assemble(words, declarations, set, &rewritten)?;
+    Ok(Some(Recording { words, calls, accesses, bytes: 4 * u64::from(writer.end) }))
+}
+
+fn strings(declarations: &[Instruction<'_>]) -> HashMap<u32, String> {
+    let strings = declarations.iter().filter(|instruction| instruction.is(Op::String));
+    let texts = strings.filter_map(|instruction| instruction.operands.split_first());
+    texts.filter_map(|(id, text)| Some((*id, literal(text).ok()?))).collect()
+}
+
+/// Writes the functions that record, and what they need.
+pub(crate) struct Writer {
+    pub additions: Additions,
+    decorations: Vec<u32>,
+    /// Functions that stand behind those of the module.
+    pub functions: Vec<u32>,
+    /// By number of words, and by the records that are kept.
+    recorders: HashMap<(usize, u32), u32>,
+    /// The first word behind the parts of the calls so far.
+    end: u32,
+    /// The module asks images for their extents.
+    queries: bool,
+    /// Variables that an entry point has to list.
+    interface: Vec<u32>,
+    pub void: u32,
+    pub bool: u32,
+    pub uint: u32,
+    triple: u32,
+    /// The variable of the buffer, and the type of a pointer to a word of it.
+    buffer: u32,
+    word: u32,
+    /// `gl_GlobalInvocationID`.
+    invocation: u32,
+    scope: u32,
+}
+
+impl Writer {
+    pub fn new(words: &[u32], declarations: &[Instruction<'_>], binding: u32) -> Result<Self, PrintError> {
+        let mut decorations = Vec::new();
+        let mut additions = Additions::new(words[3], declarations);
+        let void = additions.ty(Op::TypeVoid, &[]);
+        let bool = additions.ty(Op::TypeBool, &[]);
+        let uint = additions.ty(Op::TypeInt, &[32, 0]);
+        let triple = additions.ty(Op::TypeVector, &[uint, 3]);
+        let [array, block, pointer, buffer] = [(); 4].map(|()| additions.id());
+        let mut decorate = |operands: &[u32]| write(Op::Decorate, operands, &mut decorations);
+        decorate(&[array, Decoration::ArrayStride as u32, 4]);
+        decorate(&[block, Decoration::Block as u32]);
+        decorate(&[buffer, Decoration::DescriptorSet as u32, 0]);
+        decorate(&[buffer, Decoration::Binding as u32, binding]);
+        write(Op::MemberDecorate, &[block, 0, Decoration::Offset as u32, 0], &mut decorations);
+        let storage = StorageClass::StorageBuffer as u32;
+        write(Op::TypeRuntimeArray, &[array, uint], &mut additions.words);
+        write(Op::TypeStruct, &[block, array], &mut additions.words);
+        write(Op::TypePointer, &[pointer, storage, block], &mut additions.words);
+        write(Op::Variable, &[pointer, buffer, storage], &mut additions.words);
+        let word = additions.ty(Op::TypePointer, &[storage, uint]);
+        let input = additions.ty(Op::TypePointer, &[StorageClass::Input as u32, triple]);
+        let invocation = match global_invocation(declarations) {
+            Some((variable, ty)) if ty == input => variable,
+            Some(_) => return unsupported("`gl_GlobalInvocationID` is no vector of three `uint`", None),
+            None => {
+                let variable = additions.id();
+                let built_in = [variable, Decoration::BuiltIn as u32, BuiltIn::GlobalInvocationId as u32];
+                write(Op::Decorate, &built_in, &mut decorations);
+                write(Op::Variable, &[input, variable, StorageClass::Input as u32], &mut additions.words);
+                variable
+            }
+        };
+        // Before version 1.4 an entry point lists inputs and outputs only.
+        let lists_all = words[1] >= 0x0001_0400;
+        let interface = if lists_all { vec![invocation, buffer] } else { vec![invocation] };
+        let vulkan = declarations.iter().any(|instruction| {
+            instruction.is(Op::MemoryModel) && instruction.operands.get(1) == Some(&(MemoryModel::Vulkan as u32))
+        });
+        // With this memory model the scope of a device is a capability of its own.
+        let scope = if vulkan { Scope::QueueFamily } else { Scope::Device };
+        let scope = additions.constant(uint, scope as u32);
+        let recorders = HashMap::new();
+        let functions = Vec::new();
+        Ok(Self {
+            additions,
+            decorations,
+            functions,
+            recorders,
+            end: 1,
+            queries: false,
+            interface,
+            void,
+            bool,
+            uint,
+            triple,
+            buffer,
+            word,
+            invocation,
+            scope,
+        })
+    }
+
+    pub fn constant(&mut self, value: u32) -> u32 {
+        self.additions.constant(self.uint, value)
+    }
+
+    /// The first word of a new part: of a call that keeps so many records, each with so many words of values.
+    pub fn part(&mut self, records: u32, words: u32) -> u32 {
+        let first = self.end;
+        self.end += 1 + records * (RECORD_HEAD + words);
+        first
+    }
+
+    /// The module will ask images for their extents.
+    pub fn needs_queries(&mut self) {
+        self.queries = true;
+    }
+
+    /// The module with all that was written.
+    fn assemble(
+        &self,
+        words: &[u32],
+        declarations: &[Instruction<'_>],
+        set: Option<u32>,
+        functions: &[u32],
+    ) -> Result<Vec<u32>, PrintError> {
+        if self.additions.next_id > MAX_BOUND {
+            return unsupported("the module leaves no ids for it", None);
+        }
+        let mut assembled = words[..HEADER_WORDS].to_vec();
+        assembled[3] = self.additions.next_id;
+        let types = declarations.iter().position(is_declaration).unwrap_or(declarations.len());
+        let query = Capability::ImageQuery as u32;
+        let has_query = declarations.iter().any(|of| of.is(Op::Capability) && of.operands == [query]);
+        if self.queries && !has_query {
+            write(Op::Capability, &[query], &mut assembled);
+        }
+        for (at, instruction) in declarations.iter().enumerate() {
+            if at == types {
+                assembled.extend_from_slice(&self.decorations);
+            }
+            if instruction.is(Op::ExtInstImport) && set.is_some() && instruction.operands.first() == set.as_ref() {
+                continue;
+            }
+            if instruction.is(Op::EntryPoint) {
+                let listed = interface(instruction.operands);
+                let missing = self.interface.iter().filter(|variable| !listed.contains(variable));
+                let operands: Vec<u32> = instruction.operands.iter().chain(missing).copied().collect();
+                if operands.len() > MAX_OPERANDS {
+                    return unsupported("the entry point has too many variables", None);
+                }
+                Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut assembled);
+            } else {
+                instruction.write(&mut assembled);
+            }
+        }
+        assembled.extend_from_slice(&self.additions.words);
+        assembled.extend_from_slice(functions);
+        assembled.extend_from_slice(&self.functions);
+        Ok(assembled)
+    }
+
+    /// Takes a value apart into words.
+    pub fn words(&mut self, value: u32, ty: PrintedType, part: u32, words: &mut Vec<u32>, function: &mut Vec<u32>) {
+        for component in 0..ty.components {
+            let scalar = if ty.components == 1 {
+                value
+            } else {
+                let scalar = self.additions.id();
+                write(Op::CompositeExtract, &[part, scalar, value, component], function);
+                scalar
+            };
+            let word = if ty.scalar == PrintedScalar::Uint { scalar } else { self.additions.id() };
+            match ty.scalar {
+                PrintedScalar::Uint => {}
+                PrintedScalar::Bool => {
+                    let [one, zero] = [1, 0].map(|value| self.constant(value));
+                    write(Op::Select, &[self.uint, word, scalar, one, zero], function);
+                }
+                PrintedScalar::Int | PrintedScalar::Float => {
+                    write(Op::Bitcast, &[self.uint, word, scalar], function);
+                }
+            }
+            words.push(word);
+        }
+    }
+
+    /// The function that records so many words, and keeps so many records. Its first parameter is the word at which the part of the call begins.
+    #[expect(clippy::cast_possible_truncation, reason = "a call has at most `MAX_WORDS` words")]
+    pub fn recorder(&mut self, count: usize, records: u32) -> u32 {
+        if let Some(known) = self.recorders.get(&(count, records)) {
+            return *known;
+        }
+        let (void, bool, uint, word) = (self.void, self.bool, self.uint, self.word);
+        let parameters = vec![uint; count + 1];
+        let ty = self.additions.ty(Op::TypeFunction, &[&[void], parameters.as_slice()].concat());
+        let [zero, one, room] = [0, 1, records].map(|value| self.constant(value));
+        let stride = self.constant(RECORD_HEAD + count as u32);
+        let mut body = Vec::new();
+        let mut op = |op: Op, operands: &[u32]| write(op, operands, &mut body);
+        let additions = &mut self.additions;
+        let [function, first, start, then, end] = [(); 5].map(|()| additions.id());
+        op(Op::Function, &[void, function, FunctionControl::NONE.bits(), ty]);
+        op(Op::FunctionParameter, &[uint, first]);
+        let values: Vec<u32> = (0..count).map(|_| additions.id()).collect();
+        for value in &values {
+            op(Op::FunctionParameter, &[uint, *value]);
+        }
+        op(Op::Label, &[start]);
+        let [counter, reached, fits] = [(); 3].map(|()| additions.id());
+        op(Op::AccessChain, &[word, counter, self.buffer, zero, first]);
+        op(Op::AtomicIAdd, &[uint, reached, counter, self.scope, zero, one]);
+        op(Op::ULessThan, &[bool, fits, reached, room]);
+        op(Op::SelectionMerge, &[end, SelectionControl::NONE.bits()]);
+        op(Op::BranchConditional, &[fits, then, end]);
+        op(Op::Label, &[then]);
+        let [order, number, behind, within, mut at, id] = [(); 6].map(|()| additions.id());
+        op(Op::AccessChain, &[word, order, self.buffer, zero, zero]);
+        op(Op::AtomicIAdd, &[uint, number, order, self.scope, zero, one]);
+        op(Op::IAdd, &[uint, behind, first, one]);
+        op(Op::IMul, &[uint, within, reached, stride]);
+        op(Op::IAdd, &[uint, at, behind, within]);
+        op(Op::Load, &[self.triple, id, self.invocation]);
+        let mut stored = vec![number];
+        for component in 0..3 {
+            let part = additions.id();
+            op(Op::CompositeExtract, &[uint, part, id, component]);
+            stored.push(part);
+        }
+        for (value, position) in stored.into_iter().chain(values).zip(0..) {
+            if position > 0 {
+                let next = additions.id();
+                op(Op::IAdd, &[uint, next, at, one]);
+                at = next;
+            }
+            let place = additions.id();
+            op(Op::AccessChain, &[word, place, self.buffer, zero, at]);
+            op(Op::Store, &[place, value]);
+        }
+        op(Op::Branch, &[end]);
+        op(Op::Label, &[end]);
+        op(Op::Return, &[]);
+        op(Op::FunctionEnd, &[]);
+        self.functions.extend_from_slice(&body);
+        self.recorders.insert((count, records), function);
+        function
+    }
+}
+
+/// The variable that is `gl_GlobalInvocationID`, and the type of its pointer.
+fn global_invocation(declarations: &[Instruction<'_>]) -> Option<(u32, u32)> {
+    let id = declarations.iter().find_map(|instruction| match instruction.operands {
+        [id, decoration, built_in] if instruction.is(Op::Decorate) => {
+            let wanted = (Decoration::BuiltIn as u32, BuiltIn::GlobalInvocationId as u32);
+            ((*decoration, *built_in) == wanted).then_some(*id)
+        }
+        _ => None,
+    })?;
+    declarations.iter().find_map(|instruction| match instruction.operands {
+        [ty, variable, ..] if instruction.is(Op::Variable) && *variable == id => Some((id, *ty)),
+        _ => None,
+    })
+}
