@@ -147,7 +147,7 @@ impl Session {
         let sources = &self.renderer.context.sources;
         sources.move_instances(&self.world.shown, &self.renderer.graph, values, poses);
         sources.write_keys(self.playback.inputs.shown.key_words());
-        let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
+        let edited = self.stream().map_or(0, |stream| stream.changes().seen);
         let inputs = Inputs {
             world: &self.world.shown,
             versions: [version, edited, poses.serial()],
