@@ -37,8 +37,6 @@ const GATES: &[(&str, &str)] = &[
     ("internal/mask", "tree64,tree64:packet,flat64,flat64:period,svdag,brickmap,chunk_table"),
     ("internal/octant", "svo,svdag,octree"),
     ("internal/layouts/octree", "octree,octree:ahead,octree:stored"),
-    ("internal/packet", "tree64:packet"),
-    ("internal/parallel", "tree64:parallel,tree64:parallel_any"),
     ("internal/packed", "tree64,flat64,tree64:streamed"),
     ("packet", "tree64:packet,svo:packet"),
     ("parallel", "tree64:parallel,tree64:parallel_any"),

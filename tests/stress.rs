@@ -221,10 +221,10 @@ fn a_beam_that_goes_too_far_is_caught() {
 #[test]
 fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     let project = Project::empty();
-    let tile = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/tile.glsl")).unwrap();
-    let (right, wrong) = ("inside > bound", "true");
+    let tile = std::fs::read_to_string(repository().join("shaders/include/raxel/parallel.glsl")).unwrap();
+    let (right, wrong) = ("certain = inside > bound;", "certain = true;");
     assert!(tile.contains(right));
-    project.write("shaders/include/raxel/internal/tile.glsl", tile.replace(right, wrong));
+    project.write("shaders/include/raxel/parallel.glsl", tile.replace(right, wrong));
     let scope = ["stress", "--scenes", "checkerboard,menger,gravel", "--sets", "parallel-ties", "--rays", "4e4"];
     let layouts = ["--layouts", "tree64,tree64:parallel", "--format", "json"];
     let run = project.raxel(&[&scope[..], &layouts].concat()).exits(1);
@@ -240,7 +240,7 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
 fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
     let faults = [
         // Only that there is something is known, not by which face.
-        ("internal/parallel", "uint axis = 3u;", "uint axis = 0u;", "tree64:parallel_any"),
+        ("parallel", "uint axis = 3u;", "uint axis = 0u;", "tree64:parallel_any"),
         // What is outside of the world is no air, nor is what is empty.
         ("internal/layouts/tree64", "? rx_look(cell, log2_free) : 0u;", "? rx_look(cell, log2_free) : 1u;", "tree64"),
         (
@@ -269,7 +269,7 @@ fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
 fn a_packet_that_loses_rays_is_caught() {
     let project = Project::empty();
     let packet = std::fs::read_to_string(repository().join("shaders/include/raxel/packet.glsl")).unwrap();
-    let (right, wrong) = ("rx_tile_rest(pixel, free * (0.999 * length_of));", "rx_tile_miss(pixel);");
+    let (right, wrong) = ("rx_tile_rest(pixel, free * (0.999 * length(dir) / far_away));", "rx_tile_miss(pixel);");
     assert!(packet.contains(right));
     project.write("shaders/include/raxel/packet.glsl", packet.replace(right, wrong));
     let scope = ["stress", "--scenes", "hills,menger,gravel", "--sets", "tiles", "--rays", "4e4"];
