@@ -3,14 +3,11 @@
 #![cfg(unix)]
 
 mod common;
-#[path = "../engine/bake/tests/common/files.rs"]
-mod files;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{Project, Run, output, repository};
-use files::files;
+use common::{Project, Run, files, output, repository};
 
 const ISLE: [&str; 5] = ["world", "bake", "worlds/baked/isle.toml", "--edge", "128"];
 /// A part of the endless world, in 8 shards of voxels and as many of cells as it takes.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use raxel::rivals;
 use raxel_diagnostics::{Diagnostic, Severity};
-use raxel_edit::{Brush, Operation};
+use raxel_edit::{Brush, Operation, Steps};
 use raxel_execute::FrameReport;
 use raxel_layouts::Layout;
 use raxel_runtime::session::Validation;
@@ -84,7 +84,7 @@ fn the_next_frame_shows_an_edit_exactly_and_undo_takes_it_back() {
         assert_exact(&mut session);
     }
     assert!(session.read_presented().unwrap() != before);
-    assert_eq!(session.edit_steps(), [2, 0]);
+    assert_eq!(session.edit_steps(), Steps { undo: 2, redo: 0 });
     assert!(session.undo().unwrap() && session.undo().unwrap() && !session.undo().unwrap());
     frame(&mut session);
     assert!(session.read_presented().unwrap() == before);
@@ -202,10 +202,10 @@ fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
     swap(&mut session, "world.texture3d");
     let error = session.undo().unwrap_err();
     assert!(error.to_string().contains("texture3d"), "{error}");
-    assert_eq!((session.edit_steps(), seen(&session)), ([3, 0], 3));
+    assert_eq!((session.edit_steps(), seen(&session)), (Steps { undo: 3, redo: 0 }, 3));
     let error = session.edit(&[near(3), Operation::set(far, 1)]).unwrap_err();
     assert!(matches!(error, EditFailure::TooLarge { .. }), "{error}");
-    assert_eq!((session.edit_steps(), seen(&session)), ([3, 0], 3));
+    assert_eq!((session.edit_steps(), seen(&session)), (Steps { undo: 3, redo: 0 }, 3));
     assert!(!session.redo().unwrap());
     session.edit(&[near(3)]).unwrap();
     frame(&mut session);
@@ -220,7 +220,7 @@ fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
     swap(&mut session, "world.texture3d");
     let error = session.redo().unwrap_err();
     assert!(error.to_string().contains("texture3d"), "{error}");
-    assert_eq!((session.edit_steps(), seen(&session)), ([1, 3], 1));
+    assert_eq!((session.edit_steps(), seen(&session)), (Steps { undo: 1, redo: 3 }, 1));
 }
 
 /// A project in a folder of its own with the shipped graph, over a small world that is saved.

@@ -265,7 +265,8 @@ fn frames_of_a_film_are_compared_with_their_moments() {
     // They are the pictures that `raxel render` makes.
     for (name, settle) in [("film.png", "0"), ("settled.png", "20")] {
         let all = ["render", "worlds/flight.demo.toml", "--at=0.5s", "--size=64x36", "--settle", settle, "-o", name];
-        project.edit("worlds/flight.demo.toml", "now.toml", "late.toml").raxel(&all).exits(0);
+        project.edit("worlds/flight.demo.toml", "now.toml", "late.toml");
+        project.raxel(&all).exits(0);
         project.edit("worlds/flight.demo.toml", "late.toml", "now.toml");
     }
     let compared = project.raxel(&["compare", "settled.png", "film.png", "--format=json"]).exits(1).json();

@@ -116,7 +116,7 @@ fn pictures_of_a_streamed_world_are_exact_wherever_the_camera_goes() {
         silent(&session);
     }
     let stats = session.stream().expect("it is bound").stats();
-    assert_eq!((stats.missing, stats.failed), (0, 0), "{stats:?}");
+    assert_eq!((stats.missing, stats.pool.failed), (0, 0), "{stats:?}");
     assert!(stats.dropped > 0, "{stats:?}");
 }
 

@@ -2,26 +2,21 @@
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
-mod child;
-mod display;
 mod faults;
 mod lesser;
 pub mod markdown;
 mod vulkan;
 
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-pub use child::{LIMIT, Running, Said, line, output, read_all};
-pub use display::{Display, eventually};
 pub use faults::{CALLS, Fault, Faults};
 pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SLOW_DRIVER, SMALL};
+pub use raxel_testing::{
+    Display, Folder, LIMIT, Running, Said, copy, eventually, files, line, output, read_all, repository,
+};
 pub use vulkan::before_vulkan;
-
-/// The root of the repository.
-pub fn repository() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 /// Where lighting systems are: raxel's own, and those that they are compared with.
 pub const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
@@ -87,8 +82,14 @@ pub fn raxel(arguments: &[&str]) -> Run {
 }
 
 /// A project in a temporary folder.
-pub struct Project {
-    folder: tempfile::TempDir,
+pub struct Project(Folder);
+
+impl Deref for Project {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl Project {
@@ -108,44 +109,13 @@ impl Project {
         project
     }
 
-    /// Adds a folder of the repository.
-    pub fn copy_folder(&self, folder: &str) -> &Self {
-        copy(&repository().join(folder), &self.path(folder));
-        self
-    }
-
     /// A project without a file.
     pub fn empty() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = Folder::default();
         for sub in ["graphs", "shaders", "worlds"] {
-            std::fs::create_dir(folder.path().join(sub)).unwrap();
+            std::fs::create_dir(folder.path(sub)).unwrap();
         }
-        Self { folder }
-    }
-
-    /// Its root.
-    pub fn root(&self) -> &Path {
-        self.folder.path()
-    }
-
-    /// A file of it.
-    pub fn path(&self, path: &str) -> PathBuf {
-        self.folder.path().join(path)
-    }
-
-    /// Writes a file.
-    pub fn write(&self, path: &str, bytes: impl AsRef<[u8]>) -> &Self {
-        let path = self.path(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, bytes).unwrap();
-        self
-    }
-
-    /// Replaces text in a file; the text must be there.
-    pub fn edit(&self, path: &str, from: &str, to: &str) -> &Self {
-        let old = std::fs::read_to_string(self.path(path)).unwrap();
-        assert!(old.contains(from), "{path} has no {from:?}");
-        self.write(path, old.replacen(from, to, 1))
+        Self(folder)
     }
 
     /// Runs the binary in it.
@@ -153,12 +123,10 @@ impl Project {
         raxel_in(self.root(), arguments)
     }
 
-    /// Every file of it, in order, without the `.raxel` folder.
+    /// The path of every file of it, in order, without the `.raxel` folder.
     pub fn files(&self) -> Vec<String> {
-        let mut found = Vec::new();
-        list(self.root(), self.root(), &mut found);
-        found.sort();
-        found
+        let inside = |path: &String| !Path::new(path).iter().any(|part| part == ".raxel");
+        files(self.root()).into_iter().map(|(path, _)| path).filter(inside).collect()
     }
 }
 
@@ -170,31 +138,4 @@ pub fn shared_library(project: &Project, name: &str, source: &str) -> PathBuf {
     compiler.args(["-shared", "-fPIC", &format!("-Wl,-soname,{name}"), "-o"]).args([&to, &from]);
     Run::from(output(&mut compiler)).exits(0);
     to
-}
-
-fn list(root: &Path, folder: &Path, found: &mut Vec<String>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.file_name().is_some_and(|name| name == ".raxel") {
-            continue;
-        }
-        if path.is_dir() {
-            list(root, &path, found);
-        } else {
-            found.push(path.strip_prefix(root).unwrap().display().to_string());
-        }
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
 }

@@ -11,8 +11,9 @@ use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use common::python::Python;
-use common::{LEVELS, cells, expected, files, land, plan, tiles};
+use common::{LEVELS, cells, expected, land, plan, tiles};
 use raxel_bake::{Directory, ObjectStore, Part, Patience, Store as _, Wanted, ZarrSource, bake};
+use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
 /// Serves S3 until its input ends, and says where.

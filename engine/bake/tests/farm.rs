@@ -2,16 +2,13 @@
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
-#[allow(dead_code, reason = "each test file uses a part of this")]
-#[path = "../../../tests/common/child.rs"]
-mod child;
 mod common;
 
 use std::path::Path;
 use std::process::Command;
 
-use child::output;
 use common::python::Python;
+use raxel_testing::output;
 
 /// Reads the job and checks what the scheduler and `shard.sh` need of it.
 const CHECK: &str = r#"

@@ -8,8 +8,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use common::{expected, files, land, plan, solid_tile};
+use common::{expected, land, plan, solid_tile};
 use raxel_bake::{BakeError, Directory, Part, Plan, Store, StoreError, Wanted, ZarrSource, bake};
+use raxel_testing::files;
 use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 fn bake_to(folder: &Path, land: &dyn ChunkProvider, plan: &Plan, part: &str) -> raxel_bake::Report {

@@ -16,8 +16,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use common::{expected, files, land, plan, tiles};
+use common::{expected, land, plan, tiles};
 use raxel_bake::{Directory, ObjectStore, Part, Patience, ZarrSource, bake};
+use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
 /// How long the server may take to answer, and how long it is away between two lives.

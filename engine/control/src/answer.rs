@@ -324,8 +324,8 @@ fn timings(session: &mut Session) -> Vec<Value> {
 }
 
 fn with_steps(session: &Session, mut answer: Value) -> Value {
-    let [undo, redo] = session.edit_steps();
-    answer["steps"] = json!({ "undo": undo, "redo": redo });
+    let steps = session.edit_steps();
+    answer["steps"] = json!({ "undo": steps.undo, "redo": steps.redo });
     answer
 }
 

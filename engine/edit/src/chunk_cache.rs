@@ -19,13 +19,17 @@ pub struct ChunkCache {
 
 /// Statistics of a [`ChunkCache`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct KeptStats {
+pub struct ChunkCacheStats {
     /// Number of cached tiles.
     pub tiles: usize,
-    /// Bytes that they take, and the most that they may take.
-    pub bytes: [u64; 2],
-    /// Number of hits, and of misses.
-    pub found_made: [u64; 2],
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// The most bytes that they may take.
+    pub capacity: u64,
+    /// How often a tile was in the cache.
+    pub hits: u64,
+    /// How often a tile had to be made.
+    pub misses: u64,
 }
 
 type Key = (u32, ChunkPos);
@@ -35,7 +39,8 @@ struct Kept {
     bytes: u64,
     /// In the order in which they were last made, found or evicted.
     entries: LruCache<Key, Packed>,
-    found_made: [u64; 2],
+    hits: u64,
+    misses: u64,
 }
 
 #[derive(Clone)]
@@ -48,7 +53,7 @@ enum Packed {
 impl ChunkCache {
     /// A cache of at most `bytes` bytes over a source. With 0, it keeps nothing.
     pub fn new(source: Arc<dyn ChunkProvider>, bytes: u64) -> Self {
-        let kept = Kept { most: bytes, bytes: 0, entries: LruCache::unbounded(), found_made: [0; 2] };
+        let kept = Kept { most: bytes, bytes: 0, entries: LruCache::unbounded(), hits: 0, misses: 0 };
         Self { source, kept: Mutex::new(kept) }
     }
 
@@ -58,15 +63,21 @@ impl ChunkCache {
     }
 
     /// The statistics of the cache.
-    pub fn stats(&self) -> KeptStats {
+    pub fn stats(&self) -> ChunkCacheStats {
         let kept = self.kept();
-        KeptStats { tiles: kept.entries.len(), bytes: [kept.bytes, kept.most], found_made: kept.found_made }
+        ChunkCacheStats {
+            tiles: kept.entries.len(),
+            bytes: kept.bytes,
+            capacity: kept.most,
+            hits: kept.hits,
+            misses: kept.misses,
+        }
     }
 
     fn find(&self, key: Key) -> Option<Content> {
         let packed = self.kept().entries.get(&key)?.clone();
         let content = packed.unpack(self.source.materials().len())?;
-        self.kept().found_made[0] += 1;
+        self.kept().hits += 1;
         Some(content)
     }
 
@@ -76,7 +87,7 @@ impl ChunkCache {
         let keeps = self.kept().most > 0;
         let packed = made.as_ref().ok().filter(|_| keeps).map(Packed::of);
         let mut kept = self.kept();
-        kept.found_made[1] += u64::from(made.is_ok());
+        kept.misses += u64::from(made.is_ok());
         if let Some(packed) = packed {
             kept.insert(key, packed);
         }
@@ -218,11 +229,11 @@ mod tests {
             if mix(round) & 64 == 0 {
                 kept.on_evicted(level, pos);
             }
-            let KeptStats { tiles, bytes: [bytes, limit], .. } = kept.stats();
-            assert!(bytes <= limit && tiles as u64 * ENTRY <= bytes, "{:?}", kept.stats());
+            let ChunkCacheStats { tiles, bytes, capacity, .. } = kept.stats();
+            assert!(bytes <= capacity && tiles as u64 * ENTRY <= bytes, "{:?}", kept.stats());
             most = most.max(bytes);
         }
-        let KeptStats { found_made: [found, made], .. } = kept.stats();
+        let ChunkCacheStats { hits: found, misses: made, .. } = kept.stats();
         assert!(found > 200 && made > 200 && found + made == 2000, "{found} {made}");
         assert!(most > 50_000, "{most}");
         // What is there is what was counted.
@@ -239,7 +250,7 @@ mod tests {
         (0..100).chain((0..100).rev()).for_each(|n| ask(&kept, n));
         assert_eq!(made(), 100);
         // Room for about a third of them: given up in the order 0, 1, 2, …, after all were made.
-        let all = kept.stats().bytes[0];
+        let all = kept.stats().bytes;
         let kept = ChunkCache::new(noise.clone(), all / 3);
         for n in 0..100 {
             ask(&kept, n);
@@ -259,7 +270,7 @@ mod tests {
         let kept = ChunkCache::new(noise.clone(), 0);
         (0..10).chain(0..10).for_each(|n| drop(kept.try_chunk(tile(n).0, tile(n).1)));
         assert_eq!(noise.1.load(Ordering::Relaxed), 20);
-        assert_eq!(kept.stats(), KeptStats { found_made: [0, 20], ..KeptStats::default() });
+        assert_eq!(kept.stats(), ChunkCacheStats { misses: 20, ..ChunkCacheStats::default() });
     }
 
     /// A source that fails when it is told to.

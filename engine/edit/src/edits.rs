@@ -7,7 +7,7 @@ use raxel_world::{Chunk, ChunkPos, Unavailable};
 use rayon::prelude::*;
 
 use crate::apply::{Applied, Prepared, Scratch, with_voxels};
-use crate::history::{History, Moment, StepChange, StepChunk, Stored, VoxelChange};
+use crate::history::{History, Moment, StepChange, StepChunk, Steps, Stored, VoxelChange};
 use crate::operation::{EditError, Operation};
 use crate::packed::PackedChunk;
 use crate::scene::{Base, Scene};
@@ -146,8 +146,8 @@ impl Edits {
         Ok(change)
     }
 
-    /// How many steps can be undone, and how many redone.
-    pub fn steps(&self) -> [usize; 2] {
+    /// How many steps can be undone and redone.
+    pub fn steps(&self) -> Steps {
         self.history.steps()
     }
 

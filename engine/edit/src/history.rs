@@ -179,6 +179,15 @@ fn bytes_of(chunks: &[StepChunk]) -> u64 {
     bytes.sum::<u64>() + of_voxels.sum::<u64>() + size_of_val(chunks) as u64
 }
 
+/// How many steps a history has in each direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Steps {
+    /// Steps that can be undone.
+    pub undo: usize,
+    /// Steps that can be redone.
+    pub redo: usize,
+}
+
 /// The steps that can be undone and redone, within bounds of memory.
 #[derive(Debug, Default)]
 pub(crate) struct History {
@@ -236,9 +245,9 @@ impl History {
         self.bytes -= self.undone.pop().map_or(0, |step| step.bytes);
     }
 
-    /// Steps that can be undone and redone.
-    pub(crate) fn steps(&self) -> [usize; 2] {
-        [self.done.len(), self.undone.len()]
+    /// How many steps there are.
+    pub(crate) fn steps(&self) -> Steps {
+        Steps { undo: self.done.len(), redo: self.undone.len() }
     }
 
     /// Bytes that it takes.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::IVec3;
-use raxel_edit::{Brush, EditError, Edits, MOST_CHUNKS, Operation, Overlay, Scene};
+use raxel_edit::{Brush, EditError, Edits, MOST_CHUNKS, Operation, Overlay, Scene, Steps};
 use raxel_world::{AIR, Bounds, Chunk, ChunkPos, MaterialIndex, Mode, Orientation, Placement, World};
 use scenes::{Random, scene, world};
 
@@ -147,7 +147,7 @@ fn ten_thousand_operations_equal_a_replay_and_undo_gives_the_base_back() {
     let (ours, theirs) = (all(&edits, &base), all(&replay, &base));
     assert_eq!(ours.len(), theirs.len());
     assert!(ours == theirs);
-    assert_eq!((edits.steps(), replay.steps()), ([1000, 0], [0, 0]));
+    assert_eq!((edits.steps(), replay.steps()), (Steps { undo: 1000, redo: 0 }, Steps { undo: 0, redo: 0 }));
     while edits.undo(&base).unwrap().is_some() {}
     assert!(edits.is_empty(), "every chunk is the base's again");
     while edits.redo(&base).unwrap().is_some() {}
@@ -228,7 +228,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
     for (operation, expected) in cases {
         let error = edits.apply(&[Operation::set([1; 3], 1), operation.clone()], &scene, &base).unwrap_err();
         assert!(error.to_string().contains(expected), "{operation:?}: {error}");
-        assert!(edits.is_empty() && edits.steps() == [0, 0]);
+        assert!(edits.is_empty() && edits.steps() == Steps { undo: 0, redo: 0 });
     }
     // Many at once count together.
     let half =

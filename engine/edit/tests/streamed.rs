@@ -14,7 +14,8 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{PoolMemory, Publication, StreamOptions, Streamer, StreamingRange, TileKey, View, union};
+use raxel_stream::{StreamOptions, Streamer, StreamingRange, TileKey, View, union};
+use raxel_testing::Words;
 use raxel_world::{
     AIR, BLOCKS, Bounds, ChunkPos, ChunkProvider, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
     Unavailable, cell_edge,
@@ -300,30 +301,13 @@ fn what_is_as_thick_as_a_wall_is_seen_from_afar() {
     }
 }
 
-/// The buffer, on the host.
-struct Words(Mutex<Vec<u32>>);
-
-impl Words {
-    fn frame(&self, publication: &Publication) -> Vec<u32> {
-        let mut words = self.0.lock().unwrap().clone();
-        words[..publication.words().len()].copy_from_slice(publication.words());
-        words
-    }
-}
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
-
 #[test]
 fn every_publication_shows_the_edited_world_at_every_level() {
     const WORDS: u32 = 1 << 20;
     let mut living = Living::new();
     let settings = StreamSettings { near: 64, far: 256, ..StreamSettings::default() };
     let mut reach = StreamingRange::of(&settings, [-64, 64]);
-    let memory = Arc::new(Words(Mutex::new(vec![0xdead_beef; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
     let mut camera = IVec3::new(20, 30, 20);
     let streamer =

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::IVec3;
 use raxel_edit::query::{cast, collide, histogram, overlaps};
-use raxel_edit::{ChunkCache, EditError, EditedChunks, Edits, Operation, Scene};
+use raxel_edit::{ChunkCache, EditError, EditedChunks, Edits, Operation, Scene, Steps};
 use raxel_ray::Ray;
 use raxel_world::random::SplitMix64;
 use raxel_world::{Bounds, Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable, World};
@@ -42,7 +42,7 @@ fn what_is_not_there_is_not_changed() {
     let hole = [Operation::Set { cell: [3, 70, -5], material: 0 }];
     let refused = edits.apply(&hole, &scene, source.unedited()).unwrap_err();
     assert_eq!(refused, EditError::Unavailable(busy(0, ChunkPos::new(0, 1, -1))));
-    assert!(edits.is_empty() && edits.steps() == [0, 0]);
+    assert!(edits.is_empty() && edits.steps() == Steps { undo: 0, redo: 0 });
 
     failing.there.store(true, Ordering::Relaxed);
     let change = edits.apply(&hole, &scene, source.unedited()).unwrap();
@@ -177,7 +177,7 @@ fn a_step_that_cannot_be_undone_now_can_be_undone_later() {
     let (scene, mut edits) = (Scene::new(&materials, &[]), Edits::default());
     edits.apply(&[Operation::Set { cell: [3, 70, -5], material: 0 }], &scene, source.unedited()).unwrap();
     failing.there.store(false, Ordering::Relaxed);
-    assert!(edits.undo(source.unedited()).is_err() && edits.steps() == [1, 0]);
+    assert!(edits.undo(source.unedited()).is_err() && edits.steps() == Steps { undo: 1, redo: 0 });
     assert!(edits.clear(source.unedited()).is_err() && edits.positions().len() == 1);
     failing.there.store(true, Ordering::Relaxed);
     assert!(edits.undo(source.unedited()).unwrap().is_some() && edits.is_empty());

@@ -13,7 +13,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use raxel_graph::checked::{Clear, ClockId};
+use raxel_graph::checked::{Clear, ClockId, Interval};
 use raxel_graph::plan::{CopySelector, Lifetime, Plan, ResourceDesc, Step};
 use raxel_shader::interface::Access;
 
@@ -137,15 +137,15 @@ impl Memo {
             memo.slot(resource.copies, mips, aliased, transient);
         }
         for (step, kind) in plan.steps.iter().enumerate() {
-            let slot_access = |resource, age, (first, count): (u32, u32), layers, access: Access| {
+            let slot_access = |resource, age, part: Interval, layers: Interval, access: Access| {
                 let slot = index_of(resource)? as u32;
                 let mips = memo.slots[slot as usize].mips;
-                let first = first.min(mips - 1);
-                let count = if count == 0 { mips - first } else { count.min(mips - first) };
+                let first = part.first.min(mips - 1);
+                let count = if part.count == 0 { mips - first } else { part.count.min(mips - first) };
                 let turn = plan.turn(step, resource);
                 let (reads, writes) = (access.reads(), access.writes());
                 let whole = match &plan.resources[slot as usize].desc {
-                    ResourceDesc::Image(image) => layers == (0, 0) || layers == (0, image.layers),
+                    ResourceDesc::Image(image) => layers.first == 0 && [0, image.layers].contains(&layers.count),
                     _ => true,
                 };
                 Some(SlotAccess { slot, age, turn, base: 0, mips: (first, count), whole, reads, writes, seen: 0 })
@@ -157,12 +157,17 @@ impl Memo {
                     let value = digest::of_value(0, &resource.clear.map(Clear::bits));
                     (
                         Maker::Clear(value),
-                        slot_access(resource.resource, 0, (0, 0), (0, 0), Access::Write).into_iter().collect(),
+                        slot_access(resource.resource, 0, Interval::ALL, Interval::ALL, Access::Write)
+                            .into_iter()
+                            .collect(),
                     )
                 }
                 Step::Copy { resource } => {
                     let copy = plan.resources[*resource as usize].resource;
-                    (Maker::Copy(*resource), slot_access(copy, 0, (0, 0), (0, 0), Access::Write).into_iter().collect())
+                    (
+                        Maker::Copy(*resource),
+                        slot_access(copy, 0, Interval::ALL, Interval::ALL, Access::Write).into_iter().collect(),
+                    )
                 }
                 Step::Dispatch { pass } => {
                     let declared = &plan.graph.pass(plan.passes[*pass as usize].pass).accesses;
@@ -174,7 +179,7 @@ impl Memo {
                     let shown = plan.present;
                     (
                         Maker::Present,
-                        slot_access(shown.resource, shown.age, (shown.mip, 1), (0, 0), Access::Read)
+                        slot_access(shown.resource, shown.age, Interval::one(shown.mip), Interval::ALL, Access::Read)
                             .into_iter()
                             .collect(),
                     )

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
-use raxel_graph::checked::{Clear, ResourceId};
+use raxel_graph::checked::{Clear, Interval, ResourceId};
 use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
 use raxel_shader::format::Format;
 
@@ -327,15 +327,16 @@ pub(super) fn view(
     device: &Arc<Device>,
     image: &Arc<Image>,
     ty: vk::ImageViewType,
-    mips: (u32, u32),
-    layers: (u32, u32),
+    mips: Interval,
+    layers: Interval,
 ) -> Result<Arc<ImageView>, ExecuteError> {
-    let rest =
-        |(first, count): (u32, u32), all: u32| (first, if count == 0 { all.saturating_sub(first) } else { count });
+    let rest = |part: Interval, all: u32| {
+        (part.first, if part.count == 0 { all.saturating_sub(part.first) } else { part.count })
+    };
     let mips = rest(mips, image.info().mips);
     let layers = match ty {
         vk::ImageViewType::TYPE_3D => (0, 1),
-        vk::ImageViewType::TYPE_2D => (layers.0, 1),
+        vk::ImageViewType::TYPE_2D => (layers.first, 1),
         _ => rest(layers, image.info().layers),
     };
     Ok(Arc::new(ImageView::new(device, image, &ViewInfo { ty, mips, layers })?))

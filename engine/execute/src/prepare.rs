@@ -8,7 +8,7 @@ use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
     vk,
 };
-use raxel_graph::checked::{BoundAccess, Dispatch, Usage};
+use raxel_graph::checked::{BoundAccess, Dispatch, Interval, Usage};
 use raxel_graph::plan::{CopySelector, Plan, SourceUpdates, Step};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Binding, BindingKind, Dim};
@@ -296,7 +296,13 @@ impl Builder {
         match &binding.kind {
             BindingKind::StorageImage { dim, arrayed, .. } => {
                 // A storage image shows its first mip only.
-                let view = physical::view(device, image, view_type(*dim, *arrayed), (access.mips.0, 1), access.layers)?;
+                let view = physical::view(
+                    device,
+                    image,
+                    view_type(*dim, *arrayed),
+                    Interval::one(access.mips.first),
+                    access.layers,
+                )?;
                 Ok(Some(Resource::StorageImage(view)))
             }
             BindingKind::SampledImage { dim, arrayed, .. } => {
@@ -330,7 +336,8 @@ impl Builder {
             .position(|r| r.resource == shown.resource)
             .map(|i| &resources[i])
             .ok_or_else(|| ExecuteError::NotLive { resource: plan.graph.resource(shown.resource).name.clone() })?;
-        let target = physical::view(device, &picture.image, vk::ImageViewType::TYPE_2D, (0, 1), (0, 1))?;
+        let target =
+            physical::view(device, &picture.image, vk::ImageViewType::TYPE_2D, Interval::one(0), Interval::one(0))?;
         let sources = (0..physical.count() as usize)
             .map(|copy| {
                 Ok(match (physical.image(copy), physical.buffer(copy)) {
@@ -339,7 +346,7 @@ impl Builder {
                             SourceKind::Volume => vk::ImageViewType::TYPE_3D,
                             _ => vk::ImageViewType::TYPE_2D_ARRAY,
                         };
-                        let view = physical::view(device, image, ty, (shown.mip, 1), (0, 0))?;
+                        let view = physical::view(device, image, ty, Interval::one(shown.mip), Interval::ALL)?;
                         Resource::SampledImage(view, self.shared.pipelines.sampler(device, false, false)?)
                     }
                     (None, Some(buffer)) => Resource::Buffer(buffer.clone(), 0, buffer.size()),

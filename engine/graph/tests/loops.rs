@@ -24,7 +24,7 @@ fn inside(of: LoopId) -> InLoop {
 /// Each live pass with the resources that it accesses, in the order of its binds.
 fn passes(plan: &Plan) -> Vec<String> {
     let name = |access: &BoundAccess| {
-        let mip = if access.mips == (0, 0) { String::new() } else { format!(":{}", access.mips.0) };
+        let mip = if access.mips == Interval::ALL { String::new() } else { format!(":{}", access.mips.first) };
         let age = if access.age == 0 { String::new() } else { format!("@{}", access.age) };
         format!("{}{age}{mip}", plan.graph.resource(access.resource).name)
     };

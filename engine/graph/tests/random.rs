@@ -6,7 +6,7 @@ mod checker;
 
 use std::collections::BTreeSet;
 
-use checker::graphs::{Random, case, text};
+use checker::graphs::{case, random, text};
 use checker::sync::{self, Run};
 use raxel_graph::checked::{Every, Pass};
 use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, ResourcePlan, Step};
@@ -137,7 +137,7 @@ fn passes_may_be_left_out() {
         for chance in [20, 60, 95] {
             let Some(ticks) = rhythms.pop().or_else(|| sync::rhythms(&plan).pop()) else { continue };
             let skip = move |frame: u32, pass: u32| {
-                Random::new(seed << 20 | u64::from(frame) << 10 | u64::from(pass)).percent(chance)
+                random(seed << 20 | u64::from(frame) << 10 | u64::from(pass)).percent(chance)
             };
             let run = Run { skip: Box::new(skip), ticks, ..Run::full(&plan, case.memory.granularity) };
             let faults = sync::faults(&plan, &run);

@@ -8,8 +8,8 @@ use raxel_shader::interface::{Access, Scalar};
 use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use raxel_graph::checked::{
-    BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Origin, Pass, Resource, ResourceId, ResourceKind, Source,
-    Usage, Value,
+    BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Interval, Origin, Pass, Resource, ResourceId,
+    ResourceKind, Source, Usage, Value,
 };
 use raxel_graph::index32;
 
@@ -49,8 +49,8 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
     let access = |resource, access, name| BoundAccess {
         resource,
         age: 0,
-        mips: (0, 1),
-        layers: (0, 1),
+        mips: Interval::one(0),
+        layers: Interval::one(0),
         access,
         usage: Usage::StorageBuffer,
         binding: binding(name),

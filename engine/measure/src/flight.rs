@@ -10,7 +10,7 @@ use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_execute::{FrameReport, Progress};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
-use raxel_stream::Stats;
+use raxel_stream::{FrameTime, PoolStats, Stats};
 use serde::Serialize;
 
 pub use edits::{EditLatency, Edits, Rate};
@@ -142,8 +142,9 @@ pub struct Flight {
     pub kept: Kept,
     /// The same path, every place complete before its frame: what loading costs is the difference. Nothing if that was not asked for.
     pub resident: Flown,
-    /// Bytes of the pool: in use at the end, most at any time, all.
-    pub pool: [u64; 3],
+    /// The pool at the end.
+    #[serde(skip)]
+    pub pool: PoolStats,
     /// What the session that loaded had to say, such as what its passes have counted, and the texts that it points into. The same path with
     /// everything there would say it again.
     #[serde(skip)]
@@ -308,13 +309,7 @@ pub fn fly(options: &FlightOptions) -> Result<Flight, FlightError> {
         jumps: arrivals(&frames),
         live: Flown { passes: passes.into_names(), frames, stats },
         edits,
-        kept: Kept {
-            chunks: kept.tiles,
-            bytes: kept.bytes[0],
-            most: kept.bytes[1],
-            found: kept.found_made[0],
-            made: kept.found_made[1],
-        },
+        kept: Kept { chunks: kept.tiles, bytes: kept.bytes, most: kept.capacity, found: kept.hits, made: kept.misses },
         resident: Flown { passes: resident_passes.into_names(), frames: resident, stats: resident_stats },
     })
 }
@@ -370,7 +365,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     // What was counted for this place is asked for after that it was.
     let looked = stream.has_looked();
     let (stats, missing) = (stream.stats(), stream.missing_in_view());
-    let (spent, waited) = stream.frame_time();
+    let FrameTime { spent, waited } = stream.frame_time();
     // Until everything was there is not what a frame over it takes.
     let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
     Ok(Frame {
@@ -382,8 +377,8 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
         tiles: stats.made.saturating_sub(before.made),
         missing: stats.missing,
         missing_chunks: if stats.missing == 0 { 0 } else { stats.missing_chunks.min(stats.missing) },
-        missing_in_view: missing.unwrap_or_default()[0],
-        holes_in_view: missing.unwrap_or_default()[1],
+        missing_in_view: missing.unwrap_or_default().tiles,
+        holes_in_view: missing.unwrap_or_default().holes,
         looked: looked && missing.is_some(),
         known: missing.is_some(),
         ..Frame::default()

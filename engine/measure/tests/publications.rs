@@ -288,7 +288,7 @@ fn trace(publications: u64, rays: u64) {
         }
         judged += of_this;
         let stats = streamer.stats();
-        assert_eq!(stats.failed, 0, "{stats:?}");
+        assert_eq!(stats.pool.failed, 0, "{stats:?}");
         dropped += stats.dropped;
         silent(&device);
     }

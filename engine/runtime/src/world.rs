@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap};
-use raxel_edit::{Base, ChunkCache, EditedChunks, KeptStats, Scene};
+use raxel_edit::{Base, ChunkCache, ChunkCacheStats, EditedChunks, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_layouts::instances::Instances;
@@ -158,7 +158,7 @@ impl SessionWorld {
     }
 
     /// What is kept of the tiles of a streamed world on the host.
-    pub fn kept(&self) -> Option<KeptStats> {
+    pub fn kept(&self) -> Option<ChunkCacheStats> {
         self.kept.as_ref().map(|kept| kept.stats())
     }
 

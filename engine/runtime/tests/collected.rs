@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use raxel_edit::{Brush, Operation};
+use raxel_edit::{Brush, Operation, Steps};
 use raxel_graph::checked::Value;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Saves, Session};
@@ -80,19 +80,19 @@ fn shaders_edit_the_world_two_frames_later_and_once() {
     let solids = |session: &Session| session.world().voxels().solids();
     let whole = solids(&session);
     frame(&mut session);
-    assert_eq!((session.edit_steps(), solids(&session)), ([0, 0], whole), "not yet");
+    assert_eq!((session.edit_steps(), solids(&session)), (Steps { undo: 0, redo: 0 }, whole), "not yet");
     assert!(session.read_presented().unwrap() == before);
     // A frame whose passes need not run writes nothing again: each hole is dug once.
     frame(&mut session);
     let after_one = solids(&session);
-    assert_eq!(session.edit_steps(), [1, 0]);
+    assert_eq!(session.edit_steps(), Steps { undo: 1, redo: 0 });
     assert!(after_one < whole);
     assert!(session.read_presented().unwrap() != before, "it is seen");
     frame(&mut session);
-    assert_eq!((session.edit_steps(), solids(&session)), ([1, 0], after_one));
+    assert_eq!((session.edit_steps(), solids(&session)), (Steps { undo: 1, redo: 0 }, after_one));
     // The ray goes on through the hole.
     frame(&mut session);
-    assert_eq!(session.edit_steps(), [2, 0]);
+    assert_eq!(session.edit_steps(), Steps { undo: 2, redo: 0 });
     assert!(solids(&session) < after_one);
     session.set_param("drill", Value::Bool(false)).unwrap();
     for _ in 0..4 {
@@ -101,7 +101,7 @@ fn shaders_edit_the_world_two_frames_later_and_once() {
     let steps = session.edit_steps();
     assert_eq!(frame(&mut session), 0, "it is off");
     assert_eq!(session.edit_steps(), steps);
-    for _ in 0..steps[0] {
+    for _ in 0..steps.undo {
         assert!(session.undo().unwrap());
     }
     frame(&mut session);
@@ -135,7 +135,7 @@ fn shaders_edit_a_streamed_world() {
         pictures.push(session.read_presented().unwrap().rgba);
     }
     let changes: Vec<usize> = (1..5).filter(|frame| pictures[*frame] != pictures[frame - 1]).collect();
-    assert_eq!((changes, session.edit_steps()), (vec![2, 4], [2, 0]));
+    assert_eq!((changes, session.edit_steps()), (vec![2, 4], Steps { undo: 2, redo: 0 }));
     assert!(session.take_messages().is_empty());
     silent(&session);
 }
@@ -238,7 +238,7 @@ fn layouts_that_follow_edits_show_what_those_that_are_made_anew_show() {
             frame(&mut session);
             pictures.push(session.read_presented().unwrap().rgba);
         }
-        assert!(session.edit_steps()[0] >= 3 && session.take_messages().is_empty());
+        assert!(session.edit_steps().undo >= 3 && session.take_messages().is_empty());
         silent(&session);
         pictures
     };

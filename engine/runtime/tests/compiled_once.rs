@@ -59,7 +59,7 @@ fn edits_leave_nothing_behind() {
     let mut session = project.open();
     let mut objects = Vec::new();
     for edit in 0..12 {
-        project.write("graphs/fill.toml", &format!("{}# {edit}\n", project::FILL_GRAPH));
+        project.write("graphs/fill.toml", format!("{}# {edit}\n", project::FILL_GRAPH));
         let mut waits = 0;
         while session.wait_reload(Duration::from_secs(10)).is_empty() {
             waits += 1;

@@ -47,7 +47,7 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     session.frame().unwrap();
     let opened = std::sync::Arc::as_ptr(session.device());
 
-    project.write("shaders/fill.comp", &slow(32));
+    project.write("shaders/fill.comp", slow(32));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     // The loss shows when a frame waits for the slow one.
@@ -59,7 +59,7 @@ fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
     assert_eq!(session.switched_off().collect::<Vec<_>>(), ["fill"]);
     assert_ne!(std::sync::Arc::as_ptr(session.device()), opened);
 
-    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     assert_eq!(session.switched_off().count(), 0);
@@ -85,8 +85,8 @@ fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_be
             1,
         )
     };
-    project.write("shaders/fill.comp", &counted());
-    project.write("graphs/fill.toml", &graph(1, "quick"));
+    project.write("shaders/fill.comp", counted());
+    project.write("graphs/fill.toml", graph(1, "quick"));
     // Only `cancel` gives this device up, however slow the machine is.
     let mut session =
         TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
@@ -126,12 +126,12 @@ fn a_pass_that_was_mended_while_it_hung_is_not_left_out() {
     let caught = [8, 32, 128, 512].into_iter().any(|steps| {
         session.frame().unwrap();
         session.wait().unwrap();
-        project.write("shaders/fill.comp", &slow(steps));
+        project.write("shaders/fill.comp", slow(steps));
         let events = session.wait_reload(Duration::from_secs(60));
         assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
         session.frame().unwrap();
         assert!(!session.works_on_replaced(), "the shader is still the one of the file");
-        project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+        project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
         let events = session.wait_reload(Duration::from_secs(60));
         assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
         session.works_on_replaced()

@@ -30,7 +30,7 @@ fn the_clock_stops_steps_and_starts_over() {
     project.write("shaders/count.comp", project::COUNT);
     let time = project::COUNT_GRAPH.replace("param.add", "frame.index").replace("\"f32\", from", "\"u32\", from");
     project.write("graphs/count.toml", &time);
-    project.write("shaders/count.comp", &project::COUNT.replace("float add", "uint add"));
+    project.write("shaders/count.comp", project::COUNT.replace("float add", "uint add"));
     let mut session = project.open_graph("graphs/count.toml");
     // 0 + 1 + 2
     for sum in [0.0, 1.0, 3.0] {
@@ -102,7 +102,7 @@ fn a_demo_drives_until_the_user_takes_over() {
     let project = TestProject::new();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
-    project.write("worlds/box.toml", &project::box_world(4));
+    project.write("worlds/box.toml", project::box_world(4));
     let demo = "world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 2.0\n\
                 [[camera]]\ntime = 0.0\nposition = [0.0, 0.0, 9.0]\n[[camera]]\ntime = 2.0\nposition = [2.0, 0.0, 9.0]\n\
                 [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
@@ -127,7 +127,7 @@ fn a_demo_drives_until_the_user_takes_over() {
 #[test]
 fn a_world_that_no_buffer_can_hold_is_refused_with_both_numbers() {
     let project = TestProject::new();
-    project.write("graphs/world.toml", &project::WORLD_GRAPH.replace("tree64", "chunks"));
+    project.write("graphs/world.toml", project::WORLD_GRAPH.replace("tree64", "chunks"));
     project.write("shaders/world.comp", project::WORLD_SHADER);
     // A maze of 3000 × 3000 voxels lies in more than 8000 chunks of 32³, no two of them alike: more than the 128 MiB that software
     // devices bind.

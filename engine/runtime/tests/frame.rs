@@ -87,7 +87,7 @@ fn a_frame_of_a_session_allocates_nothing() {
 
     project.write("graphs/conditional.toml", CONDITIONAL);
     project.write("shaders/gain.comp", GAIN);
-    project.write("worlds/box.toml", &box_world(2));
+    project.write("worlds/box.toml", box_world(2));
     project.write("worlds/run.demo.toml", DEMO);
     let mut session = project.open_demo("worlds/run.demo.toml");
     assert_eq!(allocations(&mut session), 0, "a demo that moves the camera and a param");
@@ -145,7 +145,7 @@ fn a_demo_turns_conditions_too() {
     let project = TestProject::new();
     project.write("graphs/conditional.toml", CONDITIONAL);
     project.write("shaders/gain.comp", GAIN);
-    project.write("worlds/box.toml", &box_world(2));
+    project.write("worlds/box.toml", box_world(2));
     let demo =
         box_demo(0.5).replace("world.toml", "conditional.toml") + "[tracks.on]\nkeys = [[0.0, true], [1.0, false]]\n";
     project.write("worlds/run.demo.toml", &demo);
@@ -226,7 +226,7 @@ fn a_plan_prepared_before_another_one_ran_brings_no_old_contents_back() {
     }
     assert_eq!(red(&mut session), 5.0);
     // An edit is prepared for what runs now, and not taken yet.
-    project.write("shaders/count.comp", &COUNT.replace("pc.add)", "pc.add * 1.0)"));
+    project.write("shaders/count.comp", COUNT.replace("pc.add)", "pc.add * 1.0)"));
     built.recv_timeout(Duration::from_secs(60)).expect("the edit is built");
     // Another size, and back: the sum starts again.
     session.resize(24, 24);

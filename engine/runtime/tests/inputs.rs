@@ -90,7 +90,7 @@ fn told_project() -> TestProject {
     let project = TestProject::new();
     project.write("graphs/told.toml", GRAPH);
     project.write("shaders/told.comp", SHADER);
-    project.write("worlds/box.toml", &box_world(4));
+    project.write("worlds/box.toml", box_world(4));
     project
 }
 
@@ -146,7 +146,7 @@ fn a_frame_is_told_what_is_held() {
 #[test]
 fn an_input_that_no_pass_reads_disturbs_nothing() {
     let project = told_project();
-    project.write("graphs/still.toml", &project::VALID_GRAPH.replace("\"valid.comp\"", "\"still.comp\""));
+    project.write("graphs/still.toml", project::VALID_GRAPH.replace("\"valid.comp\"", "\"still.comp\""));
     project.write("shaders/still.comp", project::VALID);
     let mut session = project.open_graph("graphs/still.toml");
     let still = |session: &mut Session| {
@@ -166,7 +166,7 @@ fn a_key_wakes_the_passes_that_read_it() {
     let project = TestProject::new();
     project.write(
         "graphs/keys.toml",
-        &project::FILL_GRAPH
+        project::FILL_GRAPH
             .replace("bind = {", "bind = { keys = \"keys\",")
             .replace("[[passes]]", "[buffers.keys]\nsource = \"input.keys\"\n[[passes]]"),
     );

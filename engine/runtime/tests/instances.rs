@@ -87,9 +87,9 @@ void main() {
 /// A project with three models, and a world of random instances about `origin`.
 fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
     let project = TestProject::new();
-    project.write("graphs/instances.toml", &GRAPH.replace("RAYS", &RAYS.to_string()));
+    project.write("graphs/instances.toml", GRAPH.replace("RAYS", &RAYS.to_string()));
     project.write("shaders/trace.comp", SHADER);
-    project.write("data/rays.bin", &"\0".repeat(48));
+    project.write("data/rays.bin", "\0".repeat(48));
     let mut random = Random::new(seed);
     fs::create_dir_all(project.path("worlds")).unwrap();
     // A small dense one, a thin one that is longer than 64 voxels, and one voxel.
@@ -416,7 +416,7 @@ fn posed(seed: u64) -> (TestProject, Loaded, Vec<Pose>) {
     let project = project([0; 3], seed, &random_instances([0; 3], seed));
     let (bytes, poses) = wanted(48, seed + 100);
     fs::write(project.path("data/wanted.bin"), bytes).unwrap();
-    project.write("graphs/instances.toml", &format!("{GRAPH}{POSE_PASS}").replace("RAYS", &RAYS.to_string()));
+    project.write("graphs/instances.toml", format!("{GRAPH}{POSE_PASS}").replace("RAYS", &RAYS.to_string()));
     project.write("shaders/pose.comp", POSE_SHADER);
     let loaded = load(&project);
     (project, loaded, poses)

@@ -73,25 +73,25 @@ fn project() -> TestProject {
     project.write("graphs/numbers.toml", GRAPH);
     project.write(
         "shaders/set.comp",
-        &format!("{HEAD}{store}{push}void main() {{ imageStore(to, ivec2(0), vec4(value)); }}\n"),
+        format!("{HEAD}{store}{push}void main() {{ imageStore(to, ivec2(0), vec4(value)); }}\n"),
     );
     project.write(
         "shaders/add.comp",
-        &format!(
+        format!(
             "{HEAD}layout(r32f) uniform image2D to;\n{push}\
              void main() {{ imageStore(to, ivec2(0), imageLoad(to, ivec2(0)) + value); }}\n"
         ),
     );
     project.write(
         "shaders/copy.comp",
-        &format!(
+        format!(
             "{HEAD}layout(r32f) readonly uniform image2D from;\n{store}\
              void main() {{ imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }}\n"
         ),
     );
     project.write(
         "shaders/told.comp",
-        &format!(
+        format!(
             "{HEAD}{store}layout(push_constant) uniform Push {{ uint still; uint valid; }};\n\
              void main() {{ imageStore(to, ivec2(0), vec4(still * 2u + valid)); }}\n"
         ),

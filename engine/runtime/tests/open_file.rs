@@ -7,7 +7,7 @@ mod project;
 use std::time::Duration;
 
 use project::{COUNT, COUNT_GRAPH, TestProject, WORLD_GRAPH, WORLD_SHADER, box_demo, box_world, red_after_frame};
-use raxel_edit::Operation;
+use raxel_edit::{Operation, Steps};
 use raxel_runtime::reload::{ProjectFile, ReloadEvent};
 use raxel_runtime::{Options, Saves, Session};
 
@@ -89,7 +89,7 @@ fn graph_world_and_demo_take_the_place_of_what_runs() {
     opened(&mut session, graph("fill"));
     assert_eq!((red_after_frame(&mut session), runs(&session)), (0.25, is("fill", "box", false)));
     // An edit of what runs now is no opening.
-    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
     let ReloadEvent::Reloaded(reloaded) = told(&mut session) else { panic!() };
     assert!(!reloaded.opened);
     assert_eq!(red_after_frame(&mut session), 0.5);
@@ -99,8 +99,8 @@ fn graph_world_and_demo_take_the_place_of_what_runs() {
 #[test]
 fn what_is_wrong_leaves_the_last_picture_until_it_is_mended() {
     let project = project();
-    project.write("graphs/broken.toml", &WORLD_GRAPH.replace("world.tree64", "world.tree46"));
-    project.write("worlds/broken.demo.toml", &box_demo(0.5).replace("tracks.gain", "tracks.gone"));
+    project.write("graphs/broken.toml", WORLD_GRAPH.replace("world.tree64", "world.tree46"));
+    project.write("worlds/broken.demo.toml", box_demo(0.5).replace("tracks.gain", "tracks.gone"));
     let mut session = open(&project, Saves::Ignore);
     red_after_frame(&mut session);
     for (file, said) in [
@@ -115,7 +115,7 @@ fn what_is_wrong_leaves_the_last_picture_until_it_is_mended() {
         assert_eq!(red_after_frame(&mut session), 8.0);
     }
     // The last one is followed: it runs when it is right.
-    project.write("worlds/broken.demo.toml", &box_demo(0.5));
+    project.write("worlds/broken.demo.toml", box_demo(0.5));
     let ReloadEvent::Reloaded(reloaded) = told(&mut session) else { panic!() };
     assert!(reloaded.opened && session.demo_drives());
     assert_eq!((red_after_frame(&mut session), project::texel(&mut session)[1]), (8.0, 0.5));
@@ -126,7 +126,7 @@ fn what_is_wrong_leaves_the_last_picture_until_it_is_mended() {
 fn edits_stay_with_their_world() {
     let project = project();
     let saved = |edge| box_world(edge) + "[save]\npath = \"saves/box\"\n";
-    project.write("worlds/box.toml", &saved(2));
+    project.write("worlds/box.toml", saved(2));
     let mut session = open(&project, Saves::Write);
     assert!(session.warnings().is_empty(), "{:#?}", session.warnings());
     session.edit(&[Operation::set([1, 1, 1], 0)]).unwrap();
@@ -134,10 +134,10 @@ fn edits_stay_with_their_world() {
     // Under another graph they are there, and can be undone.
     opened(&mut session, graph("fill"));
     opened(&mut session, graph("world"));
-    assert_eq!((red_after_frame(&mut session), session.edit_steps()), (7.0, [1, 0]));
+    assert_eq!((red_after_frame(&mut session), session.edit_steps()), (7.0, Steps { undo: 1, redo: 0 }));
     // Another world has none of them, a demo begins without them, and the save has them.
     opened(&mut session, world("large"));
-    assert_eq!((red_after_frame(&mut session), session.edit_steps()), (64.0, [0, 0]));
+    assert_eq!((red_after_frame(&mut session), session.edit_steps()), (64.0, Steps { undo: 0, redo: 0 }));
     opened(&mut session, ProjectFile::Demo("worlds/box.demo.toml".to_owned()));
     assert_eq!(red_after_frame(&mut session), 8.0);
     let ReloadEvent::Reloaded(reloaded) = opened(&mut session, world("box")) else { panic!() };

@@ -56,7 +56,7 @@ push = { n = "param.n" }
 fn project(body: &str) -> TestProject {
     let project = TestProject::new();
     project.write("graphs/print.toml", GRAPH);
-    project.write("shaders/print.comp", &shader(body));
+    project.write("shaders/print.comp", shader(body));
     project
 }
 
@@ -222,13 +222,13 @@ fn printing_is_switched_by_editing_the_shader() {
         ("    if (at == ivec2(0)) debugPrintfEXT(\"two %u\", n);", "two 1", LINE),
         ("    // a comment\n    if (at == ivec2(0)) debugPrintfEXT(\"two %u\", n);", "two 1", LINE + 1),
     ] {
-        project.write("shaders/print.comp", &shader(body));
+        project.write("shaders/print.comp", shader(body));
         reload(&mut session);
         let prints = frame(&mut session, 1);
         assert_eq!(texts(&prints), [text], "{body}");
         assert_eq!(prints[0].lines[0].place.as_ref().unwrap().1, line, "{body}");
     }
-    project.write("shaders/print.comp", &shader(""));
+    project.write("shaders/print.comp", shader(""));
     reload(&mut session);
     assert!(frame(&mut session, 1).is_empty() && session.printed().is_empty() && !session.has_prints());
 }

@@ -85,8 +85,8 @@ fn texts_that_make_the_same_module_make_no_pipeline() {
     let project = TestProject::new();
     let shader = |value: &str| project::fill(value).replace("//INCLUDE", "#include \"value.glsl\"");
     let include = |value: &str| format!("#define VALUE {value}\n");
-    project.write("shaders/include/value.glsl", &include("0.25"));
-    project.write("shaders/fill.comp", &shader("vec4(VALUE)"));
+    project.write("shaders/include/value.glsl", include("0.25"));
+    project.write("shaders/fill.comp", shader("vec4(VALUE)"));
     let mut session = project.open();
     assert_eq!(project::red_after_frame(&mut session), 0.25);
     let made = |session: &raxel_runtime::Session| session.device().pipeline_counts().made;
@@ -130,7 +130,7 @@ void main() {
 }
 ";
         project.write("shaders/add.comp", text);
-        project.write("graphs/fill.toml", &graph(passes));
+        project.write("graphs/fill.toml", graph(passes));
         let mut session = project.open();
         let red = project::red_after_frame(&mut session);
         project::assert_silent(&session);
@@ -187,7 +187,7 @@ push = { add = "param.add" }
 "#;
     let project = TestProject::new();
     project.write("graphs/gather.toml", graph);
-    project.write("shaders/gather.comp", &shader(whole));
+    project.write("shaders/gather.comp", shader(whole));
     let options = Options {
         graph: Some("graphs/gather.toml".into()),
         unused: Severity::Warning,
@@ -199,7 +199,7 @@ push = { add = "param.add" }
         assert_eq!(project::red_after_frame(&mut session), frame as f32);
     }
     let mut edit = |term: &str| {
-        project.write("shaders/gather.comp", &shader(term));
+        project.write("shaders/gather.comp", shader(term));
         let events = session.wait_reload(Duration::from_secs(60));
         let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
         assert_eq!(reloaded.rebuilt.shaders, ["shaders/gather.comp"]);
@@ -219,7 +219,7 @@ fn an_error_is_told_once_and_the_last_picture_stays() {
     let project = TestProject::new();
     let mut session = project.open();
     session.frame().unwrap();
-    project.write("shaders/fill.comp", &project::fill("vec4(nonsense)"));
+    project.write("shaders/fill.comp", project::fill("vec4(nonsense)"));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(failed.diagnostics[0].message.contains("nonsense"), "{:#?}", failed.diagnostics);
@@ -228,15 +228,15 @@ fn an_error_is_told_once_and_the_last_picture_stays() {
     assert_eq!(project::red(&mut session), 0.25);
     assert!(session.wait_reload(Duration::from_millis(200)).is_empty());
     // The fix.
-    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.5);
     // Taking the edit back before it was an edit: the same text as what runs.
-    project.write("shaders/fill.comp", &project::fill("vec4(broken)"));
+    project.write("shaders/fill.comp", project::fill("vec4(broken)"));
     session.wait_reload(Duration::from_secs(60));
-    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.shaders.is_empty(), "{:?}", reloaded.rebuilt);
@@ -295,8 +295,8 @@ fn a_graph_edit_keeps_history_clock_params_and_camera() {
     assert_eq!(session.param("add").unwrap(), Value::F32(2.0));
     assert_eq!(session.camera().yaw, 1.0);
     // Another format is another resource: it starts over. Both files are saved at once, and become one edit.
-    project.write("graphs/count.toml", &edited.replace("format = \"rgba32f\"", "format = \"rgba16f\""));
-    project.write("shaders/count.comp", &project::COUNT.replace("rgba32f", "rgba16f"));
+    project.write("graphs/count.toml", edited.replace("format = \"rgba32f\"", "format = \"rgba16f\""));
+    project.write("shaders/count.comp", project::COUNT.replace("rgba32f", "rgba16f"));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert_eq!(reloaded.changed, ["graphs/count.toml", "shaders/count.comp"]);
@@ -311,7 +311,7 @@ fn the_newest_of_quick_edits_wins() {
     let project = TestProject::new();
     let mut session = project.open();
     for red in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75] {
-        project.write("shaders/fill.comp", &project::fill(&format!("vec4({red})")));
+        project.write("shaders/fill.comp", project::fill(&format!("vec4({red})")));
         sleep(Duration::from_millis(7));
     }
     let mut events = Vec::new();
@@ -330,7 +330,7 @@ fn polling_sees_edits_too() {
     let mut session = TestProject::open_with(Options { poll: true, ..project.options() });
     // File times may be as coarse as the poll.
     sleep(Duration::from_millis(20));
-    project.write("shaders/fill.comp", &project::fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
     let events = session.wait_reload(Duration::from_secs(60));
     assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
     assert_eq!(project::red_after_frame(&mut session), 0.5);
@@ -341,7 +341,7 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     let project = TestProject::new();
     let graph = std::fs::read_to_string(project.path("graphs/fill.toml")).unwrap();
     let spare = "\n[targets.spare]\nformat = \"r32f\"\n";
-    project.write("graphs/fill.toml", &format!("{graph}{spare}"));
+    project.write("graphs/fill.toml", format!("{graph}{spare}"));
     let mut session = project.open();
     session.set_debug_target_text("spare").unwrap();
     session.frame().unwrap();
@@ -393,7 +393,7 @@ fn what_follows_the_world_follows_its_edits() {
     let project = TestProject::new();
     project.write("graphs/follows.toml", FOLLOWS_GRAPH);
     project.write("shaders/follow.comp", FOLLOW_SHADER);
-    project.write("worlds/box.toml", &project::box_world(4));
+    project.write("worlds/box.toml", project::box_world(4));
     let mut session = TestProject::open_with(Options {
         graph: Some("graphs/follows.toml".into()),
         world: Some("worlds/box.toml".into()),
@@ -403,7 +403,7 @@ fn what_follows_the_world_follows_its_edits() {
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [2.0, 4.0, 1.0, 7.0]);
     let lamp = "[materials]\nlamp = { albedo = \"#ffffff\" }\n";
-    project.write("worlds/box.toml", &project::box_world(7).replace("[materials]\n", lamp));
+    project.write("worlds/box.toml", project::box_world(7).replace("[materials]\n", lamp));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert_eq!(
@@ -413,7 +413,7 @@ fn what_follows_the_world_follows_its_edits() {
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [3.0, 16.0, 2.0, 0.0]);
     // A world without the material is refused, at the place where the graph names it, and the old one runs on.
-    project.write("worlds/box.toml", &project::box_world(3).replace("red", "blue"));
+    project.write("worlds/box.toml", project::box_world(3).replace("red", "blue"));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
     let found = &failed.diagnostics[0];
@@ -430,18 +430,18 @@ fn world_and_demo_edits_reload_what_they_concern() {
     let project = TestProject::new();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
-    project.write("worlds/box.toml", &project::box_world(4));
-    project.write("worlds/box.demo.toml", &project::box_demo(0.25));
+    project.write("worlds/box.toml", project::box_world(4));
+    project.write("worlds/box.demo.toml", project::box_demo(0.25));
     let mut session = project.open_demo("worlds/box.demo.toml");
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [64.0, 0.25, 0.0, 0.0]);
-    project.write("worlds/box.toml", &project::box_world(2));
+    project.write("worlds/box.toml", project::box_world(2));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.world && !reloaded.rebuilt.graph && !reloaded.rebuilt.demo);
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [8.0, 0.25, 0.0, 0.0]);
-    project.write("worlds/box.demo.toml", &project::box_demo(0.5));
+    project.write("worlds/box.demo.toml", project::box_demo(0.5));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.demo && !reloaded.rebuilt.world && !reloaded.rebuilt.graph);
@@ -450,7 +450,7 @@ fn world_and_demo_edits_reload_what_they_concern() {
     // A graph edit that the demo does not fit is an error that names both files.
     project.write(
         "graphs/world.toml",
-        &project::WORLD_GRAPH.replace("params.gain", "params.loss").replace("param.gain", "param.loss"),
+        project::WORLD_GRAPH.replace("params.gain", "params.loss").replace("param.gain", "param.loss"),
     );
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
@@ -493,7 +493,7 @@ fn a_shader_is_told_whether_there_is_a_history() {
     }
 
     // An edit that leaves the target as it is keeps what is in it; one that makes it anew does not.
-    project.write("graphs/valid.toml", &format!("{}# kept\n", project::VALID_GRAPH));
+    project.write("graphs/valid.toml", format!("{}# kept\n", project::VALID_GRAPH));
     assert!(matches!(session.wait_reload(Duration::from_secs(60)).as_slice(), [ReloadEvent::Reloaded(_)]));
     assert_eq!(frame(&mut session)[0], 1.0);
     let longer = project::VALID_GRAPH.replace("history = 1", "history = 2");

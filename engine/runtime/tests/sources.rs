@@ -297,7 +297,7 @@ fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_agai
     session.frame().unwrap();
     assert_eq!(red(&mut session), 27.0);
     // A model that the world does not have.
-    project.write("worlds/box.toml", &project::box_world(3));
+    project.write("worlds/box.toml", project::box_world(3));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(failed.diagnostics[0].message.contains("there is no model `pine`"), "{failed:#?}");

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.25);
     for red in [0.5, 0.75] {
-        project.write("shaders/fill.comp", &endless());
+        project.write("shaders/fill.comp", endless());
         let events = session.wait_reload(Duration::from_secs(120));
         let [ReloadEvent::Failed(failed)] = events.as_slice() else { panic!("{events:#?}") };
         let said = render::short(&failed.diagnostics, &failed.texts);
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
         let before = project::red(&mut session);
         session.frame().unwrap();
         assert_eq!(project::red(&mut session), before);
-        project.write("shaders/fill.comp", &project::fill(&format!("vec4({red})")));
+        project.write("shaders/fill.comp", project::fill(&format!("vec4({red})")));
         let events = session.wait_reload(Duration::from_secs(60));
         assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
         session.frame().unwrap();

@@ -71,7 +71,7 @@ fn volume(edge: u32) -> TestProject {
     project.write("graphs/volume.toml", GRAPH);
     project.write("shaders/sampled.comp", SAMPLED);
     project.write("shaders/stored.comp", STORED);
-    project.write("worlds/box.toml", &project::box_world(edge));
+    project.write("worlds/box.toml", project::box_world(edge));
     project
 }
 
@@ -109,7 +109,7 @@ fn passes_read_the_image_and_it_follows_its_world() {
     session.set_debug_target_text("color").unwrap();
 
     // Another world, another image, of another size.
-    project.write("worlds/box.toml", &project::box_world(70));
+    project.write("worlds/box.toml", project::box_world(70));
     let events = session.wait_reload(Duration::from_secs(60));
     let [ReloadEvent::Reloaded(reloaded)] = events.as_slice() else { panic!("{events:#?}") };
     assert!(reloaded.rebuilt.world && !reloaded.rebuilt.graph);
@@ -117,7 +117,7 @@ fn passes_read_the_image_and_it_follows_its_world() {
     assert_eq!(project::texel(&mut session), [64.0, 1.0, 8.0, 0.0]);
     assert_eq!(slice(&mut session, "sum", 0, 0)[0], 18 * 18 * 18);
     // And another of the same size.
-    project.write("worlds/box.toml", &project::box_world(66));
+    project.write("worlds/box.toml", project::box_world(66));
     assert!(matches!(session.wait_reload(Duration::from_secs(60)).as_slice(), [ReloadEvent::Reloaded(_)]));
     session.frame().unwrap();
     assert_eq!(slice(&mut session, "sum", 0, 0)[0], 17 * 17 * 17);
@@ -132,7 +132,7 @@ fn any_graph_can_have_its_world_so() {
     let project = TestProject::new();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
-    project.write("worlds/box.toml", &project::box_world(4));
+    project.write("worlds/box.toml", project::box_world(4));
     let options =
         Options { graph: Some("graphs/world.toml".into()), layout: Some(raxel_rivals::TEXTURE3D), ..project.options() };
     let mut session = TestProject::open_with(options);

@@ -16,8 +16,8 @@ fn project() -> TestProject {
     let project = TestProject::new();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
-    project.write("worlds/box.toml", &box_world(2));
-    project.write("worlds/gain.demo.toml", &box_demo(3.0));
+    project.write("worlds/box.toml", box_world(2));
+    project.write("worlds/gain.demo.toml", box_demo(3.0));
     project
 }
 
@@ -86,7 +86,7 @@ fn every_kind_of_file_is_waited_for() {
         session.frame().unwrap();
         assert_eq!(session.read_target("color").unwrap().floats()[0][..2], [8.0, 3.0], "{path}");
         // From here on it is a session as any other: edits are followed.
-        project.write("worlds/gain.demo.toml", &box_demo(5.0));
+        project.write("worlds/gain.demo.toml", box_demo(5.0));
         assert!(matches!(event(&mut session), ReloadEvent::Reloaded(_)), "{path}");
         session.frame().unwrap();
         assert_eq!(session.read_target("color").unwrap().floats()[0][1].to_bits(), 5.0_f32.to_bits(), "{path}");
@@ -101,14 +101,14 @@ fn a_missing_file_and_other_mistakes_are_told_once_each() {
     let mut session = waiting(project.options());
     let device = session.device().id();
     assert!(mistakes(&mut session).contains("shaders/fill.comp"));
-    project.write("shaders/fill.comp", &fill("vec4(0.25"));
+    project.write("shaders/fill.comp", fill("vec4(0.25"));
     let found = mistakes(&mut session);
     assert!(found.contains("shaders/fill.comp") && !found.contains("no such file"), "{found}");
     // What concerns nobody, and the same mistakes again, are no news.
     project.write("shaders/other.comp", "");
     assert!(session.wait_reload(Duration::from_secs(2)).is_empty());
     session.resize(24, 8);
-    project.write("shaders/fill.comp", &fill("vec4(0.75)"));
+    project.write("shaders/fill.comp", fill("vec4(0.75)"));
     assert_opened(&mut session);
     assert_eq!((session.size(), session.device().id()), ([24, 8], device), "window and device are as they were");
     assert_eq!(red_after_frame(&mut session).to_bits(), 0.75_f32.to_bits());
@@ -142,7 +142,7 @@ fn what_no_edit_can_mend_is_told_as_it_is() {
     options.debug_target.resource = "depth".to_owned();
     let mut session = waiting(options);
     mistakes(&mut session);
-    project.write("shaders/fill.comp", &fill("vec4(0.5)"));
+    project.write("shaders/fill.comp", fill("vec4(0.5)"));
     let event = event(&mut session);
     assert!(matches!(event, ReloadEvent::NotOpened(OpenError::DebugTarget(_))), "{event:?}");
     assert!(session.is_waiting());

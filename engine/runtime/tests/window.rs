@@ -3,12 +3,6 @@
 
 #![cfg(target_os = "linux")]
 
-#[allow(dead_code, reason = "each test file uses a part of this")]
-#[path = "../../../tests/common/child.rs"]
-mod child;
-#[allow(dead_code, reason = "each test file uses a part of this")]
-#[path = "../../../tests/common/display.rs"]
-mod display;
 mod project;
 
 use std::fs;
@@ -16,8 +10,6 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use child::Running;
-use display::{Display, eventually};
 use project::TestProject;
 use raxel_execute::Progress;
 use raxel_gpu::{Acquire, CommandBuffer, Surface};
@@ -25,6 +17,7 @@ use raxel_runtime::Options;
 use raxel_runtime::present::{
     OverlayFrame, OverlayMesh, OverlayVertex, PresentError, Presented, Presenter, TexturePatch,
 };
+use raxel_testing::{Display, Running, eventually};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -106,7 +99,7 @@ fn the_child_of_the_test_above() {
     }
     let window = app.window.clone().unwrap();
     let project = TestProject::new();
-    project.write("shaders/fill.comp", &project::fill("vec4(vec3(0.2158605), 1.0)"));
+    project.write("shaders/fill.comp", project::fill("vec4(vec3(0.2158605), 1.0)"));
     let mut session = TestProject::open_with(Options { size: [160, 90], ..project.options() });
     images_are_given_back(&session, &window);
 

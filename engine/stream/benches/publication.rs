@@ -3,12 +3,13 @@
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::IVec3;
 use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::Words;
 use raxel_world::random::{SplitMix64, mix};
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
@@ -17,16 +18,8 @@ const PATIENCE: Duration = Duration::from_secs(300);
 const WORDS: u32 = 64 << 20;
 const LAMP_WORDS: u32 = 16 << 20;
 
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().expect("no writer panics")[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
-
 fn memory(words: u32) -> (Arc<dyn PoolMemory>, u32) {
-    (Arc::new(Words(Mutex::new(vec![0; words as usize]))), words)
+    (Words::new(words), words)
 }
 
 /// A few blocks in every tile; in one of four, one of them gives off light.

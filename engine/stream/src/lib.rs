@@ -28,9 +28,9 @@ mod view;
 
 pub use cube::Cube;
 pub use directory::{Directory, LiveTile, Placed, Written};
-pub use on_device::{Eye, Refused, WorldStream, streaming_range};
-pub use pool::{Block, Pool, PoolMemory};
-pub use publication::{Publication, Stats};
+pub use on_device::{Eye, FrameTime, Refused, SeenChanges, WorldStream, streaming_range};
+pub use pool::{Block, Pool, PoolMemory, PoolStats};
+pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
 pub use reachable_set::ReachableSet;
 pub use streamer::{StreamError, StreamOptions, Streamer};

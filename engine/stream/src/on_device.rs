@@ -12,7 +12,7 @@ use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, Time
 use raxel_world::{ChunkPos, ChunkProvider};
 use raxel_worldfile::Streamed;
 
-use crate::{PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use crate::{Missing, PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -34,6 +34,24 @@ const SOON: Duration = Duration::from_millis(4);
 
 /// The part of the device's memory that a pool may take at most.
 const SHARE: u64 = 2;
+
+/// The numbers of two changes, as [`WorldStream::changed`] gives them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SeenChanges {
+    /// The last change of all.
+    pub told: u64,
+    /// The last one up to which the last frame saw all of them.
+    pub seen: u64,
+}
+
+/// What the world took of a frame's thread.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameTime {
+    /// Work.
+    pub spent: Duration,
+    /// How long it waited for a complete world beside that.
+    pub waited: Duration,
+}
 
 /// A world that is loaded around the camera, on one device.
 pub struct WorldStream {
@@ -189,14 +207,14 @@ impl WorldStream {
 
     /// Whether the last frame saw everything that [`Self::changed`] was told of.
     pub fn shows_changes(&self) -> bool {
-        let frames = self.frames();
-        frames.changes >= frames.changed
+        let changes = self.changes();
+        changes.seen >= changes.told
     }
 
-    /// The number of the last change that [`Self::changed`] was told of, and of the last one up to which the last frame saw all of them.
-    pub fn changes(&self) -> [u64; 2] {
+    /// Which changes there were, and which of them the last frame saw.
+    pub fn changes(&self) -> SeenChanges {
         let frames = self.frames();
-        [frames.changed, frames.changes]
+        SeenChanges { told: frames.changed, seen: frames.changes }
     }
 
     /// How it is doing.
@@ -248,9 +266,8 @@ impl WorldStream {
         self.streamer.has_looked()
     }
 
-    /// Tiles that the last frame should have seen, as far as they may be in its picture, and did not: all of them, and those in whose place
-    /// it saw nothing. `None` where its place was not looked at yet.
-    pub fn missing_in_view(&self) -> Option<[usize; 2]> {
+    /// Tiles that the last frame should have seen, as far as they may be in its picture, and did not. `None` where its place was not looked at yet.
+    pub fn missing_in_view(&self) -> Option<Missing> {
         let frames = self.frames();
         frames.seen.as_ref().and_then(|(publication, view)| publication.missing_in_view(view))
     }
@@ -328,10 +345,10 @@ impl WorldStream {
         frames.spent += began.elapsed();
     }
 
-    /// What the last frame spent on its thread for the world, and how long it waited for a complete one beside that.
-    pub fn frame_time(&self) -> (Duration, Duration) {
+    /// What the world took of the last frame's thread.
+    pub fn frame_time(&self) -> FrameTime {
         let frames = self.frames();
-        (frames.spent, frames.waited)
+        FrameTime { spent: frames.spent, waited: frames.waited }
     }
 
     /// Whether the next frame would see something else than the last one.

@@ -33,6 +33,19 @@ const MOST_BLOCKS: u32 = 1 << 20;
 /// What freed words are overwritten with where that is asked for: whoever still reads them shows it.
 const POISON: u32 = 0xdead_beef;
 
+/// Figures about a pool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoolStats {
+    /// Bytes of blocks that are handed out.
+    pub used: u64,
+    /// The most bytes that were ever handed out.
+    pub peak: u64,
+    /// Bytes of blocks that there is room for.
+    pub capacity: u64,
+    /// How often there was no room.
+    pub failed: u64,
+}
+
 /// Hands out blocks of a buffer and keeps account of them.
 pub struct Pool {
     memory: Arc<dyn PoolMemory>,
@@ -209,11 +222,16 @@ impl Pool {
         u64::from(self.capacity) * u64::from(self.form.unit) * 4
     }
 
-    /// Bytes of blocks that are handed out, most of them at any time, and how often there was no room.
-    pub fn usage(&self) -> (u64, u64, u64) {
+    /// How full it is.
+    pub fn stats(&self) -> PoolStats {
         let account = self.account();
         let bytes = |units: u32| u64::from(units) * u64::from(self.form.unit) * 4;
-        (bytes(account.used()), bytes(account.peak), account.failed)
+        PoolStats {
+            used: bytes(account.used()),
+            peak: bytes(account.peak),
+            capacity: self.capacity(),
+            failed: account.failed,
+        }
     }
 
     fn account(&self) -> std::sync::MutexGuard<'_, Account> {
@@ -263,11 +281,11 @@ mod tests {
         let directory = pool.allocate(2000).expect("there is a part for it");
         let end = u64::from(pool.address(&directory)) + 2000;
         assert!(end <= 100_000 - 16);
-        let (used, peak, failed) = pool.usage();
-        assert!(used <= peak && peak <= pool.capacity() && failed == 2, "{used} {peak} {failed}");
+        let stats = pool.stats();
+        assert!(stats.used <= stats.peak && stats.peak <= stats.capacity && stats.failed == 2, "{stats:?}");
         pool.free(directory);
         tiles.into_iter().flatten().for_each(|tile| pool.free(tile));
-        assert_eq!(pool.usage().0, 0);
+        assert_eq!(pool.stats().used, 0);
         // All of it can be had again, and no block lies in another.
         let mut taken: Vec<u32> = std::iter::from_fn(|| pool.allocate_tile(200))
             .chain(std::iter::from_fn(|| pool.allocate(200)))

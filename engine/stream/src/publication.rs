@@ -6,6 +6,7 @@ use glam::IVec3;
 use raxel_layouts::Tree64Header;
 use raxel_layouts::lights::HEADER_WORDS;
 
+use crate::pool::PoolStats;
 use crate::reach::{StreamingRange, TileKey};
 use crate::view::View;
 
@@ -39,21 +40,33 @@ pub(crate) struct MissingTiles {
 }
 
 impl MissingTiles {
-    /// Counts the missing tiles that are shown from a view and may be in its picture, and those of them that no coarser tile can replace. Returns
-    /// `None` if the view may want tiles that were not counted.
-    pub(crate) fn in_view(&self, view: &View) -> Option<[usize; 2]> {
+    /// Counts the missing tiles that are shown from a view and may be in its picture. Returns `None` if the view may want tiles that were not
+    /// counted.
+    pub(crate) fn in_view(&self, view: &View) -> Option<Missing> {
         let known = self.shown.loaded(false).covers(self.cell, view.cell);
         let unseen = self.tiles.iter().filter(|key| self.shown.wants(view.cell, **key, 0) && view.sees(**key));
         known.then(|| {
-            unseen.fold([0, 0], |[all, holes], key| [all + 1, holes + usize::from(key.level == self.shown.top())])
+            unseen.fold(Missing::default(), |Missing { tiles, holes }, key| Missing {
+                tiles: tiles + 1,
+                holes: holes + usize::from(key.level == self.shown.top()),
+            })
         })
     }
 }
 
+/// Tiles that a picture lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Missing {
+    /// All of them.
+    pub tiles: usize,
+    /// Those that no coarser tile replaces.
+    pub holes: usize,
+}
+
 impl Publication {
-    /// Counts the tiles that this publication misses in the picture of a view, and those of them that no coarser tile can replace. Returns `None`
-    /// while the streamer has not counted for a camera near that view.
-    pub fn missing_in_view(&self, view: &View) -> Option<[usize; 2]> {
+    /// Counts the tiles that this publication misses in the picture of a view. Returns `None` while the streamer has not counted for a camera
+    /// near that view.
+    pub fn missing_in_view(&self, view: &View) -> Option<Missing> {
         self.missing_tiles.lock().unwrap_or_else(PoisonError::into_inner).as_ref()?.in_view(view)
     }
 
@@ -94,10 +107,8 @@ pub struct Stats {
     pub most_written: u64,
     /// Publications since the start.
     pub publications: u64,
-    /// Bytes in use, the most bytes that were ever in use, and the capacity.
-    pub pool: [u64; 3],
-    /// How often the pool had no room.
-    pub failed: u64,
+    /// How full the pool is.
+    pub pool: PoolStats,
     /// Range of level 0 around the camera that the pool has room for, in tiles.
     pub near: i32,
 }

@@ -449,12 +449,11 @@ impl Streamer {
 
     /// Figures about its tiles and its pool.
     pub fn stats(&self) -> Stats {
-        let (used, peak, failed) = self.shared.pool.usage();
         let (stats, most_written) = {
             let state = self.shared.state();
             (state.stats, state.budget.most())
         };
-        Stats { most_written, pool: [used, peak, self.shared.pool.capacity()], failed, ..stats }
+        Stats { most_written, pool: self.shared.pool.stats(), ..stats }
     }
 
     /// The source of its tiles.

@@ -7,21 +7,14 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec3, IVec3};
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, TileKey, View};
+use raxel_stream::{Missing, StreamOptions, Streamer, StreamingRange, TileKey, View};
+use raxel_testing::Words;
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
-
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
 
 /// Posts on a plane, one for each chunk, as they are at every level. It notes what it is asked for.
 struct Posts {
@@ -83,7 +76,7 @@ fn view(cell: IVec3) -> View {
 #[test]
 fn coarse_tiles_come_first_and_what_is_seen_before_what_is_not() {
     let source = Posts::new();
-    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 1, complete: true, upload: None, poison: true };
     let streamer = Streamer::new(source.clone(), memory, WORDS, reach(), view(IVec3::ZERO), options);
     for at in [[0, 20, 0], [100_000, 20, -40_000]].map(IVec3::from_array) {
@@ -104,7 +97,7 @@ fn coarse_tiles_come_first_and_what_is_seen_before_what_is_not() {
 #[test]
 fn the_world_ends_where_the_file_says_whatever_is_loaded_beyond() {
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
-    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let streamer = Streamer::new(Posts::new(), memory, WORDS, reach(), view(IVec3::ZERO), options);
     let edge = TileKey::edge(reach().top()) as i32;
     for step in [0, 1, 2, 1, 0] {
@@ -126,7 +119,7 @@ fn the_world_ends_where_the_file_says_whatever_is_loaded_beyond() {
 #[test]
 fn a_place_without_holes_has_something_wherever_a_voxel_is() {
     let source = Posts::new();
-    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let streamer = Streamer::new(source, memory.clone(), WORDS, reach(), view(IVec3::ZERO), options);
     let mut random = SplitMix64::new(2);
@@ -147,7 +140,7 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
                 continue;
             }
             *(if taken.stats.missing_in_view > 0 { &mut coarse } else { &mut finest }) += 1;
-            let mut words = memory.0.lock().unwrap().clone();
+            let mut words = memory.all();
             words[..taken.words().len()].copy_from_slice(taken.words());
             let tree = Tree64::new(&words);
             for _ in 0..200 {
@@ -168,7 +161,7 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
 #[test]
 fn what_comes_near_is_there_before_it_is_missed() {
     let source = Posts::new();
-    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let mut at = IVec3::new(20, 20, 20);
     let streamer = Streamer::new(source, memory, WORDS, reach(), view(at), options);
@@ -253,7 +246,7 @@ fn a_flight_misses_nothing_in_view() {
     const LEG: u32 = 120;
     const TURN: u32 = 8;
     let source = Arc::new(Paced { posts: Posts::new(), left: Mutex::new(usize::MAX), more: Condvar::new() });
-    let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 1, complete: false, upload: None, poison: true };
     let mut at = DVec3::new(20.0, 20.0, 20.0);
     let streamer = Streamer::new(source.clone(), memory, WORDS, reach(), view(at.as_ivec3()), options);
@@ -290,7 +283,12 @@ fn a_flight_misses_nothing_in_view() {
             pause();
         }
         let seen = take().expect("the first place is there");
-        assert_eq!(seen.missing_in_view(&view), Some([0, 0]), "step {step} at {at}: {:?}", streamer.stats());
+        assert_eq!(
+            seen.missing_in_view(&view),
+            Some(Missing::default()),
+            "step {step} at {at}: {:?}",
+            streamer.stats()
+        );
 
         let before = source.made();
         source.allow(TILES);

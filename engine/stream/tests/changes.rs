@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, Publication, StreamOptions, Streamer, StreamingRange, View};
+use raxel_stream::{Publication, StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::Words;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Unavailable, World, child_cell};
 use raxel_worldfile::StreamSettings;
 
@@ -15,14 +16,6 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Chunks in a row that change.
 const CHUNKS: i32 = 8;
-
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
 
 /// Chunks that say how often they have changed: a voxel in the 16³ node n for bit n of the number, and always one in the last node.
 struct Counted(Vec<Material>, AtomicU64);
@@ -75,7 +68,7 @@ fn seen(words: &[u32], publication: &Publication) -> Vec<u64> {
 fn an_edit_overtakes_what_no_frame_has_taken() {
     let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
     let source = Arc::new(Counted(materials, AtomicU64::new(0)));
-    let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
+    let memory = Words::new(1 << 20);
     let reach = StreamingRange::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let view = View::at(IVec3::new(256, 40, 0));
@@ -91,7 +84,7 @@ fn an_edit_overtakes_what_no_frame_has_taken() {
         // What was published before the edit is there to be taken, or was just now.
         let taken = streamer.take_with(change, PATIENCE).expect("there is a publication");
         assert!(taken.changes >= change, "{} of {change}", taken.changes);
-        let words = memory.0.lock().unwrap();
+        let words = memory.all();
         let mut frame = words.clone();
         frame[..taken.words().len()].copy_from_slice(taken.words());
         assert!(seen(&frame, &taken).contains(&number), "{number} in {:?}", seen(&frame, &taken));
@@ -106,7 +99,7 @@ fn an_edit_overtakes_what_no_frame_has_taken() {
 fn changes_without_end_are_shown_in_order_while_they_go_on() {
     let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
     let source = Arc::new(Counted(materials, AtomicU64::new(0)));
-    let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
+    let memory = Words::new(1 << 20);
     let reach = StreamingRange::of(&StreamSettings { near: 640, far: 640, ..StreamSettings::default() }, [0, 64]);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let view = View::at(IVec3::new(256, 40, 0));
@@ -120,7 +113,7 @@ fn changes_without_end_are_shown_in_order_while_they_go_on() {
     let all: Vec<ChunkPos> = (0..CHUNKS).map(|x| ChunkPos::new(x, 0, 0)).collect();
     let (mut shown, mut least, mut steps) = (0, 0, 0);
     let mut look = |publication: &Publication| {
-        let words = memory.0.lock().unwrap().clone();
+        let words = memory.all();
         let seen = seen(&words, publication);
         assert_eq!(seen.len(), CHUNKS as usize);
         let oldest = seen.iter().copied().min().unwrap();
@@ -208,7 +201,7 @@ fn a_change_of_a_chunk_that_a_worker_makes_for_the_first_time_is_shown() {
             let tile = (level, ChunkPos::new(chunk.x >> (2 * level), 0, 0));
             let late = Mutex::new(Some((tile, asked, go_on)));
             let source = Arc::new(Held { worlds: [1, 2].map(cube), is_edited: AtomicBool::new(false), late });
-            let memory = Arc::new(Words(Mutex::new(vec![0; 1 << 20])));
+            let memory = Words::new(1 << 20);
             let reach =
                 StreamingRange::of(&StreamSettings { near: 320, far: 1280, ..StreamSettings::default() }, [0, 64]);
             let options = StreamOptions { workers: 2, complete: true, upload: None, poison: true };
@@ -236,7 +229,7 @@ fn a_change_of_a_chunk_that_a_worker_makes_for_the_first_time_is_shown() {
             go.send(()).unwrap();
             streamer.wait(PATIENCE).unwrap();
             let taken = streamer.take().expect("a publication of everything");
-            let mut words = memory.0.lock().unwrap().clone();
+            let mut words = memory.all();
             words[..taken.words().len()].copy_from_slice(taken.words());
             let shown = Tree64::new(&words).material([64 * chunk.x + 3, 3, 3]);
             assert_eq!(shown, 2, "{meanwhile:?}, level {level}: the chunk is shown as it was before its edit");

@@ -6,21 +6,13 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_oracle::port::Tree64;
-use raxel_stream::{PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use raxel_stream::{Publication, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::Words;
 use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Material, Unavailable, World};
 use raxel_worldfile::StreamSettings;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 18;
-
-/// The buffer, on the host.
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
 
 /// A world that fails for some chunks, so many times each.
 struct Failing {
@@ -58,7 +50,7 @@ impl ChunkProvider for Failing {
 }
 
 fn stream(source: &Arc<Failing>, complete: bool) -> (Streamer, Arc<Words>) {
-    let words = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
+    let words = Words::new(WORDS);
     let settings = StreamSettings { near: 64, far: 64, ..StreamSettings::default() };
     let reach = StreamingRange::of(&settings, [-64, 128]);
     let options = StreamOptions { workers: 2, complete, upload: None, poison: true };
@@ -68,7 +60,7 @@ fn stream(source: &Arc<Failing>, complete: bool) -> (Streamer, Arc<Words>) {
 
 /// Chunks whose voxel is in what a frame sees.
 fn seen(words: &Words, publication: &Publication) -> Vec<ChunkPos> {
-    let mut words = words.0.lock().unwrap().clone();
+    let mut words = words.all();
     words[..publication.words().len()].copy_from_slice(publication.words());
     let tree = Tree64::new(&words);
     let positions = (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| ChunkPos::new(x, y, z))));

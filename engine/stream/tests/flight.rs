@@ -8,22 +8,15 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_diagnostics::{DiskFiles, SourceMap};
-use raxel_stream::{PoolMemory, StreamOptions, Streamer, StreamingRange, View};
+use raxel_stream::{StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::Words;
 use raxel_world::random::{SplitMix64, mix};
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::{StreamSettings, Streamed};
 
 /// Bytes of the pools: less than what is near takes, so that they are full on the way.
-const LAND: usize = 12 << 20;
-const QUICK: usize = 4 << 20;
-
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
+const LAND: u32 = 12 << 20;
+const QUICK: u32 = 4 << 20;
 
 fn frontier() -> Streamed {
     let files = DiskFiles::new(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))).unwrap();
@@ -56,18 +49,18 @@ fn resident() -> u64 {
 fn fly(
     source: Arc<dyn ChunkProvider>,
     reach: StreamingRange,
-    pool: usize,
+    pool: u32,
     height: i32,
     seconds: u32,
     most: u64,
 ) -> Vec<u64> {
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let memory = Arc::new(Words(Mutex::new(vec![0; pool / 4])));
+    let memory = Words::new(pool / 4);
     // As many as the bound on memory is held to. Each keeps what the largest tile took of it, and meets that the later the more there are.
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(8);
     let options = StreamOptions { workers, complete: false, upload: None, poison: false };
-    let streamer = Streamer::new(source, memory, (pool / 4) as u32, reach, View::at(IVec3::ZERO), options);
+    let streamer = Streamer::new(source, memory, pool / 4, reach, View::at(IVec3::ZERO), options);
     let (mut at, mut samples) = ([0.5f64, 0.5], Vec::new());
     let began = Instant::now();
     for step in 0..seconds {
@@ -80,7 +73,7 @@ fn fly(
                 streamer.released(taken.version);
             }
             let stats = streamer.stats();
-            assert!(stats.pool[1] <= stats.pool[2], "over budget: {stats:?}");
+            assert!(stats.pool.peak <= stats.pool.capacity, "over budget: {stats:?}");
             assert!(Instant::now() < until, "second {step}: {stats:?}");
             std::thread::sleep(Duration::from_micros(200));
         }

@@ -12,6 +12,7 @@ use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
 use raxel_stream::{
     PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View, union,
 };
+use raxel_testing::Words;
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Unavailable, World};
 use raxel_worldfile::StreamSettings;
@@ -19,20 +20,6 @@ use raxel_worldfile::StreamSettings;
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
 const ROOMY: u32 = 1 << 22;
-
-struct Words(Mutex<Vec<u32>>);
-
-impl Words {
-    fn new(words: u32) -> Arc<Self> {
-        Arc::new(Self(Mutex::new(vec![0xdead_beef; words as usize])))
-    }
-}
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
 
 fn materials() -> Vec<Material> {
     let lamp = |emission| Material { emission, ..Material::matt("lamp", [1.0; 3]) };
@@ -82,7 +69,7 @@ type Listed = ([i32; 3], i32, u32, u32);
 
 /// What a frame is told of lamps: every one that can be drawn, with the probability that it is.
 fn listed(memory: &Words, publication: &Publication) -> BTreeMap<Listed, f64> {
-    let words = memory.0.lock().unwrap();
+    let words = memory.all();
     let [count, power, groups_at, groups] = publication.lights.expect("lamps are asked for");
     let at = |word: usize| words[HEADER_WORDS + word];
     let number = |word: usize| f64::from(f32::from_bits(at(word)));

@@ -5,12 +5,13 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_layouts::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
-use raxel_stream::{PoolMemory, Publication, ReachableSet, StreamOptions, Streamer, StreamingRange, View};
+use raxel_stream::{Publication, ReachableSet, StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::Words;
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;
@@ -20,14 +21,6 @@ const HEADER: usize = 16;
 const WORDS: u32 = 1 << 20;
 /// Frames that the device has not finished.
 const IN_FLIGHT: usize = 3;
-
-struct Words(Mutex<Vec<u32>>);
-
-impl PoolMemory for Words {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-    }
-}
 
 /// A world without end of small things in five materials, different in every chunk; some chunks are empty, and some full.
 struct Endless(Vec<Material>);
@@ -77,7 +70,7 @@ fn check(
     publication: &Publication,
     known: &mut HashMap<(ChunkPos, u32), Expected>,
 ) -> (usize, usize) {
-    let words = memory.0.lock().unwrap();
+    let words = memory.all();
     let body = &words[HEADER..];
     let header = publication.header;
     let full_run = (MATERIAL_WORDS * source.0.len() as u32).next_multiple_of(4);
@@ -111,7 +104,7 @@ fn fly(publications: usize) {
     ));
     let settings = StreamSettings { near: 128, far: 128, ..StreamSettings::default() };
     let reach = StreamingRange::of(&settings, [-128, 128]);
-    let memory = Arc::new(Words(Mutex::new(vec![0xdead_beef; WORDS as usize])));
+    let memory = Words::new(WORDS);
     let options = StreamOptions { workers: 2, complete: false, upload: None, poison: true };
     let streamer = Streamer::new(source.clone(), memory.clone(), WORDS, reach, View::at(IVec3::ZERO), options);
     let mut random = SplitMix64::new(3);

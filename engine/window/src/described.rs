@@ -165,8 +165,8 @@ fn used<'p>(accesses: impl Iterator<Item = (ResourceId, &'p BoundAccess)>, resou
     Use {
         reads: touched.iter().any(|access| access.access.reads()),
         writes: written.is_some(),
-        mip: part.map_or(0, |access| access.mips.0),
-        layer: part.map_or(0, |access| access.layers.0),
+        mip: part.map_or(0, |access| access.mips.first),
+        layer: part.map_or(0, |access| access.layers.first),
     }
 }
 

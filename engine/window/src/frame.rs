@@ -275,10 +275,11 @@ impl Viewer<'_> {
         let outline = outline.into_iter().map(|segment| segment.map(|point| self.magnifier.magnified(point, extent)));
         let outline = outline.collect();
         self.data.palette(self.session.scene());
+        let steps = self.session.edit_steps();
         let editing = Editing {
             brush: self.brush,
             materials: self.data.swatches(),
-            steps: self.session.edit_steps(),
+            steps: [steps.undo, steps.redo],
             refused: self.refused.clone(),
             under: hit.as_ref().map(|hit| panel_data::under(&self.session, hit)).or(unavailable),
             outline,

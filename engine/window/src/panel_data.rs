@@ -228,18 +228,18 @@ fn world_statistics(session: &Session) -> WorldStatistics {
     );
     let bytes = |name: &str| Some((name.to_owned(), session.source(name)?.size().bytes));
     let names = session.graph().source_names().into_iter().filter(|name| name.starts_with("world."));
-    WorldStatistics { extent, sources: names.filter_map(bytes).collect(), edits: session.edit_steps() }
+    let steps = session.edit_steps();
+    WorldStatistics { extent, sources: names.filter_map(bytes).collect(), edits: [steps.undo, steps.redo] }
 }
 
 /// How a streamed world does.
 fn loading(session: &Session) -> Option<Loading> {
     let (stats, kept) = (session.stream()?.stats(), session.world().kept()?);
-    let [used, _, pool] = stats.pool;
     Some(Loading {
         there: [stats.wanted.saturating_sub(stats.missing), stats.wanted],
-        device: [used, pool],
-        host: kept.bytes,
-        found_made: kept.found_made,
+        device: [stats.pool.used, stats.pool.capacity],
+        host: [kept.bytes, kept.capacity],
+        found_made: [kept.hits, kept.misses],
         publications: stats.publications,
         lamps: stats.lights,
     })

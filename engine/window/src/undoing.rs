@@ -28,7 +28,7 @@ impl Viewer<'_> {
                     self.history.was_undone(step);
                 }
             }
-            None if self.session.edit_steps()[0] > 0 => self.undo_world(),
+            None if self.session.edit_steps().undo > 0 => self.undo_world(),
             None => self.notice("there is nothing to undo".to_owned()),
         }
     }
@@ -41,7 +41,7 @@ impl Viewer<'_> {
                     self.history.was_redone(step);
                 }
             }
-            None if self.session.edit_steps()[1] > 0 => self.redo_world(),
+            None if self.session.edit_steps().redo > 0 => self.redo_world(),
             None => self.notice("there is nothing to redo".to_owned()),
         }
     }

@@ -2,14 +2,12 @@
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
-mod files;
 pub mod python;
 #[cfg(feature = "cloud")]
 pub mod web;
 
 use std::sync::Arc;
 
-pub use files::files;
 use raxel_bake::Plan;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};

@@ -34,7 +34,7 @@ pub use content::FileInfo;
 pub use damage::Damage;
 pub use head::Meta;
 pub use place::check_folder;
-pub use verify::{Report, compact, pack, verify};
+pub use verify::{Compacted, Report, compact, pack, verify};
 
 use crate::edits::{Change, Edits};
 use crate::operation::Operation;

@@ -56,20 +56,29 @@ pub fn verify(folder: &Path) -> Result<Report, SaveError> {
     })
 }
 
-/// Writes the chunks of a save anew without what newer ones have replaced. Gives the bytes before and after.
-pub fn compact(folder: &Path) -> Result<(u64, u64), SaveError> {
+/// Bytes of the chunks of a save.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compacted {
+    /// Before it was compacted.
+    pub before: u64,
+    /// Afterwards.
+    pub after: u64,
+}
+
+/// Writes the chunks of a save anew without what newer ones have replaced.
+pub fn compact(folder: &Path) -> Result<Compacted, SaveError> {
     compact_on(&System, folder)
 }
 
-pub(super) fn compact_on(disk: &dyn Disk, folder: &Path) -> Result<(u64, u64), SaveError> {
+pub(super) fn compact_on(disk: &dyn Disk, folder: &Path) -> Result<Compacted, SaveError> {
     let failed = |error| SaveError::Io { path: folder.to_owned(), error };
     let _lock = lock(folder).map_err(|why| SaveError::ReadOnly { why })?;
     let content = Content::read(folder)?;
-    let Some(meta) = &content.meta else { return Ok((0, 0)) };
+    let Some(meta) = &content.meta else { return Ok(Compacted::default()) };
     let size = || std::fs::metadata(folder.join(CHUNKS)).map_or(0, |file| file.len());
     let before = size();
     rewrite(disk, folder, meta, &content).map_err(failed)?;
-    Ok((before, size()))
+    Ok(Compacted { before, after: size() })
 }
 
 /// The whole save as the bytes of one file, which is a save when it stands as `chunks.log` in a folder of its own.

@@ -3,9 +3,6 @@
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
-#[allow(dead_code, reason = "each test file uses a part of this")]
-#[path = "../../../../tests/common/child.rs"]
-mod child;
 mod damage;
 mod old;
 #[path = "../scenes/mod.rs"]
@@ -17,9 +14,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use child::{Running, Said, output};
-use raxel_edit::save::{Meta, Opened, Save, SaveError, SaveEvent, SaveOptions, compact, pack, verify};
+use raxel_edit::save::{Compacted, Meta, Opened, Save, SaveError, SaveEvent, SaveOptions, compact, pack, verify};
 use raxel_edit::{Brush, Edits, Operation, PackedChunk, Scene};
+use raxel_testing::{Running, Said, line, output};
 use raxel_world::{ChunkPos, World};
 use scenes::{Random, scene, world};
 
@@ -140,7 +137,7 @@ fn kill(times: u64) {
     for round in 0..times {
         let mut child = start_child(folder.path());
         let mut acknowledged = known;
-        let lines = Said::by(child.0.stdout.take().unwrap(), child::line);
+        let lines = Said::by(child.0.stdout.take().unwrap(), line);
         let number = |line: &str| line.trim_end().rsplit(' ').next().and_then(|n| n.parse().ok());
         // Some die while they open the save, most while they play.
         let edits_first = if round % 10 == 0 { 0 } else { 1 + random.next(60) };
@@ -613,7 +610,7 @@ fn compacting_and_packing_keep_everything() {
         "{before:?}"
     );
     let packed = pack(folder.path()).unwrap();
-    let (old, new) = compact(folder.path()).unwrap();
+    let Compacted { before: old, after: new } = compact(folder.path()).unwrap();
     assert!(new < old, "{old} {new}");
     let after = verify(folder.path()).unwrap();
     assert_eq!((after.replaced, after.chunks, after.newest), (0, before.chunks, 20));

@@ -130,8 +130,9 @@ impl<'a> Interpreter<'a> {
 
     /// What a binding adds to the value of a thread.
     fn load(&self, kind: Kind, access: &BoundAccess, thread: usize) -> f32 {
-        let words = &self.copies[access.resource.0 as usize][access.age as usize][access.mips.0 as usize];
-        let texel = || f32::from_bits(words[thread / 4 % 4 * self.width(access.resource, access.mips.0) + thread % 4]);
+        let words = &self.copies[access.resource.0 as usize][access.age as usize][access.mips.first as usize];
+        let texel =
+            || f32::from_bits(words[thread / 4 % 4 * self.width(access.resource, access.mips.first) + thread % 4]);
         match kind {
             Kind::Sampled => texel() * 0.5,
             Kind::ReadImage => texel() * 0.25,
@@ -144,7 +145,7 @@ impl<'a> Interpreter<'a> {
     fn store(&mut self, kind: Kind, access: &BoundAccess, thread: usize, value: f32) {
         let fract = |value: f32| value - value.floor();
         let step = |index: usize| index as f32 * 0.125;
-        let words = &mut self.copies[access.resource.0 as usize][0][access.mips.0 as usize];
+        let words = &mut self.copies[access.resource.0 as usize][0][access.mips.first as usize];
         for (index, word) in words.iter_mut().enumerate().skip(thread).step_by(64) {
             *word = match kind {
                 Kind::Sampled | Kind::ReadImage | Kind::ReadBuffer => return,

@@ -11,12 +11,12 @@ use raxel_graph::checked::{Graph, ResourceId, ResourceKind, Value};
 use raxel_graph::plan::Observe;
 use raxel_graphfile::compile;
 use raxel_shader::Compiler;
-use raxel_world::random::SplitMix64;
 
 use crate::interpreter::{Contents, Given, Interpreter, is_touched, is_written};
 use crate::lab::{Lab, Planned};
-use crate::random::{FLOATS, FRAMES, GIVEN, OPEN, Random, TIMES, graph_file, layouts, supply};
+use crate::random::{FLOATS, FRAMES, GIVEN, OPEN, TIMES, graph_file, layouts, supply};
 use crate::random_shaders::shaders;
+use raxel_testing::Random;
 
 /// Graphs of the normal test run; `RAXEL_OBSERVED=5000` runs so many, with seeds from `RAXEL_OBSERVED_FROM` on.
 const GRAPHS: u64 = 150;
@@ -216,7 +216,7 @@ fn observing_changes_nothing() {
     let sources = layouts();
     let mut counts = Counts::default();
     for seed in from..from + count {
-        let mut r = Random(SplitMix64::new(seed.wrapping_mul(0x9E6C_63D0_876A_68DE) ^ 0x0B5E_17ED));
+        let mut r = Random::new(seed.wrapping_mul(0x9E6C_63D0_876A_68DE) ^ 0x0B5E_17ED);
         // The interpreter knows clocks, but not their phases.
         let toml = graph_file(&mut r).replace("clock.sim.phase", "frame.time");
         let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);

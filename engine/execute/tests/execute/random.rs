@@ -13,7 +13,7 @@ use raxel_graph::checked::Graph;
 use raxel_graphfile::compile;
 use raxel_shader::Compiler;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
-use raxel_world::random::SplitMix64;
+use raxel_testing::Random;
 
 use crate::lab::{Lab, Planned};
 use crate::random_shaders::Kind::{self, *};
@@ -26,18 +26,6 @@ const MANY: u64 = 3000;
 pub const FRAMES: u32 = 8;
 /// Seconds of the frames: at 20 ticks a second, 1, 1, 2, (0, a still frame,) 0, 3, 1 and 4 ticks are due.
 pub const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
-
-pub struct Random(pub SplitMix64);
-
-impl Random {
-    pub fn below(&mut self, end: usize) -> usize {
-        (self.0.bits() % end.max(1) as u64) as usize
-    }
-
-    pub fn percent(&mut self, percent: usize) -> bool {
-        self.below(100) < percent
-    }
-}
 
 #[derive(Clone, Copy, PartialEq)]
 enum Sort {
@@ -329,7 +317,7 @@ fn judge(seeds: std::ops::Range<u64>) {
     let mut supplied = [0_u32; 3];
     let (mut blocks, mut lively) = (0, 0);
     for seed in seeds.clone() {
-        let toml = graph_file(&mut Random(SplitMix64::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03))));
+        let toml = graph_file(&mut Random::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)));
         let files = MemoryFiles::new([("graphs/random.toml", toml.as_str())]);
         let (graph, _) = compile("graphs/random.toml", &files, &compiler, &sources, &mut SourceMap::default())
             .unwrap_or_else(|errors| panic!("seed {seed}\n{toml}\n{errors:#?}"));

@@ -419,7 +419,7 @@ fn bindings(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
 
 fn subresources(graph: &Graph, pass: &Pass, access: &BoundAccess, sizes: &[Size], found: &mut Vec<Diagnostic>) {
     let Size::Image { mips, extent: [w, h, _], .. } = sizes[access.resource.0 as usize] else { return };
-    let last = access.mips.0.saturating_add(access.mips.1.max(1));
+    let last = access.mips.first.saturating_add(access.mips.count.max(1));
     if last > mips {
         let resource = graph.resource(access.resource);
         found.push(

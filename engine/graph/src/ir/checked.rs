@@ -322,6 +322,35 @@ pub enum Dispatch {
     },
 }
 
+/// Mips, or layers, in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Interval {
+    /// The first of them.
+    pub first: u32,
+    /// How many; 0 for all from the first on.
+    pub count: u32,
+}
+
+impl Interval {
+    /// All of them.
+    pub const ALL: Self = Self { first: 0, count: 0 };
+
+    /// One of them.
+    pub const fn one(first: u32) -> Self {
+        Self { first, count: 1 }
+    }
+
+    /// One past the last; larger than any number of mips or layers if there is no count.
+    pub const fn end(self) -> u32 {
+        if self.count == 0 { u32::MAX } else { self.first.saturating_add(self.count) }
+    }
+
+    /// Whether two have one in common.
+    pub const fn meets(self, other: Self) -> bool {
+        self.first < other.end() && other.first < self.end()
+    }
+}
+
 /// One access of a pass to one resource.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct BoundAccess {
@@ -329,10 +358,10 @@ pub struct BoundAccess {
     pub resource: ResourceId,
     /// 0 is this frame's content, n is `name@n`.
     pub age: u32,
-    /// Mips touched: first and count; count 0 means all from first. (0, 1) for buffers.
-    pub mips: (u32, u32),
-    /// Layers touched: first and count; count 0 means all from first. (0, 1) for buffers and 3-D targets.
-    pub layers: (u32, u32),
+    /// Mips touched; the first for buffers.
+    pub mips: Interval,
+    /// Layers touched; the first for buffers and 3-D targets.
+    pub layers: Interval,
     /// Load, store or both.
     pub access: Access,
     /// By which way.

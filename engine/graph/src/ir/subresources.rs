@@ -1,6 +1,6 @@
 //! Subresources: the range of mips and layers that an access is about, and the parts into which accesses divide a resource.
 
-use crate::ir::checked::BoundAccess;
+use crate::ir::checked::{BoundAccess, Interval};
 use crate::ir::size::Size;
 
 /// Mips × layers, each as first and end (exclusive). A buffer has the one subresource `0..1 × 0..1`.
@@ -34,9 +34,9 @@ impl SubresourceRange {
     }
 }
 
-fn clip((first, count): (u32, u32), end: u32) -> (u32, u32) {
-    let last = if count == 0 { end } else { first.saturating_add(count).min(end) };
-    (first.min(last), last)
+fn clip(interval: Interval, end: u32) -> (u32, u32) {
+    let end = interval.end().min(end);
+    (interval.first.min(end), end)
 }
 
 fn meets(a: (u32, u32), b: (u32, u32)) -> bool {

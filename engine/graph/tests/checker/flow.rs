@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{CullReason, Observe, Plan, Step};
 
-use super::graphs::{Case, OUTPUT, Random, SOURCE_IMAGE};
+use super::graphs::{Case, OUTPUT, SOURCE_IMAGE, random};
 use super::sizes::of_world;
 
 /// Mips and layers of every resource.
@@ -38,7 +38,7 @@ pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
 
 /// Every (mip, layer) that an access touches.
 pub fn touched(access: &BoundAccess, (mips, layers): (u32, u32)) -> Vec<(u32, u32)> {
-    let inside = |(first, count): (u32, u32), at: u32| at >= first && (count == 0 || at < first + count);
+    let inside = |part: Interval, at: u32| (part.first..part.end()).contains(&at);
     let mut all = Vec::new();
     for mip in (0..mips).filter(|&mip| inside(access.mips, mip)) {
         all.extend((0..layers).filter(|&layer| inside(access.layers, layer)).map(|layer| (mip, layer)));
@@ -192,7 +192,7 @@ fn needed(case: &Case, live: u64) -> u64 {
     let carried = carried(case);
     let mut flow = Flow::new(case, live);
     let groups = groups(graph);
-    let mut random = Random::new(live);
+    let mut random = random(live);
     for frame in 0..(graph.passes.len() as u32 + 2) * 3 {
         flow.frame = frame;
         flow.looked_at.clear();

@@ -13,33 +13,11 @@ use raxel_graph::plan::{
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize};
 use raxel_shader::{Request, Shader};
-use raxel_world::random::SplitMix64;
+use raxel_testing::Random;
 
-#[derive(Clone)]
-pub struct Random(SplitMix64);
-
-impl Random {
-    pub fn new(seed: u64) -> Random {
-        Random(SplitMix64::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0.bits()
-    }
-
-    /// A number below `end`.
-    pub fn below(&mut self, end: u32) -> u32 {
-        (self.next() % u64::from(end.max(1))) as u32
-    }
-
-    /// True in so many of a hundred cases.
-    pub fn percent(&mut self, percent: u32) -> bool {
-        self.below(100) < percent
-    }
-
-    pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len() as u32) as usize]
-    }
+/// The choices of a seed.
+pub fn random(seed: u64) -> Random {
+    Random::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D)
 }
 
 /// A graph and what it is planned for.
@@ -105,9 +83,9 @@ pub struct RandomMemory {
 
 impl RandomMemory {
     fn requirements(&self, of: u64, buffer: bool) -> Requirements {
-        let mut random = Random::new(self.seed ^ of.wrapping_mul(0x0100_0000_01B3));
+        let mut random = random(self.seed ^ of.wrapping_mul(0x0100_0000_01B3));
         let alignment = 16_u64 << random.below(6);
-        let size = u64::from(1 + random.below(40)) * 32;
+        let size = (1 + random.below(40_u64)) * 32;
         let type_bits = match (self.kinds_apart, buffer) {
             (true, true) => 0b1_0000,
             (true, false) => 0b0_0001,
@@ -135,7 +113,7 @@ impl MemoryModel for RandomMemory {
 
 /// A random graph. Most passes load what was stored before them, so that few are culled.
 pub fn case(seed: u64) -> Case {
-    let mut random = Random::new(seed);
+    let mut random = random(seed);
     let r = &mut random;
     // Half of the graphs are chains of whole resources, which share memory; the others are as wild as can be.
     let tame = r.percent(50);
@@ -190,7 +168,7 @@ pub fn case(seed: u64) -> Case {
             (copy_name("world.texture3d"), SourceSize { bytes: 64, image: Some(SOURCE_IMAGE) }),
             ("world.texture3d".to_owned(), SourceSize { bytes: 64, image: Some(SOURCE_IMAGE) }),
         ]),
-        memory: RandomMemory { seed: r.next(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
+        memory: RandomMemory { seed: r.bits(), granularity: r.pick(&[1, 1, 64, 1024]), kinds_apart: r.percent(30) },
         alias: r.percent(85),
         poison: r.percent(20),
         observe: if r.percent(20) { Observe::Everything } else { Observe::Shown },
@@ -211,13 +189,13 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
                 BufferSize::Source("world.tree64".to_owned())
             } else {
                 match r.below(8) {
-                    0 => BufferSize::Elements { count: u64::from(3 + r.below(2000)), stride },
+                    0 => BufferSize::Elements { count: 3 + r.below(2000_u64), stride },
                     1 => BufferSize::World { scale: r.pick(&SCALES), per: 1 + r.below(3), stride },
                     2 if number > 0 => match counted(r, &made) {
                         Some(of) => BufferSize::Of { of, per: 1 + r.below(3), stride },
                         None => BufferSize::Bytes(64),
                     },
-                    _ => BufferSize::Bytes(u64::from(4 + r.below(60)) * 16),
+                    _ => BufferSize::Bytes((4 + r.below(60_u64)) * 16),
                 }
             };
             let source = matches!(size, BufferSize::Source(_));
@@ -356,7 +334,7 @@ fn pass(r: &mut Random, number: u32, resources: &[Resource], stored: &mut Vec<Re
         let access = if r.percent(75) { Access::Write } else { Access::ReadWrite };
         let mut stores = bound(r, resources, resource, 0, access, usage);
         if tame && !stored.contains(&resource) {
-            (stores.mips, stores.layers, stores.access) = ((0, 0), (0, 0), Access::Write);
+            (stores.mips, stores.layers, stores.access) = (Interval::ALL, Interval::ALL, Access::Write);
         }
         accesses.push(stores);
         written.push(resource);
@@ -461,15 +439,15 @@ fn bound(
     };
     let mut part = |end: u32| {
         if end == 1 || r.percent(50) {
-            (0, 0)
+            Interval::ALL
         } else {
             let first = r.below(end);
-            (first, r.below(end - first + 1))
+            Interval { first, count: r.below(end - first + 1) }
         }
     };
     let (mut mips, mut layers) = (part(mips), part(layers));
     if !matches!(usage, Usage::StorageImage | Usage::SampledImage) {
-        (mips, layers) = ((0, 1), (0, 1));
+        (mips, layers) = (Interval::one(0), Interval::one(0));
     }
     BoundAccess { resource, age, mips, layers, access, usage, binding: None, sampler: None }
 }
@@ -535,8 +513,8 @@ pub fn text(case: &Case) -> String {
                 a.access,
                 name(a.resource),
                 a.age,
-                a.mips,
-                a.layers,
+                (a.mips.first, a.mips.count),
+                (a.layers.first, a.layers.count),
                 a.usage
             );
         }

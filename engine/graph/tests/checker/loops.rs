@@ -8,12 +8,13 @@ use raxel_graph::checked::*;
 use raxel_graph::plan::{Plan, Present};
 
 use super::flow::{subresources, touched};
-use super::graphs::{Case, Random, case};
+use super::graphs::{Case, case, random};
+use raxel_testing::Random;
 
 /// A random graph with loops; `None` for a seed whose graph is too long to be repeated.
 pub fn looped(seed: u64) -> Option<Case> {
     let mut case = case(seed);
-    let mut random = Random::new(seed ^ 0x100f);
+    let mut random = random(seed ^ 0x100f);
     let r = &mut random;
     let graph = Arc::make_mut(&mut case.graph);
     if graph.passes.len() > 12 {
@@ -128,7 +129,7 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
                 pass.name = format!("{}[{number}]", pass.name);
                 for (access, step) in &graph.passes[index].in_loop.as_ref().expect("it is in a loop").mips {
                     pass.accesses[*access as usize].mips =
-                        (if *step == RoundIndex::Next { number + 1 } else { number }, 1);
+                        Interval::one(if *step == RoundIndex::Next { number + 1 } else { number });
                 }
                 passes.push((index as u32, pass, memory.clone()));
             }

@@ -12,7 +12,7 @@ use raxel_graph::plan::*;
 use raxel_shader::interface::Access;
 
 use super::flow::{subresources, touched};
-use super::graphs::Random;
+use super::graphs::random;
 use super::memory::share;
 
 /// How a plan is run.
@@ -72,7 +72,7 @@ pub fn rhythms(plan: &Plan) -> Vec<Ticks> {
     let irregular = (0..40_u64).map(|seed| -> Ticks {
         let graph = graph.clone();
         Box::new(move |frame, clock| {
-            let mut random = Random::new(seed << 20 | u64::from(frame) << 8 | u64::from(clock.0));
+            let mut random = random(seed << 20 | u64::from(frame) << 8 | u64::from(clock.0));
             random.below(graph.clock(clock).most + 1)
         })
     });

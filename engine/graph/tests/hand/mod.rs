@@ -119,7 +119,7 @@ impl Hand {
         let stored = accesses.iter().find(|a| a.usage == Usage::StorageImage && a.access.writes());
         let dispatch = match (indirect, stored) {
             (Some(buffer), _) => Dispatch::Indirect { buffer: buffer.resource, offset: 0 },
-            (None, Some(target)) => Dispatch::ThreadsOf { target: target.resource, mip: target.mips.0 },
+            (None, Some(target)) => Dispatch::ThreadsOf { target: target.resource, mip: target.mips.first },
             (None, None) => Dispatch::Threads([64, 1, 1]),
         };
         self.graph.passes.push(Pass {
@@ -157,8 +157,8 @@ impl Hand {
             "i" => (Access::Read, Usage::IndirectArguments),
             _ => panic!("no access is called {how}"),
         };
-        let mips = mip.map_or((0, 0), |mip: u32| (mip, 1));
-        BoundAccess { resource, age, mips, layers: (0, 0), access, usage, binding: None, sampler: None }
+        let mips = mip.map_or(Interval::ALL, Interval::one);
+        BoundAccess { resource, age, mips, layers: Interval::ALL, access, usage, binding: None, sampler: None }
     }
 
     pub fn plan(&self, shown: &str) -> Result<Plan, Vec<Diagnostic>> {

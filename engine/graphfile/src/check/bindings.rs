@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{BoundAccess, BufferSize, Resource, ResourceKind, Usage, Values};
+use raxel_graph::checked::{BoundAccess, BufferSize, Interval, Resource, ResourceKind, Usage, Values};
 use raxel_graph::index32;
 use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{Access, Binding, BindingKind, Block, Member, Type};
@@ -214,8 +214,8 @@ fn bound(
             BoundAccess {
                 resource: id,
                 age,
-                mips: (0, 1),
-                layers: (0, 1),
+                mips: Interval::one(0),
+                layers: Interval::one(0),
                 access: if uniform { Access::Read } else { binding.access },
                 usage: if uniform { Usage::UniformBuffer } else { Usage::StorageBuffer },
                 binding: Some(index),

@@ -1,7 +1,7 @@
 //! Dispatch: some workgroups, over mips that exist; indirect arguments inside their buffer.
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, codes};
-use raxel_graph::checked::{BoundAccess, BufferSize, Dispatch, ResourceId, ResourceKind, Usage};
+use raxel_graph::checked::{BoundAccess, BufferSize, Dispatch, Interval, ResourceId, ResourceKind, Usage};
 use raxel_graph::plan::Limits;
 use raxel_shader::interface::Access;
 
@@ -103,8 +103,8 @@ fn indirect(
     Some(BoundAccess {
         resource: buffer,
         age: 0,
-        mips: (0, 1),
-        layers: (0, 1),
+        mips: Interval::one(0),
+        layers: Interval::one(0),
         access: Access::Read,
         usage: Usage::IndirectArguments,
         binding: None,

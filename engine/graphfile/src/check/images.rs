@@ -1,7 +1,7 @@
 //! An image binding against its target: format, kind of texel, dimension, mips and layers, sampler.
 
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{BoundAccess, ResourceId, Sampler, Target, Usage};
+use raxel_graph::checked::{BoundAccess, Interval, ResourceId, Sampler, Target, Usage};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Binding, BindingKind, Dim, ScalarKind};
 
@@ -35,10 +35,10 @@ pub fn check(
         age,
         // A storage image is one mip; a sampled image is all of them unless the file names one.
         mips: match entry.mip.as_ref().map(|mip| mip.value) {
-            Some(Mip::Level(mip)) => (mip, 1),
-            Some(Mip::Round(index)) => (index.at(0), 1),
-            None if sampled => (0, target.mips),
-            None => (0, 1),
+            Some(Mip::Level(mip)) => Interval::one(mip),
+            Some(Mip::Round(index)) => Interval::one(index.at(0)),
+            None if sampled => Interval { first: 0, count: target.mips },
+            None => Interval::one(0),
         },
         layers: layers?,
         access: if sampled { Access::Read } else { binding.access },
@@ -138,7 +138,7 @@ fn dimension(
     target: &Target,
     volume: bool,
     found: &mut Vec<Diagnostic>,
-) -> Option<(u32, u32)> {
+) -> Option<Interval> {
     let (BindingKind::StorageImage { dim, arrayed, .. } | BindingKind::SampledImage { dim, arrayed, .. }) =
         binding.kind
     else {
@@ -201,8 +201,8 @@ fn dimension(
             out_of_range(context, entry, "layer", layer.value, target.layers, &layer.span, found);
             None
         }
-        Some(layer) => Some((layer.value, 1)),
-        None => Some((0, target.layers)),
+        Some(layer) => Some(Interval::one(layer.value)),
+        None => Some(Interval { first: 0, count: target.layers }),
     }
 }
 

@@ -22,14 +22,8 @@ fn collide(a: &BoundAccess, b: &BoundAccess) -> bool {
     a.resource == b.resource
         && a.age == b.age
         && (a.access.writes() || b.access.writes())
-        && ranges_meet(a.mips, b.mips)
-        && ranges_meet(a.layers, b.layers)
-}
-
-/// Whether two (first, count) ranges share an element; a count of 0 is everything from first on.
-fn ranges_meet(a: (u32, u32), b: (u32, u32)) -> bool {
-    let end = |(first, count): (u32, u32)| if count == 0 { u32::MAX } else { first.saturating_add(count) };
-    a.0 < end(b) && b.0 < end(a)
+        && a.mips.meets(b.mips)
+        && a.layers.meets(b.layers)
 }
 
 fn report(context: &Context<'_>, a: &BoundAccess, b: &BoundAccess) -> Diagnostic {

@@ -1,6 +1,8 @@
 //! What a graph without a mistake becomes.
 
-use raxel_graph::checked::{Builtin, Clear, Dispatch, Every, Extent, Fact, ResourceKind, Source, Usage, Value};
+use raxel_graph::checked::{
+    Builtin, Clear, Dispatch, Every, Extent, Fact, Interval, ResourceKind, Source, Usage, Value,
+};
 use raxel_shader::interface::{Access, Scalar};
 
 use crate::files::Project;
@@ -62,10 +64,10 @@ fn every_construct_arrives_in_the_checked_graph() {
     let pyramid = access("pyramid", "pyramid");
     assert_eq!(
         pyramid.iter().map(|a| (a.mips, a.access)).collect::<Vec<_>>(),
-        [((0, 1), Access::Read), ((1, 1), Access::Write)]
+        [(Interval::one(0), Access::Read), (Interval::one(1), Access::Write)]
     );
-    assert_eq!(access("probe_update", "cascades")[0].layers, (0, 4));
-    assert_eq!(access("probe_update", "masks")[0].layers, (2, 1));
+    assert_eq!(access("probe_update", "cascades")[0].layers, Interval { first: 0, count: 4 });
+    assert_eq!(access("probe_update", "masks")[0].layers, Interval::one(2));
     assert_eq!(access("probe_update", "args")[0].usage, Usage::IndirectArguments);
     let probes = graph.pass(graph.find_pass("probe_update").unwrap());
     assert_eq!(probes.every, Some(Every::Hz(20.0)));

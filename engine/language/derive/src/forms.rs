@@ -5,7 +5,7 @@ use quote::{format_ident, quote};
 use syn::{DataEnum, Fields, Ident};
 
 use crate::attributes::{Container, Field, Variant};
-use crate::{context, fields, tables};
+use crate::{fields, tables};
 
 /// An enum without fields: each variant is a word.
 pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
@@ -49,8 +49,6 @@ pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream>
 
 /// An enum with fields: each variant is a form of one table.
 pub fn expand(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
-    let ident = &container.ident;
-    let (generics, context) = context(container);
     let forms = data.variants.iter().map(Form::of).collect::<syn::Result<Vec<_>>>()?;
     let (describing, reading) = match &container.tag {
         Some(tag) => {
@@ -61,22 +59,9 @@ pub fn expand(container: &Container, data: &DataEnum) -> syn::Result<TokenStream
             (forms.iter().map(|form| fields::describing(&form.fields, false)).collect(), by_key(container, &forms)?)
         }
     };
-    let (keys, value) = (tables::keys(container, &describing), tables::value(container));
-    Ok(quote! {
-        #keys
-
-        #[automatically_derived]
-        impl #generics ::raxel_language::ReadKeys<#context> for #ident {
-            fn read_keys(
-                __table: &::raxel_language::Table<'_, '_>,
-                __context: &#context,
-            ) -> ::core::option::Option<Self> {
-                #reading
-            }
-        }
-
-        #value
-    })
+    let (keys, reader) = (tables::keys(container, &describing), tables::reader(container, &reading));
+    let value = tables::whole(container);
+    Ok(quote!(#keys #reader #value))
 }
 
 struct Form<'d> {

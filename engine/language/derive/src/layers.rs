@@ -5,11 +5,11 @@ use quote::quote;
 use syn::Ident;
 
 use crate::attributes::{Check, Container, Field, Layer, Role};
-use crate::{context, fields};
+use crate::{context, fields, tables};
 
 pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Result<TokenStream> {
     let ident = &container.ident;
-    let (generics, context) = context(container);
+    let (_, context) = context(container);
     let Layer { what, unknown, whole } = layer;
     let remove = the(container, all, Role::Remove)?;
     // The author names the table, or a key of it does.
@@ -63,21 +63,15 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
         #(__read.#flawed = __table.reporter().count() > __before;)*
         ::core::option::Option::Some(__read)
     };
+    // A table that a key names, such as one of `[[passes]]`, has an empty name without that key.
     let reader = if key_name.is_some() {
-        keyed(container, &body)
+        let body = quote! {
+            let __table = &__node.table()?;
+            #body
+        };
+        tables::value(container, &body)
     } else {
-        quote! {
-            #[automatically_derived]
-            impl #generics ::raxel_language::Named<#context> for #ident {
-                fn read_named(
-                    __name: ::raxel_language::Spanned<::std::string::String>,
-                    __table: &::raxel_language::Table<'_, '_>,
-                    __context: &#context,
-                ) -> ::core::option::Option<Self> {
-                    #body
-                }
-            }
-        }
+        tables::named(container, &body)
     };
     let added = container.added.iter();
     Ok(quote! {
@@ -111,19 +105,11 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
 pub fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
     mergeable(all)?;
     let ident = &container.ident;
-    let (generics, context) = context(container);
     let (idents, values) = (all.iter().map(|field| &field.ident), all.iter().map(|field| read(container, field)));
+    let reader = tables::reader(container, &quote!(::core::option::Option::Some(Self { #(#idents: #values),* })));
     let merged = merged(all);
     Ok(quote! {
-        #[automatically_derived]
-        impl #generics ::raxel_language::ReadKeys<#context> for #ident {
-            fn read_keys(
-                __table: &::raxel_language::Table<'_, '_>,
-                __context: &#context,
-            ) -> ::core::option::Option<Self> {
-                ::core::option::Option::Some(Self { #(#idents: #values),* })
-            }
-        }
+        #reader
 
         #[automatically_derived]
         impl #ident {
@@ -173,34 +159,6 @@ fn merged(all: &[Field]) -> TokenStream {
         }
     };
     all.iter().filter(|field| field.role == Role::Key).map(merge).collect()
-}
-
-/// The reader of a table that a key names, such as one of `[[passes]]`. Without the key its name is empty.
-fn keyed(container: &Container, body: &TokenStream) -> TokenStream {
-    let ident = &container.ident;
-    let (generics, context) = context(container);
-    quote! {
-        #[automatically_derived]
-        impl ::raxel_language::Describe for #ident {
-            type Limits = ();
-
-            fn shape((): &()) -> ::raxel_language::Shape {
-                ::raxel_language::Shape::Table(<Self as ::raxel_language::Keys>::form())
-            }
-        }
-
-        #[automatically_derived]
-        impl #generics ::raxel_language::Value<#context> for #ident {
-            fn read(
-                __node: &::raxel_language::Node<'_, '_>,
-                (): &(),
-                __context: &#context,
-            ) -> ::core::option::Option<Self> {
-                let __table = &__node.table()?;
-                #body
-            }
-        }
-    }
 }
 
 /// The one field of that role.

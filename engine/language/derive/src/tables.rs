@@ -13,7 +13,7 @@ pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenSt
     let reader = match &container.layer {
         Some(layer) => layers::expand(container, layer, &all)?,
         None if container.file => layers::file(container, &all)?,
-        None => reader(container, &all),
+        None => read(container, &all),
     };
     Ok(quote!(#keys #reader))
 }
@@ -33,29 +33,27 @@ pub fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
     }
 }
 
-fn reader(container: &Container, all: &[Field]) -> TokenStream {
-    let ident = &container.ident;
-    let (generics, context) = context(container);
+/// The reader of a table: of one under a name that its author gives, if a field holds that name.
+fn read(container: &Container, all: &[Field]) -> TokenStream {
     let (reading, checks) = (fields::reading(container, all), fields::checks(container, all));
     let made = fields::made(&quote!(Self), all);
     if all.iter().any(|field| field.role == Role::Entry) {
-        return quote! {
-            #[automatically_derived]
-            impl #generics ::raxel_language::Named<#context> for #ident {
-                fn read_named(
-                    __name: ::raxel_language::Spanned<::std::string::String>,
-                    __table: &::raxel_language::Table<'_, '_>,
-                    __context: &#context,
-                ) -> ::core::option::Option<Self> {
-                    #reading
-                    let __read = (|| { #checks #made })();
-                    __table.finish();
-                    __read
-                }
-            }
+        let body = quote! {
+            #reading
+            let __read = (|| { #checks #made })();
+            __table.finish();
+            __read
         };
+        return named(container, &body);
     }
-    let value = value(container);
+    let (reader, value) = (reader(container, &quote!(#reading #checks #made)), whole(container));
+    quote!(#reader #value)
+}
+
+/// Reads the keys of the table: `body` does, from `__table`.
+pub fn reader(container: &Container, body: &TokenStream) -> TokenStream {
+    let ident = &container.ident;
+    let (generics, context) = context(container);
     quote! {
         #[automatically_derived]
         impl #generics ::raxel_language::ReadKeys<#context> for #ident {
@@ -63,20 +61,34 @@ fn reader(container: &Container, all: &[Field]) -> TokenStream {
                 __table: &::raxel_language::Table<'_, '_>,
                 __context: &#context,
             ) -> ::core::option::Option<Self> {
-                #reading
-                #checks
-                #made
+                #body
             }
         }
-        #value
     }
 }
 
-/// The table as the value of a key; and what it becomes, if that is another type.
-pub fn value(container: &Container) -> TokenStream {
+/// The table under a name that its author gives: `body` reads it from `__table`, with `__name`.
+pub fn named(container: &Container, body: &TokenStream) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
-    let (into, params) = (container.into.iter(), &container.generics.params);
+    quote! {
+        #[automatically_derived]
+        impl #generics ::raxel_language::Named<#context> for #ident {
+            fn read_named(
+                __name: ::raxel_language::Spanned<::std::string::String>,
+                __table: &::raxel_language::Table<'_, '_>,
+                __context: &#context,
+            ) -> ::core::option::Option<Self> {
+                #body
+            }
+        }
+    }
+}
+
+/// The table as the value of a key: `body` reads it from `__node`.
+pub fn value(container: &Container, body: &TokenStream) -> TokenStream {
+    let (ident, params) = (&container.ident, &container.generics.params);
+    let (generics, context) = context(container);
     quote! {
         #[automatically_derived]
         impl<#params> ::raxel_language::Describe for #ident {
@@ -94,9 +106,23 @@ pub fn value(container: &Container) -> TokenStream {
                 (): &(),
                 __context: &#context,
             ) -> ::core::option::Option<Self> {
-                <Self as ::raxel_language::ReadKeys<#context>>::read_whole(&__node.table()?, __context)
+                #body
             }
         }
+    }
+}
+
+/// The whole table as the value of a key; and what it becomes, if that is another type.
+pub fn whole(container: &Container) -> TokenStream {
+    let ident = &container.ident;
+    let (generics, context) = context(container);
+    let into = container.into.iter();
+    let value = value(
+        container,
+        &quote!(<Self as ::raxel_language::ReadKeys<#context>>::read_whole(&__node.table()?, __context)),
+    );
+    quote! {
+        #value
 
         #(
             #[automatically_derived]

@@ -147,12 +147,12 @@ struct Seen {
 
 impl Seen {
     fn edited(&mut self, session: &Session, began: Instant) {
-        let number = session.stream().map_or(0, |stream| stream.changes()[0]);
+        let number = session.stream().map_or(0, |stream| stream.changes().told);
         self.waiting.push((number, began));
     }
 
     fn frame(&mut self, session: &Session) {
-        let shown = session.stream().map_or(0, |stream| stream.changes()[1]);
+        let shown = session.stream().map_or(0, |stream| stream.changes().seen);
         let now_seen = self.waiting.extract_if(.., |(number, _)| *number <= shown);
         self.milliseconds.extend(now_seen.map(|(_, began)| began.elapsed().as_secs_f64() * 1e3));
     }

@@ -14,6 +14,8 @@ use raxel_runtime::timeline::Demo;
 use raxel_runtime::{FrameError, Observe, OpenError, Options, ReadError, Session};
 use serde::Serialize;
 
+use super::DeviceName;
+
 /// What is run.
 #[derive(Clone, Debug)]
 pub struct FilmOptions {
@@ -62,7 +64,7 @@ pub struct Filmed {
     /// Project path of the graph.
     pub graph: String,
     /// Name and driver of the device.
-    pub device: [String; 2],
+    pub device: DeviceName,
     /// The moments, in order.
     pub moments: Vec<Compared>,
     /// What the session had to say, and the texts that it points into.
@@ -142,7 +144,7 @@ pub fn film(options: &FilmOptions) -> Result<Filmed, FilmError> {
     let said = session.device().log().take();
     Ok(Filmed {
         graph: session.graph_path().to_owned(),
-        device: super::device_name(session.device()),
+        device: DeviceName::of(session.device()),
         moments: compared,
         messages: (session.take_messages(), session.texts().clone()),
         complaints: said.iter().map(|message| format!("[{}]: {}", message.id, message.text)).collect(),

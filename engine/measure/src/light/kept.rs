@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use raxel_runtime::Session;
 
 use super::reference::{About, References};
-use super::{Effort, Picture, Scene};
+use super::{DeviceName, Effort, Picture, Scene};
 
 /// Where a reference lies, or will.
 pub(super) struct Place {
@@ -22,9 +22,9 @@ impl Place {
             hasher.update(&(bytes.len() as u64).to_le_bytes());
             hasher.update(bytes);
         };
-        for name in super::device_name(session.device()) {
-            part(name.as_bytes());
-        }
+        let device = DeviceName::of(session.device());
+        part(device.name.as_bytes());
+        part(device.driver.as_bytes());
         part(format!("{:?} {:?} {:?} {:?}", effort.size, effort.goal, effort.most_paths, scene.epsilon).as_bytes());
         part(format!("{:?}", session.camera()).as_bytes());
         part(&serde_json::to_vec(&**session.graph()).unwrap_or_default());

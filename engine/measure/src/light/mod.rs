@@ -242,8 +242,19 @@ pub struct Lag {
     pub frames: u32,
 }
 
-/// What a device is called, with its driver.
-pub fn device_name(device: &Device) -> [String; 2] {
-    let capabilities = device.capabilities();
-    [capabilities.name.clone(), capabilities.driver.clone()]
+/// What a device is called.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DeviceName {
+    /// The device's own name.
+    pub name: String,
+    /// Its driver, with the version.
+    pub driver: String,
+}
+
+impl DeviceName {
+    /// The name of a device.
+    pub fn of(device: &Device) -> Self {
+        let capabilities = device.capabilities();
+        Self { name: capabilities.name.clone(), driver: capabilities.driver.clone() }
+    }
 }

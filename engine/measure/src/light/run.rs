@@ -17,8 +17,8 @@ use super::error::{flicker, judge};
 use super::flip::hdr_flip;
 use super::kept::Place;
 use super::{
-    CameraMotion, Effort, Lag, LightError, Motion, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE, References,
-    Scene, overlay,
+    CameraMotion, DeviceName, Effort, Lag, LightError, Motion, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE,
+    References, Scene, overlay,
 };
 
 /// Seeds of the two runs.
@@ -33,7 +33,7 @@ const SPEED: f64 = 53.0;
 /// Runs systems over scenes.
 pub struct Bench {
     effort: Effort,
-    names: Option<[String; 2]>,
+    name: Option<DeviceName>,
     complaints: Vec<String>,
     messages: (Vec<Diagnostic>, SourceMap),
 }
@@ -41,12 +41,12 @@ pub struct Bench {
 impl Bench {
     /// With nothing run yet.
     pub fn new(effort: Effort) -> Self {
-        Self { effort, names: None, complaints: Vec::new(), messages: <(Vec<Diagnostic>, SourceMap)>::default() }
+        Self { effort, name: None, complaints: Vec::new(), messages: <(Vec<Diagnostic>, SourceMap)>::default() }
     }
 
-    /// Name and driver of the device; known once something has run.
-    pub fn device(&self) -> Option<&[String; 2]> {
-        self.names.as_ref()
+    /// What the device is called; known once something has run.
+    pub fn device(&self) -> Option<&DeviceName> {
+        self.name.as_ref()
     }
 
     /// What the validation layer has said so far.
@@ -169,7 +169,7 @@ impl Bench {
         if let Some(camera) = scene.camera {
             session.set_camera(camera);
         }
-        self.names.get_or_insert_with(|| super::device_name(session.device()));
+        self.name.get_or_insert_with(|| DeviceName::of(session.device()));
         Ok(session)
     }
 }

@@ -78,7 +78,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             "size": flight.size,
             "speed": args.speed,
             "first_seconds": flight.first_seconds,
-            "pool": flight.pool,
+            "pool": [flight.pool.used, flight.pool.peak, flight.pool.capacity],
             "most_written": flight.live.stats.most_written,
             "kept": flight.kept,
             "jumps_at": flight.jumps_at,
@@ -128,7 +128,7 @@ fn table(flight: &Flight, speed: f64) -> String {
     let holes = flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0).count();
     let early =
         flight.live.frames.iter().filter(|frame| frame.holes_in_view > 0 && frame.time < flight.jumps_at).count();
-    let [used, peak, all] = flight.pool.map(mebibytes);
+    let [used, peak, all] = [flight.pool.used, flight.pool.peak, flight.pool.capacity].map(mebibytes);
     text += &format!(
         "loading on the thread of the frames: p50 {:.0} µs, p99 {:.0} µs, max {:.0} µs\n",
         spent(0.5),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Severity, codes};
 use raxel_edit::save::Save;
-use raxel_edit::{Change, EditError, Edits, Operation, Scene};
+use raxel_edit::{Change, EditError, Edits, Operation, Scene, Steps};
 use raxel_world::{Chunk, ChunkPos, Unavailable};
 
 pub use saves::Saves;
@@ -67,7 +67,7 @@ impl Editing {
     }
 
     /// Steps that can be undone, and redone.
-    pub(crate) fn steps(&self) -> [usize; 2] {
+    pub(crate) fn steps(&self) -> Steps {
         self.edits.steps()
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 use raxel_edit::query::{CastHit, cast};
-use raxel_edit::{Change, EditError, Operation, Scene};
+use raxel_edit::{Change, EditError, Operation, Scene, Steps};
 use raxel_ray::Ray;
 use raxel_ray::camera::Pinhole;
 use raxel_world::Unavailable;
@@ -63,8 +63,8 @@ impl Session {
         self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
     }
 
-    /// How many steps can be undone, and how many redone.
-    pub fn edit_steps(&self) -> [usize; 2] {
+    /// How many steps can be undone and redone.
+    pub fn edit_steps(&self) -> Steps {
         self.world.editing.steps()
     }
 

@@ -150,7 +150,7 @@ impl Session {
         let waits = matches!(self.playback.clock.pace(), Pace::Fixed(_));
         let (videos, wrong) = sources.play_videos(time.time.seconds(), waits);
         wrong.into_iter().for_each(|message| self.world.editing.say(message));
-        let [_, edited] = self.stream().map_or([0; 2], |stream| stream.changes());
+        let edited = self.stream().map_or(0, |stream| stream.changes().seen);
         let inputs = Inputs {
             world: &self.world.shown,
             versions: [version, edited, poses.serial(), videos],

@@ -1,11 +1,12 @@
 //! A small project in a folder of its own.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::ops::Deref;
+use std::path::Path;
 
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Session};
+use raxel_testing::Folder;
 
 pub const FILL_GRAPH: &str = r#"
 name = "fill"
@@ -166,31 +167,27 @@ pub fn assert_silent(session: &Session) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-pub struct TestProject {
-    folder: tempfile::TempDir,
+pub struct TestProject(Folder);
+
+impl Deref for TestProject {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl TestProject {
     pub fn new() -> Self {
-        let project = Self { folder: tempfile::tempdir().unwrap() };
+        let project = Self(Folder::default());
         project.write("graphs/fill.toml", FILL_GRAPH);
-        project.write("shaders/fill.comp", &fill("vec4(0.25)"));
+        project.write("shaders/fill.comp", fill("vec4(0.25)"));
         project
-    }
-
-    pub fn path(&self, path: &str) -> PathBuf {
-        self.folder.path().join(path)
-    }
-
-    pub fn write(&self, path: &str, text: &str) {
-        let path = self.path(path);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, text).unwrap();
     }
 
     pub fn options(&self) -> Options {
         Options {
-            project: Some(self.folder.path().to_owned()),
+            project: Some(self.root().to_owned()),
             size: [16, 16],
             validation: Validation::Required,
             watch: true,

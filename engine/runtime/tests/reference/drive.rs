@@ -8,8 +8,9 @@ use raxel_graph::checked::Value;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Observe, Options, Session};
+use raxel_testing::Random;
 
-use crate::generate::{self, Random};
+use crate::generate;
 use crate::interpreter::{Exact, Given, Machine, exact};
 use crate::model::{Graph, Pass};
 use crate::project::TestProject;
@@ -34,7 +35,7 @@ struct Run {
 
 /// Runs graphs one after the other in one session: each is a reload of the one before, and a reset.
 pub fn run(seeds: Range<u64>) {
-    let mut r = Random::new(seeds.start ^ 0x5EED);
+    let mut r = generate::random(seeds.start ^ 0x5EED);
     let project = TestProject::new();
     let fps = r.pick(&["60", "30", "24", "29.97", "144"]);
     let all = r.percent(50);
@@ -114,7 +115,7 @@ impl Run {
     }
 
     fn graph(&mut self, seed: u64) {
-        let mut r = Random::new(seed);
+        let mut r = generate::random(seed);
         (self.seed, self.log) = (seed, Vec::new());
         let mut graph = generate::graph(&mut r);
         self.session.set_debug_target(DebugTarget::default()).expect("the graph's own");
@@ -136,7 +137,7 @@ impl Run {
             match r.below(24) {
                 _ if frame == 0 => {}
                 0 => {
-                    given.n = r.word();
+                    given.n = generate::word(&mut r);
                     self.set("n", Value::U32(given.n));
                 }
                 1 => {
@@ -144,7 +145,7 @@ impl Run {
                     self.set("flag", Value::Bool(given.flag));
                 }
                 2 | 3 => {
-                    let [w, h] = [4 * (1 + r.word() % 4), 4 * (1 + r.word() % 3)];
+                    let [w, h] = [4 * (1 + generate::word(&mut r) % 4), 4 * (1 + generate::word(&mut r) % 3)];
                     self.log.push(format!("{frame}: resize {w}x{h}"));
                     self.session.resize(w, h);
                     given.output = self.session.size();
@@ -182,7 +183,7 @@ impl Run {
                 10 => {
                     self.salt += 1;
                     self.log.push(format!("{frame}: salt {}", self.salt));
-                    self.project.write("shaders/mix.glsl", &shaders::include(self.salt));
+                    self.project.write("shaders/mix.glsl", shaders::include(self.salt));
                     self.wait_shaders();
                     given.salt = self.salt;
                     machine.edited(true);

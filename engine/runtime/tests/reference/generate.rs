@@ -1,31 +1,12 @@
 //! Makes random graphs that mean something: most passes read what was written before them.
 
-use raxel_world::random::SplitMix64;
+use raxel_testing::Random;
 
 use crate::model::{Clock, Common, Every, Float, Graph, How, Int, Kind, Pass, Read, Resource, Size, Write};
 
-pub struct Random(SplitMix64);
-
-impl Random {
-    pub fn new(seed: u64) -> Random {
-        Random(SplitMix64::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03)))
-    }
-
-    pub fn below(&mut self, end: usize) -> usize {
-        (self.0.bits() % end.max(1) as u64) as usize
-    }
-
-    pub fn percent(&mut self, percent: usize) -> bool {
-        self.below(100) < percent
-    }
-
-    pub fn pick<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())]
-    }
-
-    pub fn word(&mut self) -> u32 {
-        self.below(1000) as u32
-    }
+/// The choices of a seed.
+pub fn random(seed: u64) -> Random {
+    Random::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03))
 }
 
 pub const RATES: [&str; 8] = ["7", "10", "12.5", "20", "23.976", "30", "59.94", "100"];
@@ -33,7 +14,7 @@ pub const RATES: [&str; 8] = ["7", "10", "12.5", "20", "23.976", "30", "59.94", 
 fn resource(r: &mut Random, number: usize, before: &[Resource], clocked: bool) -> Resource {
     let targets: Vec<usize> = (0..before.len()).filter(|at| before[*at].is_target()).collect();
     let kind = match r.below(10) {
-        0..2 if number > 0 => Kind::Words(1 + r.word() % 100),
+        0..2 if number > 0 => Kind::Words(1 + word(r) % 100),
         2 if !targets.is_empty() => Kind::Of(r.pick(&targets)),
         _ => {
             let fixed = Size::Fixed(r.pick(&[[4, 4], [8, 6], [13, 2], [16, 16]]));
@@ -49,8 +30,8 @@ fn resource(r: &mut Random, number: usize, before: &[Resource], clocked: bool) -
         name: format!("r{number}"),
         kind,
         history,
-        clear: (filled < 2).then(|| r.word()),
-        init: (filled == 2).then(|| r.word()),
+        clear: (filled < 2).then(|| word(r)),
+        init: (filled == 2).then(|| word(r)),
         keep: r.percent(8),
         clock: clocked && number > 0 && r.percent(35),
     }
@@ -114,9 +95,9 @@ pub fn graph(r: &mut Random) -> Graph {
         let every = match r.below(12) {
             _ if ticks => Every::Clock,
             _ if in_loop || when.is_some() => Every::Frame,
-            0 => Every::Frames(2 + r.word() % 2),
+            0 => Every::Frames(2 + word(r) % 2),
             1 => Every::Hz(r.pick(&RATES)),
-            2 => Every::Still(1 + r.word() % 3),
+            2 => Every::Still(1 + word(r) % 3),
             _ => Every::Frame,
         };
         let a = match r.below(8) {
@@ -126,7 +107,7 @@ pub fn graph(r: &mut Random) -> Graph {
             3 if !ticked_history => Int::HistoryValid,
             4 if clocked => Int::Tick,
             5 if in_loop => Int::LoopIndex,
-            _ => Int::Value(r.word()),
+            _ => Int::Value(word(r)),
         };
         let b = match r.below(6) {
             0 => Float::Time,
@@ -135,19 +116,8 @@ pub fn graph(r: &mut Random) -> Graph {
             _ => Float::Value(0.25),
         };
         written.extend(writes.iter().map(|write| write.resource));
-        let common = r.percent(25).then(|| Common { u: r.percent(30).then(|| r.word()) });
-        passes.push(Pass {
-            name: format!("p{number}"),
-            reads,
-            writes,
-            common,
-            a,
-            b,
-            k: r.word(),
-            every,
-            in_loop,
-            when,
-        });
+        let common = r.percent(25).then(|| Common { u: r.percent(30).then(|| word(r)) });
+        passes.push(Pass { name: format!("p{number}"), reads, writes, common, a, b, k: word(r), every, in_loop, when });
     }
     if passes.is_empty() {
         let writes = vec![Write { resource: 0, mip: 0, how: How::Over }];
@@ -166,7 +136,11 @@ pub fn graph(r: &mut Random) -> Graph {
         });
     }
     let shown = *written.last().unwrap_or(&0);
-    let clock = clocked.then(|| Clock { hz: r.pick(&RATES), most: 1 + r.word() % 4 });
-    let (rounds, common, n, flag) = (1 + r.word() % 3, r.word(), r.word(), r.percent(50));
+    let clock = clocked.then(|| Clock { hz: r.pick(&RATES), most: 1 + word(r) % 4 });
+    let (rounds, common, n, flag) = (1 + word(r) % 3, word(r), word(r), r.percent(50));
     Graph { name: "random".to_owned(), resources, passes, clock, rounds, common, n, flag, present: shown }
+}
+
+pub fn word(random: &mut Random) -> u32 {
+    random.below(1000)
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::generate::Random;
 use crate::model::{Every, Float, Graph, How, Int, Kind, Pass, Resource, Size};
 use crate::shaders::shader;
+use raxel_testing::Random;
 
 fn resource(graph: &Graph, resource: &Resource) -> String {
     let mut text = match &resource.kind {

@@ -289,7 +289,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
         directory.clear(cube);
         directory.given_up().into_iter().for_each(|given_up| pool.free(given_up.block));
         retired.into_iter().for_each(|(_, block)| pool.free(block));
-        assert_eq!(pool.usage().0, 0, "nothing is lost");
+        assert_eq!(pool.stats().used, 0, "nothing is lost");
     }
 }
 

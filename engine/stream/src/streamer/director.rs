@@ -18,7 +18,7 @@ use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Directory, LiveTile};
-use crate::pool::Block;
+use crate::pool::{Block, PoolStats};
 use crate::publication::{MissingTiles, Stats};
 use crate::reach::{StreamingRange, TileKey};
 use crate::view::View;
@@ -327,7 +327,7 @@ impl Director {
         let horizon = TileKey::of_cell(self.whole.top(), self.view.cell);
         let passed = std::mem::replace(&mut self.horizon, horizon) != horizon;
         self.changed |= passed && !self.complete && self.whole.top() > 0;
-        let [used, _, capacity] = self.usage();
+        let PoolStats { used, capacity, .. } = self.shared.pool.stats();
         if !self.complete && self.reach.near() < self.whole.near() && used * 100 < capacity * ROOMY {
             self.reach = self.whole.with_near(self.reach.near() + 1);
         }
@@ -353,11 +353,6 @@ impl Director {
             self.stats.dropped += 1;
             self.changed = true;
         }
-    }
-
-    fn usage(&self) -> [u64; 3] {
-        let (used, peak, _) = self.shared.pool.usage();
-        [used, peak, self.shared.pool.capacity()]
     }
 
     /// The pool is full: the workers get no more jobs until a block is freed, and the director gives up what it can do without.
@@ -396,7 +391,7 @@ impl Director {
 
     /// Gives the workers a new queue of jobs, the most urgent last.
     fn ask(&mut self) {
-        let [used, _, capacity] = self.usage();
+        let PoolStats { used, capacity, .. } = self.shared.pool.stats();
         let roomy = used * 100 <= capacity * FULL;
         if !self.complete && !roomy && self.reach.near() > LEAST_NEAR && self.retired.is_empty() {
             self.shrink();

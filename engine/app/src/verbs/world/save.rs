@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
-use raxel_edit::save::{self, Report, SaveError};
+use raxel_edit::save::{self, Compacted, Report, SaveError};
 use raxel_output::{Pending, shown};
 use raxel_runtime::Saves;
 use raxel_runtime::project::Project;
@@ -113,7 +113,7 @@ impl Compact {
     pub fn run(&self, console: &Console) -> Result {
         let (_, path, folder) = self.of.open(console)?;
         let report = read(&folder, console)?;
-        let (before, after) = save::compact(&folder).map_err(|error| stop(&error, console))?;
+        let Compacted { before, after } = save::compact(&folder).map_err(|error| stop(&error, console))?;
         leaves_out(&report, console);
         match console.format() {
             Format::Json => {

@@ -3,7 +3,7 @@
 use raxel_diagnostics::Span;
 use serde::Serialize;
 
-use super::{BoundAccess, ParamId, PassId, ResourceId, Value};
+use super::{BoundAccess, Interval, ParamId, PassId, ResourceId, Value};
 
 /// Index into [`Graph::loops`](super::Graph::loops).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -100,7 +100,7 @@ pub struct InLoop {
 pub fn accesses_of_round(accesses: &[BoundAccess], in_loop: &InLoop, index: u32) -> Vec<BoundAccess> {
     let mut accesses = accesses.to_vec();
     for (access, of_round) in &in_loop.mips {
-        accesses[*access as usize].mips = (of_round.at(index), 1);
+        accesses[*access as usize].mips = Interval::one(of_round.at(index));
     }
     accesses
 }

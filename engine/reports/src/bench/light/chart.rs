@@ -72,7 +72,7 @@ pub(super) fn draw(judgement: &Judgement, about: &About) -> Option<String> {
     svg += &text(28.0, 34.0, 19.0, INK, "start", "600", &title);
     let reference = &judgement.references.about;
     let subtitle =
-        format!("{}, {}; reference: 2 × {} paths a pixel", about.device[0], about.device[1], reference.paths);
+        format!("{}, {}; reference: 2 × {} paths a pixel", about.device.name, about.device.driver, reference.paths);
     svg += &text(28.0, 55.0, 12.0, SOFT, "start", "400", &subtitle);
     axes(&mut svg, &x, &y);
     if let Some(brute) = judgement.brute_force() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use raxel_measure::light::error::FORMULA;
-use raxel_measure::light::{Bench, Judged};
+use raxel_measure::light::{Bench, DeviceName, Judged};
 use raxel_output::{Pending, Table, shown};
 use raxel_terminal::failure::Result;
 use serde_json::{Value, json};
@@ -18,7 +18,7 @@ const TIMES: [f64; 6] = [0.5, 1.0, 4.0, 16.0, 16.6, 20.0];
 
 /// What was measured where, with what.
 pub(super) struct About {
-    pub device: [String; 2],
+    pub device: DeviceName,
     pub command: String,
     pub date: String,
 }
@@ -44,8 +44,8 @@ pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement], summaries: 
     let value = json!({
         "reason": "bench-light",
         "formula": FORMULA,
-        "device": about.device[0],
-        "driver": about.device[1],
+        "device": about.device.name,
+        "driver": about.device.driver,
         "raxel": env!("CARGO_PKG_VERSION"),
         "command": about.command,
         "date": about.date,

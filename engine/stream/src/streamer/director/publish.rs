@@ -9,7 +9,7 @@ use raxel_world::ChunkPos;
 use super::{Director, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Placed, Written};
-use crate::publication::{MissingTiles, Publication};
+use crate::publication::{Missing, MissingTiles, Publication};
 use crate::reach::TileKey;
 
 impl Director {
@@ -23,8 +23,8 @@ impl Director {
     pub(super) fn count_unseen(&mut self) {
         let tiles = self.missing.iter().chain(&self.unpublished).copied().collect();
         let missing_tiles = MissingTiles { cell: self.view.cell, shown: self.shown.clone(), tiles };
-        let [missing, holes] = missing_tiles.in_view(&self.view).unwrap_or_default();
-        (self.stats.missing_in_view, self.stats.holes_in_view) = (missing, holes);
+        let Missing { tiles, holes } = missing_tiles.in_view(&self.view).unwrap_or_default();
+        (self.stats.missing_in_view, self.stats.holes_in_view) = (tiles, holes);
         let shown = |key: &&TileKey| key.level == 0 && self.shown.wants(self.view.cell, **key, 0);
         self.stats.missing_chunks = self.missing.iter().filter(shown).count();
         *self.missing_tiles.lock().unwrap_or_else(PoisonError::into_inner) = Some(missing_tiles);

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::child::{LIMIT, Running, Said, line, output};
+use crate::child::{LIMIT, Running, Said, line, output};
 
 /// A display with no window manager: the window is at the top left.
 pub struct Display {

@@ -1,0 +1,16 @@
+//! What the tests of several crates share. A helper that only one crate needs stays in that crate's tests. So does one that its unit tests
+//! need: they see the crate's types twice, once as they are compiled for the test and once as this crate knows them.
+
+mod child;
+mod display;
+mod folder;
+mod random;
+#[cfg(feature = "stream")]
+mod words;
+
+pub use child::{LIMIT, Running, Said, line, output, read_all};
+pub use display::{Display, eventually};
+pub use folder::{Folder, copy, files, repository};
+pub use random::Random;
+#[cfg(feature = "stream")]
+pub use words::Words;
