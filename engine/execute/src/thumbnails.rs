@@ -8,7 +8,7 @@ use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Readback,
     Recording, Resource, TimelineValue, vk,
 };
-use raxel_graph::checked::{ResourceId, ResourceKind};
+use raxel_graph::checked::{Interval, ResourceId, ResourceKind};
 use raxel_graph::plan::{CopySelector, Plan, ResourceDesc, Step};
 
 use super::digest::Digest;
@@ -96,7 +96,7 @@ impl Thumbnails {
             let pass = *pass as usize;
             for (access, bound) in plan.graph.pass(plan.passes[pass].pass).accesses.iter().enumerate() {
                 if bound.access.writes() {
-                    let part = (bound.resource, bound.mips.0, bound.layers.0);
+                    let part = (bound.resource, bound.mips.first, bound.layers.first);
                     nodes.extend(Node::new(shared, running, (step, pass, access), part, (&image, &none))?);
                 }
             }
@@ -167,10 +167,10 @@ impl Node {
             if !source.info().usage.contains(vk::ImageUsageFlags::SAMPLED) {
                 return Ok(None);
             }
-            let view = physical::view(device, source, ty, (mip, 1), (0, 0))?;
+            let view = physical::view(device, source, ty, Interval::one(mip), Interval::ALL)?;
             sources.push(Resource::SampledImage(view, sampler.clone()));
         }
-        let target = physical::view(device, image, vk::ImageViewType::TYPE_2D, (0, 1), (0, 1))?;
+        let target = physical::view(device, image, vk::ImageViewType::TYPE_2D, Interval::one(0), Interval::one(0))?;
         let sets = display_sets(device, &pipeline, &sources, &Resource::StorageImage(target), none)?;
         let turn = plan.turn(step, of);
         let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
