@@ -18,6 +18,9 @@ pub use faults::{CALLS, Fault, Faults};
 pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SLOW_DRIVER, SMALL};
 pub use vulkan::before_vulkan;
 
+/// GLSL that stands for a subgroup of 64.
+pub const SUBGROUP_OF_64: &str = include_str!("subgroup_of_64.glsl");
+
 /// The root of the repository.
 pub fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
