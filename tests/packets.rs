@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, SUBGROUP_OF_64};
 use glam::{IVec3, Vec3};
 use raxel::{Camera, Options, Session, Validation, Value};
 
@@ -55,6 +55,12 @@ fn swapped(graph: &str) -> String {
 /// For packets on a device that has none: a tile then has no subgroup of 32, and talks through shared memory.
 const SLOW: &str = "RX_TILE_BY_SHARED_MEMORY = \"1\"";
 
+/// Lets a shader of packets run by half of a subgroup of 64, whatever the device has.
+fn by_half_of_64(project: &Project, shader: &str, include: &str) {
+    project.write("shaders/subgroup_of_64.glsl", SUBGROUP_OF_64);
+    project.edit(shader, include, &format!("#include \"subgroup_of_64.glsl\"\n{include}"));
+}
+
 fn look(session: &mut Session, camera: &Camera) -> [Vec<u8>; 4] {
     session.set_camera(*camera);
     session.frame().unwrap_or_else(|error| panic!("{camera:?}: {error}"));
@@ -69,8 +75,22 @@ fn both_ways_give_the_same_bits() {
     let [own, other] = [Project::shipped(), Project::shipped()];
     let graph = std::fs::read_to_string(other.path("graphs/primary.toml")).unwrap();
     other.write("graphs/primary.toml", defined(&swapped(&graph), "packet.comp", SLOW));
+    same_bits(&own, &other);
+}
+
+#[test]
+fn half_of_a_subgroup_of_64_gives_the_same_bits() {
+    let [own, other] = [Project::shipped(), Project::shipped()];
+    let graph = std::fs::read_to_string(other.path("graphs/primary.toml")).unwrap();
+    other.write("graphs/primary.toml", swapped(&graph));
+    by_half_of_64(&other, "shaders/packet.comp", "#include <raxel/packet.glsl>");
+    same_bits(&own, &other);
+}
+
+/// The shipped graph of two projects over worlds.
+fn same_bits(own: &Project, other: &Project) {
     for world in ["menger", "monument"] {
-        let ((mut a, packets), (mut b, in_other)) = (open(&own, world), open(&other, world));
+        let ((mut a, packets), (mut b, in_other)) = (open(own, world), open(other, world));
         assert_eq!(packets, a.device().capabilities().traces_packets());
         assert_ne!(packets, in_other);
         let first = *a.camera();
@@ -125,14 +145,30 @@ fn a_pass_has_the_subgroups_that_it_asks_for_where_the_device_has_them() {
 #[test]
 fn rays_to_the_sun_end_alike_in_tiles_and_one_by_one() {
     let [own, other] = [Project::shipped(), Project::shipped()];
-    let path = "graphs/bench/sun.toml";
-    let graph = std::fs::read_to_string(own.path(path)).unwrap();
-    // In so small a picture the rays of a tile are far apart; they are traced together all the same.
-    let far = r#"RX_PARALLEL_NEAR = "1.0e9", RX_PARALLEL_AREA = "1.0e9", RX_PARALLEL_LEAVES = "1024u""#;
-    own.write(path, defined(&graph, "sun_tiles.comp", far));
-    other.write(path, defined(&swapped(&graph), "sun_tiles.comp", &format!("{SLOW}, {far}")));
+    let graph = std::fs::read_to_string(own.path(SUN)).unwrap();
+    own.write(SUN, defined(&graph, "sun_tiles.comp", FAR));
+    other.write(SUN, defined(&swapped(&graph), "sun_tiles.comp", &format!("{SLOW}, {FAR}")));
+    same_sun(&own, &other);
+}
+
+#[test]
+fn rays_to_the_sun_end_alike_by_half_of_a_subgroup_of_64() {
+    let [own, other] = [Project::shipped(), Project::shipped()];
+    let graph = std::fs::read_to_string(own.path(SUN)).unwrap();
+    own.write(SUN, defined(&graph, "sun_tiles.comp", FAR));
+    other.write(SUN, defined(&swapped(&graph), "sun_tiles.comp", FAR));
+    by_half_of_64(&other, "shaders/sun_tiles.comp", "#include <raxel/parallel.glsl>");
+    same_sun(&own, &other);
+}
+
+const SUN: &str = "graphs/bench/sun.toml";
+/// In so small a picture the rays of a tile are far apart; they are traced together all the same.
+const FAR: &str = r#"RX_PARALLEL_NEAR = "1.0e9", RX_PARALLEL_AREA = "1.0e9", RX_PARALLEL_LEAVES = "1024u""#;
+
+/// The sun of two projects over worlds.
+fn same_sun(own: &Project, other: &Project) {
     for world in ["menger", "monument"] {
-        let mut sessions = [&own, &other].map(|project| open_graph(project, path, world, &["sun"]));
+        let mut sessions = [own, other].map(|project| open_graph(project, SUN, world, &["sun"]));
         let ways = sessions.each_ref().map(|session| runs(session, ["sun_tiles", "sun_rest", "sun"]));
         assert!(ways.contains(&[true, true, false]) && ways.contains(&[false, false, true]), "{ways:?}");
         // From the side, from above, along an axis nearly, and low.

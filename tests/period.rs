@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, SUBGROUP_OF_64};
 use glam::IVec3;
 use raxel::oracle::period::{PeriodHit, PeriodRay};
 use raxel::oracle::sets::Random;
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 const ROW: usize = 64;
 const ROWS: usize = 160;
 
-/// Both ways to trace the rays of a file, a ray a pixel.
+/// Each way to trace the rays of a file, a ray a pixel; one is by subgroups of 64.
 const GRAPH: &str = r#"
 name = "period"
 present = "refilled"
@@ -27,6 +27,9 @@ present = "refilled"
 format = "rgba32i"
 size = [64, 160]
 [targets.refilled]
+format = "rgba32i"
+size = [64, 160]
+[targets.refilled_by_64]
 format = "rgba32i"
 size = [64, 160]
 [targets.place]
@@ -39,6 +42,9 @@ source = "world.flat64"
 [buffers.taken]
 size = 4
 clear = 0
+[buffers.taken_by_64]
+size = 4
+clear = 0
 [[passes]]
 name = "plain"
 shader = "plain.comp"
@@ -49,6 +55,11 @@ name = "refill"
 shader = "refill.comp"
 dispatch = { groups = [3, 1, 1] }
 bind = { world = "world", Rays = "rays", outHit = "refilled", Taken = "taken" }
+[[passes]]
+name = "refill_by_64"
+shader = "refill_by_64.comp"
+dispatch = { groups = [3, 1, 1] }
+bind = { world = "world", Rays = "rays", outHit = "refilled_by_64", Taken = "taken_by_64" }
 "#;
 
 const RAYS: &str = r"
@@ -148,6 +159,10 @@ fn they_hit_what_whole_numbers_say() {
     for (name, text) in [("plain", PLAIN), ("refill", REFILL)] {
         project.write(&format!("shaders/{name}.comp"), text.replace("RAYS", RAYS));
     }
+    project.write("shaders/subgroup_of_64.glsl", SUBGROUP_OF_64);
+    let include = "#include <raxel/refill.glsl>";
+    let by_64 = REFILL.replace(include, &format!("#include \"subgroup_of_64.glsl\"\n{include}"));
+    project.write("shaders/refill_by_64.comp", by_64.replace("RAYS", RAYS));
     let places = [
         ("hills", [0, 0, 0]),
         ("menger", [-(1 << 30), 1 << 29, (1 << 30) - 400]),
@@ -169,7 +184,7 @@ fn they_hit_what_whole_numbers_say() {
                 graph: Some(project.path("graphs/period.toml")),
                 world: Some(project.path("worlds/here.toml")),
                 validation: Validation::Required,
-                pinned: ["plain", "refilled", "place"].map(str::to_owned).to_vec(),
+                pinned: ["plain", "refilled", "refilled_by_64", "place"].map(str::to_owned).to_vec(),
                 ..Options::default()
             };
             Session::open(options).unwrap_or_else(|error| panic!("{name}: {error}"))
@@ -192,7 +207,7 @@ fn they_hit_what_whole_numbers_say() {
         let hits = exact.iter().flatten().count();
         let inside = exact.iter().flatten().filter(|hit| hit.face == 6).count();
         assert!(hits > 800 && inside > 10 && hits - inside > 700 && hits < rays.len() - 800, "{name}: {hits} {inside}");
-        for target in ["plain", "refilled"] {
+        for target in ["plain", "refilled", "refilled_by_64"] {
             let found = session.read_target(target).expect("a target").integers().expect("integers");
             for ((ray, exact), found) in rays.iter().zip(&exact).zip(found) {
                 assert_eq!(found.map(u32::cast_signed), texel(exact.as_ref()), "{name}, {target}: {ray:?}");

@@ -18,6 +18,9 @@ pub use raxel_testing::{
 };
 pub use vulkan::before_vulkan;
 
+/// GLSL that stands for a subgroup of 64.
+pub const SUBGROUP_OF_64: &str = include_str!("subgroup_of_64.glsl");
+
 /// Where lighting systems are: raxel's own, and those that they are compared with.
 pub const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
 /// Where the graphs of tracers are: raxel's own, and those that they are compared with.

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use raxel_layouts::TileBlock;
 use raxel_layouts::lights::LightPowers;
-use raxel_world::{ChunkPos, ChunkProvider, Content, Unavailable};
+use raxel_world::{Cause, ChunkPos, ChunkProvider, Content, Unavailable};
 
 use crate::pool::{Pool, PoolMemory};
 use crate::publication::{Publication, Stats};
@@ -160,6 +160,8 @@ struct SharedState {
     error: Option<(u64, StreamError)>,
     /// Why the source does not have a tile; `None` when none is missing for that reason.
     unavailable: Option<Unavailable>,
+    /// A caller waits anew: the director asks at once for tiles that the source did not have.
+    ask_anew: bool,
     stats: Stats,
 }
 
@@ -251,6 +253,7 @@ impl Streamer {
             settled: 0,
             error: None,
             unavailable: None,
+            ask_anew: false,
             stats: Stats::default(),
         };
         let shared = Arc::new(Shared {
@@ -397,10 +400,16 @@ impl Streamer {
         }
     }
 
-    /// Waits until every wanted tile is published, for pictures that must be complete.
+    /// Waits until every wanted tile is published, for pictures that must be complete. Asks at once for tiles that failed an earlier wait.
     pub fn wait(&self, timeout: Duration) -> Result<(), StreamError> {
         let until = Instant::now() + timeout;
         let mut state = self.shared.state();
+        // A source that panicked would panic again.
+        let passes = |error: &StreamError| matches!(error, StreamError::Unavailable { reason, .. } if reason.cause != Cause::Panicked);
+        if state.error.take_if(|(_, error)| passes(error)).is_some() {
+            state.ask_anew = true;
+            self.shared.news.notify_one();
+        }
         loop {
             if let Some(ended) = self.ended() {
                 return Err(ended.clone());

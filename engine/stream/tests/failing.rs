@@ -91,6 +91,21 @@ fn what_fails_for_good_is_an_error_of_whoever_needs_all() {
 }
 
 #[test]
+fn whoever_waits_again_asks_the_source_again() {
+    let broken = ChunkPos::new(0, 0, 0);
+    let source = failing(&[(broken, u32::MAX)]);
+    let (streamer, words) = stream(&source, true);
+    streamer.wait(PATIENCE).unwrap_err();
+    let before = source.left.lock().unwrap()[&broken];
+    streamer.wait(PATIENCE).unwrap_err();
+    assert_eq!(before - source.left.lock().unwrap()[&broken], 4);
+    // The source has it again, and the camera has not moved.
+    source.left.lock().unwrap().insert(broken, 2);
+    streamer.wait(PATIENCE).unwrap();
+    assert_eq!(seen(&words, &streamer.take().unwrap()).len(), 27);
+}
+
+#[test]
 fn what_was_not_asked_for_yet_is_not_called_missing() {
     // It is asked for four times in 3.5 seconds, and the others take longer.
     let source = slowly_failing(&[(ChunkPos::new(0, 0, 0), u32::MAX)], Duration::from_millis(400));

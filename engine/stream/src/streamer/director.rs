@@ -168,8 +168,12 @@ impl Director {
             let is_free = self.retired.front().is_some_and(|(version, _)| *version <= state.released);
             let can_free = is_free || self.lamps.can_free(state.released);
             let due = self.backoff.is_due(Instant::now());
-            self.ask_again |= due;
-            if looks || !state.made.is_empty() || can_publish || can_free || due {
+            let anew = std::mem::take(&mut state.ask_anew);
+            if anew {
+                self.backoff.start_over();
+            }
+            self.ask_again |= due || anew;
+            if looks || !state.made.is_empty() || can_publish || can_free || due || anew {
                 self.view = state.view;
                 self.view_serial = state.view_serial;
                 let moved = std::mem::replace(&mut self.moves, state.moves) != state.moves;

@@ -25,19 +25,26 @@ pub(super) struct RetryBackoff {
 
 struct Waiting {
     times: u32,
-    until: Instant,
+    /// `None`: it need not wait.
+    until: Option<Instant>,
 }
 
 impl RetryBackoff {
     /// Counts that the source did not have a tile. Returns whether it has failed often enough to give up on it.
     pub(super) fn add(&mut self, key: TileKey, reason: Unavailable, now: Instant) -> bool {
-        let waiting = self.tiles.entry(key).or_insert(Waiting { times: 0, until: now });
+        let waiting = self.tiles.entry(key).or_insert(Waiting { times: 0, until: None });
         let pause = FIRST.saturating_mul(1 << waiting.times.min(16)).min(LONGEST);
-        *waiting = Waiting { times: waiting.times + 1, until: now + pause };
-        let (times, until) = (waiting.times, waiting.until);
+        let (times, until) = (waiting.times + 1, now + pause);
+        *waiting = Waiting { times, until: Some(until) };
         self.reason = Some(reason);
         self.next = Some(self.next.map_or(until, |next| next.min(until)));
         times >= OFTEN
+    }
+
+    /// Lets every tile be asked for at once, as if it had never been missing.
+    pub(super) fn start_over(&mut self) {
+        self.tiles.values_mut().for_each(|waiting| *waiting = Waiting { times: 0, until: None });
+        self.next = None;
     }
 
     /// The source has the tile now.
@@ -57,8 +64,8 @@ impl RetryBackoff {
 
     /// The tiles that must still wait at a time.
     pub(super) fn at(&mut self, now: Instant) -> HashSet<TileKey> {
-        let waiting = || self.tiles.iter().filter(|(_, waiting)| waiting.until > now);
-        self.next = waiting().map(|(_, waiting)| waiting.until).min();
+        let waiting = || self.tiles.iter().filter(|(_, waiting)| waiting.until > Some(now));
+        self.next = waiting().filter_map(|(_, waiting)| waiting.until).min();
         waiting().map(|(key, _)| *key).collect()
     }
 
@@ -99,6 +106,9 @@ mod tests {
         assert!(!backoff.add(key(2), why.clone(), start) && backoff.add(key(2), why.clone(), start));
         (0..40).for_each(|_| assert!(backoff.add(key(2), why.clone(), start)));
         assert!(backoff.at(start + LONGEST).is_empty());
+        backoff.start_over();
+        assert!(backoff.at(start).is_empty() && backoff.reason() == Some(&why));
+        assert!(!backoff.add(key(2), why.clone(), start), "it was missing once");
         backoff.retain(|key| key.pos.x != 2);
         assert_eq!((backoff.len(), backoff.reason()), (0, None));
     }
