@@ -2,10 +2,15 @@
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
+mod common;
+
 use std::sync::Arc;
 
+use common::Project;
 use glam::IVec3;
 use raxel::rivals;
+use raxel::world::vox;
+use raxel::{Options, Session};
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_layouts::Layout;
@@ -248,4 +253,100 @@ fn an_empty_world_is_hit_nowhere() {
         assert!(hits.iter().all(|hit| hit.state() == State::Miss), "{}", layout.name());
     }
     lab.close();
+}
+
+/// Looks up cells all over the cube: one an invocation, and all of them by each invocation after a ray.
+const LOOK_UPS: &str = r#"
+name = "look_ups"
+present = "other"
+[targets.other]
+format = "rg32ui"
+size = [16, 16]
+[buffers.fresh]
+size = 16384
+[buffers.world]
+source = "world.LAYOUT"
+[[passes]]
+name = "fresh"
+shader = "fresh.comp"
+dispatch = { groups = [64, 1, 1] }
+bind = { world = "world", Fresh = "fresh" }
+[[passes]]
+name = "after"
+shader = "after.comp"
+dispatch = { threads = "other" }
+bind = { world = "world", Fresh = "fresh", outOther = "other" }
+"#;
+
+const FRESH: &str = r"#version 460
+layout(local_size_x = 64) in;
+#include <raxel/world.glsl>
+layout(std430) writeonly buffer Fresh { uint fresh[4096]; };
+CELL
+void main() {
+    uint i = gl_GlobalInvocationID.x & 4095u;
+    fresh[i] = rx_material(cell(i));
+}
+";
+
+const AFTER: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+#include <raxel/world.glsl>
+layout(std430) readonly buffer Fresh { uint fresh[4096]; };
+layout(rg32ui) uniform writeonly uimage2D outOther;
+CELL
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    // From above the voxels, nearly straight down.
+    RxHit hit;
+    bool found = rx_trace(rx_ray(ivec3(70 + 27 * pixel.x / 16, 110, 70 + 27 * pixel.y / 16), vec3(0.4, 0.5, 0.6), vec3(0.1, -1.0, 0.07)), hit);
+    uint other = 0u;
+    for (uint i = 0u; i < 4096u; ++i) {
+        if (rx_material(cell(i)) != fresh[i & 4095u]) ++other;
+    }
+    imageStore(outOther, pixel, uvec4(found ? 1u : 0u, other, 0u, 0u));
+}
+";
+
+/// Cell i of 4096 in 256³ from 64 on, in any order.
+const CELL: &str = r"
+ivec3 cell(uint i) {
+    uint hash = i * 0x9e3779b9u;
+    hash = (hash ^ (hash >> 15)) * 0x85ebca6bu;
+    hash ^= hash >> 13;
+    return ivec3(64) + ivec3(hash & 255u, (hash >> 8) & 255u, (hash >> 16) & 255u);
+}
+";
+
+/// What a tracer keeps of its hit speeds look-ups up, and changes none, wherever they are: the world begins at 64, so that places in it and in the world's
+/// coordinates differ.
+#[test]
+fn look_ups_after_a_hit_give_what_look_ups_before_it_give() {
+    let project = Project::shipped();
+    for (name, text) in [("fresh", FRESH), ("after", AFTER)] {
+        project.write(&format!("shaders/{name}.comp"), text.replace("CELL", CELL));
+    }
+    let scene = Scene::find("menger").expect("a scene").world(IVec3::ZERO, 5);
+    project.write("worlds/models/menger.vox", vox::export(&scene).expect("a small world"));
+    let build = "[[build]]\nop = \"model\"\nmodel = \"scene\"\norigin = [70, 70, 70]\n";
+    project
+        .write("worlds/here.toml", format!("name = \"menger\"\n[models.scene]\nfile = \"models/menger.vox\"\n{build}"));
+    // `texture3d` keeps nothing, and wants an image besides.
+    for layout in rivals::LAYOUTS.iter().filter(|layout| layout.name() != "texture3d") {
+        project.write("graphs/look_ups.toml", LOOK_UPS.replace("LAYOUT", layout.name()));
+        let options = Options {
+            project: Some(project.root().into()),
+            graph: Some(project.path("graphs/look_ups.toml")),
+            world: Some(project.path("worlds/here.toml")),
+            validation: raxel::Validation::Required,
+            ..Options::default()
+        };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{}: {error}", layout.name()));
+        session.frame().unwrap_or_else(|error| panic!("{}: {error}", layout.name()));
+        let pixels = session.read_target("other").expect("a target").integers().expect("integers");
+        let hits = pixels.iter().filter(|pixel| pixel[0] == 1).count();
+        let other: u32 = pixels.iter().map(|pixel| pixel[1]).sum();
+        assert!(hits > 40 && other == 0, "{}: {hits} hits, {other} look-ups differ", layout.name());
+        assert_eq!(session.device().log().take(), [], "{}: the validation layer is silent", layout.name());
+    }
 }

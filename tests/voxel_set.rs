@@ -59,7 +59,7 @@ void main() {
         return;
     }
     uint hash = (c.x * 73856093u ^ c.y * 19349663u ^ c.z * 83492791u) * 2654435761u >> 20;
-    if (hash == 1u) rx_set(world.origin + ivec3(c), 1u + (c.x & 1u));
+    if (hash == 1u) rx_set(world.origin + ivec3(c), 1u + 40000u * (c.x & 1u));
     if (hash > 3000u) rx_set(world.origin + ivec3(c), 0u);
 }
 ";
@@ -144,14 +144,17 @@ fn edited(world: &World) -> World {
                 let cell = IVec3::from_array(ORIGIN) + IVec3::new(x as i32, y as i32, z as i32);
                 let sum = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
                 match sum.wrapping_mul(2_654_435_761) >> 20 {
-                    1 => drop(voxels.insert(cell, 1 + (x & 1) as u16)),
+                    1 => drop(voxels.insert(cell, 1 + 40_000 * (x & 1) as u16)),
                     3001.. => drop(voxels.remove(&cell)),
                     _ => {}
                 }
             }
         }
     }
-    World::from_voxels(world.materials().to_vec(), voxels)
+    // A shader may set materials that the world's file does not have, up to 65,535.
+    let mut materials = world.materials().to_vec();
+    materials.resize(40_002, materials[1].clone());
+    World::from_voxels(materials, voxels)
 }
 
 #[test]

@@ -139,7 +139,7 @@ pub const ALL: &[RaySet] = &[
     },
     RaySet {
         name: "far-axes",
-        about: "origins 1e4 to 2^31 voxels away along one axis, aimed at the scene",
+        about: "origins 1e4 to 2^31 voxels away along one axis, aimed at the scene; and in any direction, from where no float holds the cell",
         make: Make::Rays(rays::far_axes),
     },
     RaySet {

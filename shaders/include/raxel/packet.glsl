@@ -28,7 +28,10 @@
 // Defined by the shader. Takes a pixel that is undecided: its ray passes only air until `t_free`, in lengths of its direction.
 void rx_tile_rest(ivec2 pixel, float t_free);
 
-const uint RX_TILE_LEAVES = 112u;                // leaves that a tile may look at before its rays are handed on
+// Leaves that a tile may look at before its rays are handed on. A shader can define another number.
+#ifndef RX_TILE_LEAVES
+#define RX_TILE_LEAVES 112u
+#endif
 const uint RX_TILE_STACK = 32u;                  // nodes that may wait, a power of two and at most one for each invocation
 const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times what the lattice takes from a component
 const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxel aside and one voxel deep is from the middle

@@ -136,6 +136,9 @@ void end_tile() {
 
 #if defined(RX_MARCH_PACKET)
 // A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
+// One tile in three hands its rays on after a few leaves: where the time that they are free is too long, they miss what comes next.
+uint most_leaves;
+#define RX_TILE_LEAVES most_leaves
 #include <raxel/packet.glsl>
 
 ivec3 camera_cell;
@@ -175,6 +178,7 @@ void main() {
     tan_half_fov = uintBitsToFloat(rays[tile + 4u].frac.xy);
     size = rays[tile + 4u].cell.xy;
     first = ivec2(rays[tile + 4u].dir.xy);
+    most_leaves = gl_WorkGroupID.x % 3u == 0u ? gl_WorkGroupID.x / 3u % 12u : 112u;
     begin_tile();
     rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
     end_tile();

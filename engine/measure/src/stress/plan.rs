@@ -188,7 +188,7 @@ enum Source {
 /// Which sites of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sites {
-    /// Around the origin.
+    /// Around the origin, or beside it.
     Near,
     /// At an end of the range of coordinates.
     Far,
@@ -199,7 +199,11 @@ impl Site {
     pub fn scene(scene: &'static Scene, sites: Sites) -> Self {
         let at = |name: &str| name.bytes().map(usize::from).sum::<usize>() % 3;
         let (name, corner) = match sites {
-            Sites::Near => (format!("{}@near", scene.name), IVec3::new(-13, 5, -40)),
+            Sites::Near => {
+                // Some lie where a place in the world's cube and its coordinates differ on every axis.
+                let corner = if at(scene.name) == 1 { IVec3::new(70, 133, 200) } else { IVec3::new(-13, 5, -40) };
+                (format!("{}@near", scene.name), corner)
+            }
             Sites::Far => {
                 // The last voxel at the largest coordinate.
                 let end = i32::MAX - (scene.size - 1);

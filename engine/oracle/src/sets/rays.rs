@@ -170,6 +170,9 @@ pub(super) fn far(targets: &RayTargets, random: &mut Random) -> Ray {
 
 /// As [`far`], but far away along one axis only, so that errors of that distance show. Half of the distances are arbitrary.
 pub(super) fn far_axes(targets: &RayTargets, random: &mut Random) -> Ray {
+    if random.below(4) == 0 {
+        return past_floats(targets, random);
+    }
     let target = targets.solid(random);
     let mut cell = random.cell(around(&targets.bounds));
     let (axis, most) = (random.index(3), AWAY[random.index(AWAY.len())]);
@@ -179,28 +182,53 @@ pub(super) fn far_axes(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
+/// A tracer may keep a cell in a float of 1.5 * 2^23 and more, whose low bits it is. This far up, or this far down, the sum is the bits of a NaN.
+const NOT_A_NUMBER: [i64; 2] = [0x3440_0000, 0x4b40_4000];
+
+/// In any direction, from so far away along one axis, or equally far along two, that no float holds the cell.
+fn past_floats(targets: &RayTargets, random: &mut Random) -> Ray {
+    let mut ray = incoherent(targets, random);
+    let distance = NOT_A_NUMBER[random.index(2)] + random.below(1 << 23).cast_signed();
+    for _ in 0..=random.below(2) {
+        let axis = random.index(3);
+        ray.cell[axis] =
+            clamped([i64::from(ray.cell[axis]) + if random.below(2) == 0 { distance } else { -distance }; 3])[0];
+    }
+    ray
+}
+
 /// Along an axis past a solid voxel or into it, and on the others as slowly as the lattice of directions can tell, or too slowly for it. From planes of
 /// the lattice, where the slightest motion decides the cell, and from so far away that it comes to cells.
 pub(super) fn slightest(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = targets.solid(random);
     let main = random.index(3);
-    let distance = [2.0, 40.0, 1_048_576.0, 4_294_967_296.0][random.index(4)];
-    let mut cell = target;
-    let mut dir = [0.0; 3];
-    for (axis, (cell, dir)) in cell.iter_mut().zip(&mut dir).enumerate() {
-        let sign = if random.below(2) == 0 { 1.0 } else { -1.0 };
-        let size = 1.0 + random.unit();
+    // Some come to the voxel's cell on the other axes at the very moment in which they have crossed all planes that there are.
+    let at_once = random.below(8) == 0;
+    let distance = if at_once { 1 << 32 } else { [2, 40, 1 << 20, 1 << 32][random.index(4)] };
+    let (mut cell, mut frac, mut dir) = (target, [0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let up = random.below(2) == 0;
+        let sign = if up { 1 } else { -1 };
+        let size = if at_once { 1.0 } else { 1.0 + random.unit() };
         if axis == main {
-            *cell -= (f64::from(sign) * distance) as i64;
-            *dir = sign * size;
+            cell[axis] -= sign * distance;
+            dir[axis] = sign as f32 * size;
         } else {
             // The lattice ends at 2^-30 of the power of two in the largest component.
-            let exponent = 28.0 + random.below(4) as f32;
-            *cell += random.below(3).cast_signed() - 1;
-            *dir = if random.below(4) == 0 { 0.0 } else { sign * size * (-exponent).exp2() };
+            let exponent = 28 + random.below(4);
+            let beside = random.below(3).cast_signed() - 1;
+            cell[axis] += if at_once { -sign * (distance >> exponent) } else { beside };
+            dir[axis] = if random.below(4) == 0 { 0.0 } else { sign as f32 * size * (-(exponent as f32)).exp2() };
         }
+        let place = [0.0, 1.0, 0.5, random.unit()][random.index(4)];
+        frac[axis] = if !at_once {
+            place
+        } else if up {
+            0.0
+        } else {
+            1.0
+        };
     }
-    let frac = std::array::from_fn(|_| [0.0, 1.0, 0.5, random.unit()][random.index(4)]);
     Ray::new(clamped(cell), frac, dir)
 }
 

@@ -169,8 +169,9 @@ pub(super) fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
 }
 
-/// Tiles of which one row, the nearest to the horizon, meets a solid voxel less than 1/25 voxel inside one of its edges; the other rows rise or sink
-/// away from there. Pixels are square or not.
+/// Tiles of which one row meets a solid voxel less than 1/25 voxel inside one of its edges. Either it is the nearest to the horizon, and meets the face
+/// towards the camera; the other rows rise or sink away from there. Or it is the farthest of a tile of 16 × 16, and comes into the voxel just before the
+/// face behind; the other rows pass above or below. Pixels are square or not.
 pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let [right, up, forward] = along_axes(random);
     let target = targets.solid(random);
@@ -178,22 +179,24 @@ pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let size = [[64, 64], [320, 176], [1280, 720], [3840, 2160]][random.index(4)];
     let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
     // The tile below the horizon, whose first row is the nearest, or the one above it. Both have a tile beside the middle column.
-    let below = random.below(2) == 0;
-    let row = if below { size[1] / 2 } else { size[1] / 2 - 1 };
-    let first = [size[0] / 2, if below { row } else { row + 1 - Tile::SIDE }];
+    let (below, behind) = (random.below(2) == 0, random.below(4) == 0);
+    let away = if behind { 15 } else { 0 };
+    let row = if below { size[1] / 2 + away } else { size[1] / 2 - 1 - away };
+    let first = [size[0] / 2, if below == behind { row + 1 - Tile::SIDE } else { row }];
     let mut tile = tile_of((target, [0.0; 3]), [right, up, forward], size, half_height, first);
     tile.camera.tan_half_fov.x *= [1.0, 0.125, 3.0, 8.0][random.index(4)];
     let column = first[0] + random.below(u64::from(Tile::SIDE)) as u32;
     let half = tile.camera.tan_half_fov;
     let rise = (1.0 - f64::from(2 * row + 1) / f64::from(size[1])) * f64::from(half.y);
     let aside = (f64::from(2 * column + 1) / f64::from(size[0]) - 1.0) * f64::from(half.x);
-    // Where it is met: on the face towards the camera, by the upper edge from below the horizon, and by the lower edge from above it.
+    // Where it is met: on the face towards the camera or behind, by the upper edge from below the horizon, and by the lower edge from above it.
     let inside = [1e-5, 1e-4, 1e-3, 1e-2, 0.04][random.index(5)];
     let height = if below { 0.5 - inside } else { inside - 0.5 };
     let (across, distance) = (f64::from(random.unit()) - 0.5, [0.6, 4.0, 60.0, 700.0, 8000.0][random.index(5)]);
     let place: [f64; 3] = std::array::from_fn(|i| {
         let [right, up, forward] = [right, up, forward].map(|axis| f64::from(axis[i]));
-        0.5 + across * right + height * up - 0.5 * forward - distance * (forward + rise * up + aside * right)
+        let face = if behind { 0.5 } else { -0.5 };
+        0.5 + across * right + height * up + face * forward - distance * (forward + rise * up + aside * right)
     });
     let (cell, frac) = at_place(target, place);
     (tile.camera.cell, tile.camera.frac) = (clamped(cell).into(), frac.into());
@@ -239,7 +242,11 @@ pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
 pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.index(5)];
     let half_height = [0.25, 0.5, 1.0, 2.0][random.index(4)];
-    let frac = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.index(3)]);
+    let mut frac = std::array::from_fn(|_| [0.0, 0.25, 0.5, 1.0][random.index(4)]);
+    // Outside of the cell, which counts as on its border.
+    if random.below(8) == 0 {
+        frac[random.index(3)] = [-0.25, 1.25][random.index(2)];
+    }
     let (cell, at) = (random.cell(around(&targets.bounds)), [random.unit(), random.unit()]);
     let view = along_axes(random);
     let first = tile_at(random, size, at);
@@ -307,7 +314,7 @@ pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray;
     let first = std::array::from_fn(|a| aim[a] - distance * f64::from(dir[a]) - 3.5 * (along[0][a] + along[1][a]));
     let moves = random.below(2) == 0;
     grid(target, first, along).map(|(cell, frac)| {
-        let away = if moves && random.below(8) == 0 { [0.02, 1.0, 20.0][random.index(3)] } else { 0.0 };
+        let away = if moves && random.below(8) == 0 { [0.002, 0.02, 1.0, 20.0][random.index(4)] } else { 0.0 };
         let by = random.direction();
         let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) + away * f64::from(by[a])));
         Ray::new(clamped(cell), frac, dir)
