@@ -66,15 +66,12 @@ impl Textures {
                 continue;
             }
             let image = ColorImage::from_rgba_unmultiplied(thumbnail.size, &thumbnail.rgba);
-            match self.0.get_mut(&of) {
-                Some((number, texture)) => {
-                    *number = thumbnail.number;
-                    texture.set(image, TextureOptions::LINEAR);
-                }
-                None => {
-                    let texture = context.load_texture("thumbnail", image, TextureOptions::LINEAR);
-                    self.0.insert(of, (thumbnail.number, texture));
-                }
+            if let Some((number, texture)) = self.0.get_mut(&of) {
+                *number = thumbnail.number;
+                texture.set(image, TextureOptions::LINEAR);
+            } else {
+                let texture = context.load_texture("thumbnail", image, TextureOptions::LINEAR);
+                self.0.insert(of, (thumbnail.number, texture));
             }
         }
     }

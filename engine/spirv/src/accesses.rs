@@ -265,7 +265,7 @@ impl<'w> Accesses<'w> {
                 }
                 Some(Type::RuntimeArray(element)) => {
                     at = element;
-                    self.length(class, (base, indices), around, writer, function)
+                    Self::length(class, (base, indices), around, writer, function)
                 }
                 _ => break,
             };
@@ -291,7 +291,6 @@ impl<'w> Accesses<'w> {
 
     /// Writes the number of elements of a runtime array that is the last member of a storage buffer.
     fn length(
-        &self,
         class: u32,
         (base, indices): (u32, &[u32]),
         around: Option<(usize, u32, u32)>,

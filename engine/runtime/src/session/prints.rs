@@ -122,17 +122,15 @@ impl Prints {
 
     fn judge(&mut self, pass: &str, what: Failed, failure: Failure) {
         let last = failure.count;
-        match self.failing.iter_mut().find(|failing| failing.pass == pass && failing.what == what) {
-            Some(failing) => {
-                (failing.last, failing.held) = (last, 0);
-                if last > failing.worst.count {
-                    failing.worst = failure;
-                }
+        let known = self.failing.iter_mut().find(|failing| failing.pass == pass && failing.what == what);
+        if let Some(failing) = known {
+            (failing.last, failing.held) = (last, 0);
+            if last > failing.worst.count {
+                failing.worst = failure;
             }
-            None => {
-                let pass = pass.to_owned();
-                self.failing.push(Failing { pass, what, last, worst: failure, held: 0, said: false });
-            }
+        } else {
+            let pass = pass.to_owned();
+            self.failing.push(Failing { pass, what, last, worst: failure, held: 0, said: false });
         }
     }
 
