@@ -194,29 +194,6 @@ impl<'a, 't> Table<'a, 't> {
         all
     }
 
-    /// A table of named tables, e.g. `[targets.*]`, in the order of the file; empty when the key is absent.
-    pub fn tables(&self, key: &str) -> Vec<(String, Node<'a, 't>, Table<'a, 't>)> {
-        let Some(table) = self.get(key).and_then(|node| node.table()) else { return Vec::new() };
-        let entries = table.entries();
-        entries.into_iter().filter_map(|(name, node)| node.table().map(|table| (name, node, table))).collect()
-    }
-
-    /// An array of tables, e.g. `[[passes]]`; empty when the key is absent.
-    pub fn array_of_tables(&self, key: &str) -> Vec<Table<'a, 't>> {
-        let Some(elements) = self.get(key).and_then(|node| node.array()) else { return Vec::new() };
-        elements.iter().filter_map(Node::table).collect()
-    }
-
-    /// Text of a key, if it is there.
-    pub fn string(&self, key: &str) -> Option<(String, Span)> {
-        self.get(key).and_then(|node| Some((node.string()?, node.span)))
-    }
-
-    /// Text of a key that must be there.
-    pub fn need_string(&self, key: &str) -> Option<(String, Span)> {
-        self.need(key).and_then(|node| Some((node.string()?, node.span)))
-    }
-
     /// Reports two keys that exclude each other. True if both are there.
     pub fn conflict(&self, a: &str, b: &str, why: &str) -> bool {
         let (Some(first), Some(second)) = (self.get(a), self.get(b)) else { return false };
@@ -496,7 +473,7 @@ mod tests {
     fn every_mistake_is_reported_at_once() {
         let text = "name = 3\nsise = 1\n[t]\ncount = -1\n";
         let found = read_document("g.toml", text, &mut SourceMap::default(), |root| {
-            root.need_string("name");
+            root.need("name").and_then(|node| node.string());
             root.get("size");
             let table = root.get("t")?.table()?;
             table.get("count").and_then(|n| n.integer(0..=9));
@@ -515,7 +492,7 @@ mod tests {
     fn a_misspelt_key_is_one_mistake() {
         let text = "[[show]]\ntagret = 1\n[[show]]\n[[show]]\ntagret = 1\ntargte = 2\n";
         let found = read_document("g.toml", text, &mut SourceMap::default(), |root| {
-            for table in root.array_of_tables("show") {
+            for table in root.get("show")?.array()?.iter().filter_map(Node::table) {
                 table.need("target");
                 table.need("time");
                 table.finish();
@@ -567,7 +544,9 @@ mod tests {
 
     fn found_in(text: &str) -> Vec<Diagnostic> {
         let read = |root: &Table<'_, '_>| {
-            for (_, _, table) in root.tables("t") {
+            let tables = root.get("t").and_then(|node| node.table());
+            let entries = tables.iter().flat_map(Table::entries);
+            for table in entries.filter_map(|(_, node)| node.table()) {
                 table.get("known");
                 table.finish();
             }

@@ -22,52 +22,35 @@ pub struct Message {
     pub text: String,
 }
 
-/// At most this many texts are kept; all are counted.
+/// At most this many messages are kept.
 const KEPT: usize = 256;
 
 /// Collects what the validation layer says. Shared by every thread that calls Vulkan.
 #[derive(Debug, Default)]
 pub struct ValidationLog {
-    state: Mutex<State>,
-}
-
-#[derive(Debug, Default)]
-struct State {
-    messages: Vec<Message>,
-    errors: u64,
-    warnings: u64,
+    messages: Mutex<Vec<Message>>,
 }
 
 impl ValidationLog {
     pub(crate) fn push(&self, message: Message) {
-        let mut state = self.lock();
-        match message.severity {
-            Severity::Warning => state.warnings += 1,
-            Severity::Error => state.errors += 1,
+        let mut messages = self.lock();
+        if messages.len() < KEPT {
+            messages.push(message);
         }
-        if state.messages.len() < KEPT {
-            state.messages.push(message);
-        }
-    }
-
-    /// Number of errors and of warnings so far, `take`n ones included.
-    pub fn counts(&self) -> (u64, u64) {
-        let state = self.lock();
-        (state.errors, state.warnings)
     }
 
     /// A copy of the messages that were not taken yet.
     pub fn messages(&self) -> Vec<Message> {
-        self.lock().messages.clone()
+        self.lock().clone()
     }
 
     /// Removes and returns the messages.
     pub fn take(&self) -> Vec<Message> {
-        std::mem::take(&mut self.lock().messages)
+        std::mem::take(&mut self.lock())
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, State> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Message>> {
         // A panic elsewhere leaves whole messages behind; they stay worth reading.
-        self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+        self.messages.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }

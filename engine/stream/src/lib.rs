@@ -33,6 +33,6 @@ pub use pool::{Block, Pool, PoolMemory, PoolStats};
 pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
 pub use reachable_set::ReachableSet;
-pub use streamer::{StreamError, StreamOptions, Streamer};
+pub use streamer::{Estimate, StreamError, StreamOptions, Streamer};
 pub use union::union;
 pub use view::View;

@@ -12,7 +12,9 @@ use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, Time
 use raxel_world::{ChunkPos, ChunkProvider};
 use raxel_worldfile::Streamed;
 
-use crate::{Missing, PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
+use crate::{
+    Estimate, Missing, PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View,
+};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -150,7 +152,7 @@ impl WorldStream {
         let there = u64::from(capabilities.limits.max_storage_buffer_range).min(capabilities.memory / SHARE);
         let bytes = settings.gpu_memory.min(there) & !15;
         let loaded = reach.loaded(complete);
-        let [needed, packed] = Streamer::estimate(&**tiles, &loaded, eye.cell, &ChunkCache::bytes_of);
+        let Estimate { pool: needed, packed } = Streamer::estimate(&**tiles, &loaded, eye.cell, &ChunkCache::bytes_of);
         if needed > bytes {
             return Err(Refused::World(Box::new(too_small(streamed, needed, bytes))));
         }

@@ -31,6 +31,15 @@ use neighbor_faces::NeighborFaceCache;
 use threads::Spawn;
 use worker::Made;
 
+/// Bytes that the tiles around a camera take, estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Estimate {
+    /// In a pool on the device.
+    pub pool: u64,
+    /// In the cache of chunks in main memory.
+    pub packed: u64,
+}
+
 /// How a streamer works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamOptions {
@@ -284,14 +293,14 @@ impl Streamer {
         self.shared.ended.get()
     }
 
-    /// Estimates the bytes of the pool for the tiles that a camera wants, and the sum of `packed` over the same tiles. It makes a sample of the
-    /// columns of tiles around the camera, as far as the source has them.
+    /// Estimates the memory for the tiles that a camera wants; `packed` gives the bytes of one in main memory. It makes a sample of the columns of
+    /// tiles around the camera, as far as the source has them.
     pub fn estimate(
         source: &dyn ChunkProvider,
         reach: &StreamingRange,
         camera: glam::IVec3,
         packed: &dyn Fn(&Content) -> u64,
-    ) -> [u64; 2] {
+    ) -> Estimate {
         /// Columns of each level that are looked at.
         const COLUMNS: u64 = 12;
         let mut random = raxel_world::random::SplitMix64::new(0x5eed);
@@ -320,7 +329,7 @@ impl Streamer {
                 (0..2).for_each(|kind| bytes[kind] += found[kind] as f64 * share);
             }
         }
-        [Pool::bytes_for(bytes[0] as u64, source.materials().len()), bytes[1] as u64]
+        Estimate { pool: Pool::bytes_for(bytes[0] as u64, source.materials().len()), packed: bytes[1] as u64 }
     }
 
     /// Sets the camera at the start of a frame. Takes about a microsecond and never waits.

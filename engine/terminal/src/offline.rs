@@ -168,10 +168,9 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Numbers of errors and warnings.
-    pub fn counts(&self) -> (usize, usize) {
-        let errors = self.found.iter().filter(|d| d.severity == Severity::Error).count();
-        (errors, self.found.len() - errors)
+    /// How many errors it has; what else was found are warnings.
+    pub fn errors(&self) -> usize {
+        self.found.iter().filter(|d| d.severity == Severity::Error).count()
     }
 
     fn add_world(&mut self, world: &Part<SessionWorld>) {

@@ -51,6 +51,15 @@ impl Default for FlySpeed {
     }
 }
 
+/// A rotation between view space and the world, in both directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewMatrices {
+    /// `camera.view_to_world`.
+    pub view_to_world: Mat4,
+    /// Its inverse.
+    pub world_to_view: Mat4,
+}
+
 impl Camera {
     /// Straight up, in radians. There, yaw turns the picture.
     pub const MAX_PITCH: f64 = std::f64::consts::FRAC_PI_2;
@@ -143,12 +152,13 @@ impl Camera {
 
     /// `camera.view_to_world` and its inverse, sheared along the line of sight: the ray through (x, y, −1) in view space goes where the ray
     /// through (x + shift\[0\], y + shift\[1\], −1) went.
-    pub fn sheared(&self, shift: [f64; 2]) -> (Mat4, Mat4) {
+    pub fn sheared(&self, shift: [f64; 2]) -> ViewMatrices {
         let shear =
             |sign: f64| DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(-sign * shift[0], -sign * shift[1], 1.0));
         let rotation = self.rotation();
         let (to_world, to_view) = (rotation * shear(1.0), shear(-1.0) * rotation.transpose());
-        (Mat4::from_mat3(to_world.as_mat3()), Mat4::from_mat3(to_view.as_mat3()))
+        let [view_to_world, world_to_view] = [to_world, to_view].map(|matrix| Mat4::from_mat3(matrix.as_mat3()));
+        ViewMatrices { view_to_world, world_to_view }
     }
 
     /// The camera as a streamed world is told of it, for a picture of that aspect of width over height.
@@ -219,12 +229,12 @@ mod tests {
     #[test]
     fn a_shear_moves_every_ray_by_the_same_part_of_a_pixel() {
         let camera = Camera { yaw: 0.7, pitch: -0.3, ..Camera::default() };
-        let (to_world, to_view) = camera.sheared([0.25, -0.125]);
+        let ViewMatrices { view_to_world, world_to_view } = camera.sheared([0.25, -0.125]);
         for [x, y] in [[0.0, 0.0], [0.5, -1.0], [-2.0, 0.25]] {
-            let sheared = to_world.transform_vector3(Vec3::new(x, y, -1.0));
+            let sheared = view_to_world.transform_vector3(Vec3::new(x, y, -1.0));
             let shifted = camera.rotation() * DVec3::new(f64::from(x) + 0.25, f64::from(y) - 0.125, -1.0);
             assert!(sheared.as_dvec3().abs_diff_eq(shifted, 1e-6));
-            assert!(to_view.transform_vector3(sheared).abs_diff_eq(Vec3::new(x, y, -1.0), 1e-6));
+            assert!(world_to_view.transform_vector3(sheared).abs_diff_eq(Vec3::new(x, y, -1.0), 1e-6));
         }
     }
 

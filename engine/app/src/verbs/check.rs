@@ -103,7 +103,7 @@ fn check(
     let fresh: Vec<Diagnostic> = checked.found.iter().filter(|found| whole || told.is_new(found)).cloned().collect();
     console.diagnostics(&fresh, &checked.texts, To::Stdout);
     summary(path, Some(FileKind::of(path)), (&checked, !checked.found.is_empty() && fresh.is_empty()), console);
-    Ok(checked.counts().0 == 0)
+    Ok(checked.errors() == 0)
 }
 
 /// What was told of the files before: a mistake in what they share (`extends`, includes, the graph of a demo) is found with each of them, and told once.
@@ -119,7 +119,8 @@ impl Told {
 }
 
 fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, bool), console: &Console) {
-    let (errors, warnings) = checked.counts();
+    let errors = checked.errors();
+    let warnings = checked.found.len() - errors;
     let over = checked.over.as_ref();
     let unbuilt = checked.unbuilt.map(|reach| reach.chunks);
     if console.format() == Format::Json {

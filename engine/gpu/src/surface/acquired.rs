@@ -39,11 +39,6 @@ impl<'s> AcquiredImage<'s> {
         self.surface.extent().unwrap_or([1; 2])
     }
 
-    /// Whether triangles can be drawn over the picture.
-    pub fn can_draw(&self) -> bool {
-        self.chain_image().is_some_and(|image| image.view != vk::ImageView::null())
-    }
-
     /// Records the copy of a picture (RGBA, 8 bits, sRGB-encoded bytes, in `GENERAL`, last touched by a transfer or made visible to
     /// one), scaled to the window: the nearest texel.
     pub fn copy_picture(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<()> {

@@ -63,7 +63,7 @@ fn stages_over(
     }
     let (middle, reach) = reach_about(world)?;
     let tiles: Arc<dyn ChunkProvider> = Arc::new(ChunkCache::new(world.clone(), KEPT));
-    let [bytes, _] = Streamer::estimate(&*tiles, &reach, middle, &|_| 0);
+    let bytes = Streamer::estimate(&*tiles, &reach, middle, &|_| 0).pool;
     let most = most_bytes / 4;
     let mut words = (bytes / 2 + SPARE).min(most);
     loop {

@@ -12,7 +12,7 @@ use crate::build::Selection;
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
-use crate::inputs::{Inputs, ShownInputs};
+use crate::inputs::Inputs;
 use crate::params::{self, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
@@ -85,11 +85,6 @@ impl Session {
     /// What a person holds and turns, for the next frame. What a demo drives wins, until [`Session::take_over`].
     pub fn inputs(&mut self) -> &mut Inputs {
         &mut self.playback.inputs.live
-    }
-
-    /// The inputs of the last frame.
-    pub fn shown_inputs(&self) -> &ShownInputs {
-        &self.playback.inputs.shown
     }
 
     /// The debug target.

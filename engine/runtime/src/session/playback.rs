@@ -233,9 +233,9 @@ impl CameraView {
             let tan = self.camera.tan_half_fov(aspect).as_dvec2().to_array();
             // A pixel is 2 / extent wide where the picture reaches from −1 to 1.
             let shift = |axis: usize| 2.0 * self.subpixel[axis] / f64::from(output[axis]) * tan[axis];
-            let (view_to_world, world_to_view) = self.camera.sheared([shift(0), -shift(1)]);
-            builtins.camera_view_to_world = view_to_world.to_cols_array_2d();
-            builtins.camera_world_to_view = world_to_view.to_cols_array_2d();
+            let sheared = self.camera.sheared([shift(0), -shift(1)]);
+            builtins.camera_view_to_world = sheared.view_to_world.to_cols_array_2d();
+            builtins.camera_world_to_view = sheared.world_to_view.to_cols_array_2d();
         }
         builtins
     }
