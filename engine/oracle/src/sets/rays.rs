@@ -206,28 +206,22 @@ pub(super) fn slightest(targets: &RayTargets, random: &mut Random) -> Ray {
     let at_once = random.below(8) == 0;
     let distance = if at_once { 1 << 32 } else { [2, 40, 1 << 20, 1 << 32][random.index(4)] };
     let (mut cell, mut frac, mut dir) = (target, [0.0; 3], [0.0; 3]);
-    for axis in 0..3 {
+    for (axis, ((cell, dir), frac)) in cell.iter_mut().zip(&mut dir).zip(&mut frac).enumerate() {
         let up = random.below(2) == 0;
         let sign = if up { 1 } else { -1 };
         let size = if at_once { 1.0 } else { 1.0 + random.unit() };
         if axis == main {
-            cell[axis] -= sign * distance;
-            dir[axis] = sign as f32 * size;
+            *cell -= sign * distance;
+            *dir = sign as f32 * size;
         } else {
             // The lattice ends at 2^-30 of the power of two in the largest component.
             let exponent = 28 + random.below(4);
             let beside = random.below(3).cast_signed() - 1;
-            cell[axis] += if at_once { -sign * (distance >> exponent) } else { beside };
-            dir[axis] = if random.below(4) == 0 { 0.0 } else { sign as f32 * size * (-(exponent as f32)).exp2() };
+            *cell += if at_once { -sign * (distance >> exponent) } else { beside };
+            *dir = if random.below(4) == 0 { 0.0 } else { sign as f32 * size * (-(exponent as f32)).exp2() };
         }
         let place = [0.0, 1.0, 0.5, random.unit()][random.index(4)];
-        frac[axis] = if !at_once {
-            place
-        } else if up {
-            0.0
-        } else {
-            1.0
-        };
+        *frac = if at_once { f32::from(u8::from(!up)) } else { place };
     }
     Ray::new(clamped(cell), frac, dir)
 }
