@@ -10,7 +10,7 @@ use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_execute::{FrameReport, Progress};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::session::{FrameError, OpenError, Options, Session};
-use raxel_stream::{FrameTime, PoolStats, Stats};
+use raxel_stream::{PoolStats, Stats, ThreadTime};
 use serde::Serialize;
 
 pub use edits::{EditLatency, Edits, Rate};
@@ -365,7 +365,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     // What was counted for this place is asked for after that it was.
     let looked = stream.has_looked();
     let (stats, missing) = (stream.stats(), stream.missing_in_view());
-    let FrameTime { spent, waited } = stream.frame_time();
+    let ThreadTime { spent, waited } = stream.frame_time();
     // Until everything was there is not what a frame over it takes.
     let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
     Ok(Frame {

@@ -48,7 +48,7 @@ pub struct SeenChanges {
 
 /// What the world took of a frame's thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FrameTime {
+pub struct ThreadTime {
     /// Work.
     pub spent: Duration,
     /// How long it waited for a complete world beside that.
@@ -348,9 +348,9 @@ impl WorldStream {
     }
 
     /// What the world took of the last frame's thread.
-    pub fn frame_time(&self) -> FrameTime {
+    pub fn frame_time(&self) -> ThreadTime {
         let frames = self.frames();
-        FrameTime { spent: frames.spent, waited: frames.waited }
+        ThreadTime { spent: frames.spent, waited: frames.waited }
     }
 
     /// Whether the next frame would see something else than the last one.
