@@ -125,10 +125,16 @@ fn every_graph_runs_over_every_world() {
 fn no_access_of_a_graph_is_out_of_bounds() {
     let _turn = turn();
     let project = repository();
-    for graph in &[vec!["graphs/primary.toml".to_owned()], project.graphs_in("graphs/examples")].concat() {
+    let mut graphs = [vec!["graphs/primary.toml".to_owned()], project.graphs_in("graphs/examples")].concat();
+    // It extends `beauty`, whose tracers are too large.
+    graphs.retain(|graph| graph != "graphs/examples/fair.toml");
+    for graph in &graphs {
         let world = if has_models(graph, "worlds/menger.toml") { "worlds/menger.toml" } else { "worlds/valley.toml" };
         let files = (Some(graph.into()), Some(world.into()));
-        let mut session = open(graph, Options { graph: files.0, world: files.1, check_bounds: true, watchdog: PATIENCE, ..options() });
+        let mut session = open(
+            graph,
+            Options { graph: files.0, world: files.1, check_bounds: true, watchdog: PATIENCE, ..options() },
+        );
         run(graph, &mut session);
         session.wait().unwrap();
         let found = session.take_messages();

@@ -110,6 +110,7 @@ fn color(thumbnail: &Thumbnail) -> [u8; 4] {
 }
 
 const WHITE: [u8; 4] = [255; 4];
+const BLACK: [u8; 4] = [0, 0, 0, 255];
 
 #[test]
 fn each_pass_has_a_picture_of_what_it_leaves() {
@@ -140,7 +141,6 @@ fn a_still_frame_makes_each_once_and_then_nothing() {
     session.set_param("red", raxel_graph::checked::Value::F32(0.0)).unwrap();
     let found = frames(&mut session, 6);
     let colors: Vec<[u8; 4]> = found.values().map(color).collect();
-    const BLACK: [u8; 4] = [0, 0, 0, 255];
     assert_eq!(colors, [BLACK, BLACK, BLACK, WHITE]);
     session.make_thumbnails(false);
     session.set_param("red", raxel_graph::checked::Value::F32(1.0)).unwrap();
