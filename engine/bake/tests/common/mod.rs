@@ -5,6 +5,8 @@
 mod files;
 pub mod python;
 #[cfg(feature = "cloud")]
+pub mod s3;
+#[cfg(feature = "cloud")]
 pub mod web;
 
 use std::sync::Arc;
