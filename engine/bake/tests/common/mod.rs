@@ -4,6 +4,8 @@
 
 pub mod python;
 #[cfg(feature = "cloud")]
+pub mod s3;
+#[cfg(feature = "cloud")]
 pub mod web;
 
 use std::sync::Arc;
