@@ -390,13 +390,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let moves: Vec<String> = (0..300).map(|n| format!("[{}, [{n}, 2]]", f64::from(n) / 100.0)).collect();
         let demo = format!(
-            "graph = \"graphs/a.toml\"\nduration = 4.0\n[inputs]\nkeys = [[0.5, [\"KeyW\"]], [1.0, []]]\ncursor = [{}]\n",
+            "graph = \"a.toml\"\nworld = \"a.toml\"\nduration = 4.0\n[inputs]\nkeys = [[0.5, [\"KeyW\"]], [1.0, []]]\ncursor = [{}]\n",
             moves.join(", ")
         );
         let demo = ("worlds/a.demo.toml", demo.as_str());
+        let world = (
+            "worlds/a.toml",
+            "[materials]\nstone = { albedo = [0.5, 0.5, 0.5] }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = \"stone\"\n",
+        );
         drop(open(
             &folder,
-            &[("graphs/a.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY), demo],
+            &[("graphs/a.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY), world, demo],
         ));
         let project = Some(folder.path().to_owned());
         let options = Options { project, size: [8, 8], demo: Some(demo.0.into()), ..Options::default() };
