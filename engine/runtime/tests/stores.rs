@@ -18,6 +18,7 @@ use raxel_edit::query::{cast, collide, histogram, overlaps};
 use raxel_ray::Ray;
 use raxel_runtime::world::SessionWorld;
 use raxel_runtime::{Options, Session};
+use raxel_testing::files;
 use raxel_world::random::SplitMix64;
 use raxel_world::{Bounds, Cause, ChunkPos, ChunkProvider, Content, Unavailable};
 use raxel_worldfile::Effort;
@@ -84,24 +85,6 @@ impl Baked {
         let inside = (0..3).all(|axis| (0..of.shards[axis] as i32).contains(&at[axis]));
         inside.then(|| format!("{level}/c/{}/{}/{}", at[2], at[1], at[0]))
     }
-}
-
-fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(folder).unwrap().display().to_string();
-                found.push((name, fs::read(path).unwrap()));
-            }
-        }
-    }
-    found.sort();
-    found
 }
 
 fn load(folder: &Path) -> Result<SessionWorld, String> {
