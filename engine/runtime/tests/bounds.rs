@@ -62,7 +62,7 @@ const LINE: usize = 13;
 fn project(body: &str) -> TestProject {
     let project = TestProject::new();
     project.write("graphs/bounds.toml", GRAPH);
-    project.write("shaders/count.comp", &shader(body));
+    project.write("shaders/count.comp", shader(body));
     project
 }
 

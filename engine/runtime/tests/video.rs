@@ -146,7 +146,7 @@ fn another_video_and_other_texels_are_taken_over() {
     session.set_param("add", Value::F32(0.5)).unwrap();
     assert_eq!(red(&mut session), 20);
     // As light, with mips.
-    project.write("graphs/video.toml", &GRAPH.replace(".mkv\"", ".mkv\"\nencoding = \"srgb\"\nmips = \"full\""));
+    project.write("graphs/video.toml", GRAPH.replace(".mkv\"", ".mkv\"\nencoding = \"srgb\"\nmips = \"full\""));
     session.wait_reload(Duration::from_secs(60));
     session.seek(0.0);
     session.frame().unwrap();
