@@ -76,7 +76,7 @@ pub const LEAST: Lesser = Lesser {
     pipeline_milliseconds: 0,
 };
 
-/// A small device with a driver of its own, such as the Raspberry Pi 5 (`anywhere.md`: 4 storage images, 8 storage buffers).
+/// A small device with a driver of its own, such as the Raspberry Pi 5 (4 storage images, 8 storage buffers).
 pub const SMALL: Lesser = Lesser {
     name: "a small device",
     storage_buffers: 8,

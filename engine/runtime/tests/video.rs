@@ -163,8 +163,11 @@ fn what_is_no_video_is_an_error_at_its_source() {
     for (bytes, wrong) in [
         (b"no video at all".as_slice(), "`clip.mkv` cannot be read: ffprobe says:"),
         (b"", "`clip.mkv` cannot be read"),
+        // A list of files, which would lead to another one.
+        (b"ffconcat version 1.0\nfile other.mkv\n", "`clip.mkv` cannot be read"),
     ] {
         let project = project(&[10]);
+        write_clip(&project.path("other.mkv"), &[10]);
         std::fs::write(project.path("clip.mkv"), bytes).unwrap();
         let error = Session::open(options(&project)).err().expect("it does not open");
         let OpenError::Project { diagnostics, texts } = error else { panic!("{error}") };

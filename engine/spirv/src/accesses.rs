@@ -417,7 +417,7 @@ impl<'w> Accesses<'w> {
                 }
             });
         }
-        let beyond = beyond.expect("an access has a coordinate");
+        let beyond = beyond.expect("an element has one coordinate, and `texel` checks no image with none");
         op(Op::SelectionMerge, &[end, SelectionControl::NONE.bits()]);
         op(Op::BranchConditional, &[beyond, then, end]);
         op(Op::Label, &[then]);

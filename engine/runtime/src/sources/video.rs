@@ -1,7 +1,7 @@
 //! Videos that play: a thread decodes ahead, and each frame of the session takes what its time asks for.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use raxel_diagnostics::{Diagnostic, codes};
@@ -29,14 +29,29 @@ pub(super) struct Player {
     /// A frame that found no room in what the next frame uploads.
     unwritten: Option<(u64, FileImage)>,
     ended: bool,
-    failed: Option<String>,
+    /// Nothing more is decoded.
+    failed: bool,
+    /// It was said that there are fewer frames than the file says.
+    short: bool,
+    /// What has gone wrong and was not said yet.
+    problem: Option<String>,
 }
 
 impl Player {
     /// The source holds the first frame.
     pub(super) fn new(video: &Video) -> Self {
         let video = video.clone();
-        Self { video, decoded: None, next: 0, shown: 0, unwritten: None, ended: false, failed: None }
+        Self {
+            video,
+            decoded: None,
+            next: 0,
+            shown: 0,
+            unwritten: None,
+            ended: false,
+            failed: false,
+            short: false,
+            problem: None,
+        }
     }
 
     /// Brings the frame of a time into the source, before the next frame of the session; `waits` until it is decoded, or takes the newest that
@@ -75,33 +90,50 @@ impl Player {
     }
 
     fn decode_to(&mut self, wanted: u64, waits: bool) {
-        if self.failed.is_some() {
+        if self.failed {
             return;
         }
         if wanted < self.next.saturating_sub(1) || (self.decoded.is_none() && !self.ended) {
             self.start();
         }
-        while self.next <= wanted && !self.ended {
+        while self.next <= wanted && !self.ended && !self.failed {
             let Some(decoded) = &self.decoded else { return };
-            let image = if waits {
-                decoded.recv_timeout(PATIENCE).ok()
+            let received = if waits {
+                decoded.recv_timeout(PATIENCE).map_err(|error| error == RecvTimeoutError::Timeout)
             } else {
                 match decoded.try_recv() {
                     Err(TryRecvError::Empty) => return,
-                    image => image.ok(),
+                    received => received.map_err(|_| false),
                 }
             };
-            let Some(image) = image else {
-                // It has fewer frames than its file says: the last one stays.
-                self.ended = true;
-                if self.next == 0 {
-                    self.failed = Some(format!("`{}` can no longer be decoded", self.video.path));
+            let image = match received {
+                Ok(image) => image,
+                Err(true) => {
+                    let seconds = PATIENCE.as_secs();
+                    return self.fail(format!("`{}` brought no frame within {seconds} s", self.video.path));
                 }
-                return;
+                Err(false) => return self.end(),
             };
             self.unwritten = Some((self.next, image));
             self.next += 1;
         }
+    }
+
+    /// No frame follows. What the file said of their number may be wrong.
+    fn end(&mut self) {
+        self.ended = true;
+        let Video { path, frames, .. } = &self.video;
+        if self.next == 0 {
+            let message = format!("`{path}` can no longer be decoded");
+            self.fail(message);
+        } else if !std::mem::replace(&mut self.short, true) {
+            self.problem = Some(format!("`{path}` ends after {} of {frames} frames", self.next));
+        }
+    }
+
+    fn fail(&mut self, message: String) {
+        self.failed = true;
+        self.problem = Some(message);
     }
 
     /// Decodes from the beginning.
@@ -120,7 +152,7 @@ impl Player {
             }
         };
         if let Err(error) = std::thread::Builder::new().name("raxel-video".to_owned()).spawn(decode) {
-            self.failed = Some(format!("`{}` cannot be played: {error}", self.video.path));
+            self.fail(format!("`{}` cannot be played: {error}", self.video.path));
         }
     }
 
@@ -131,7 +163,65 @@ impl Player {
 
     /// What has gone wrong since the last call.
     pub(super) fn take_problem(&mut self) -> Option<Diagnostic> {
-        let message = self.failed.as_mut().filter(|message| !message.is_empty()).map(std::mem::take)?;
+        let message = self.problem.take()?;
         Some(Diagnostic::warning(codes::graph::FILE_SOURCE, message).note("the last frame stays"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use raxel_graph::ImageRequest;
+
+    use super::*;
+
+    /// Three frames, of a file that says five.
+    fn short(folder: &tempfile::TempDir) -> Player {
+        let disk = folder.path().join("a.mkv");
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args([
+            "-v",
+            "error",
+            "-f",
+            "lavfi",
+            "-i",
+            "color=red:size=8x4:rate=10",
+            "-frames:v",
+            "3",
+            "-c:v",
+            "png",
+        ]);
+        assert!(ffmpeg.arg(&disk).status().expect("ffmpeg is installed").success());
+        let request = ImageRequest { format: None, mips: 1, slices: None, srgb: false };
+        Player::new(&Video { path: "a.mkv".to_owned(), disk, extent: [8, 4], rate: 10.0, frames: 5, request })
+    }
+
+    #[test]
+    fn a_video_that_ends_too_early_says_so_once_and_keeps_its_last_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut player = short(&folder);
+        player.decode_to(2, true);
+        assert!(player.take_problem().is_none());
+        for _ in 0..2 {
+            player.decode_to(4, true);
+        }
+        assert_eq!(player.unwritten.as_ref().map(|(number, _)| *number), Some(2));
+        assert_eq!(player.take_problem().unwrap().message, "`a.mkv` ends after 3 of 5 frames");
+        // At the next turn as well it ends too early.
+        player.decode_to(0, true);
+        player.decode_to(4, true);
+        assert!(player.take_problem().is_none());
+    }
+
+    #[test]
+    fn a_video_that_is_gone_says_so_and_is_not_decoded_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut player = short(&folder);
+        std::fs::remove_file(&player.video.disk).unwrap();
+        player.decode_to(1, true);
+        assert_eq!(player.take_problem().unwrap().message, "`a.mkv` can no longer be decoded");
+        player.decode_to(2, true);
+        assert!(player.take_problem().is_none() && player.unwritten.is_none());
     }
 }

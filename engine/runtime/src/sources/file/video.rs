@@ -15,8 +15,8 @@ const EXTENSIONS: [&str; 6] = ["mp4", "mkv", "mov", "webm", "avi", "gif"];
 /// Frames that a video has at most.
 const MOST_FRAMES: u64 = 1 << 24;
 
-/// What files are read by: no video leads to another file or to the network.
-const LOCAL: [&str; 2] = ["-protocol_whitelist", "file"];
+/// What files are read by: no video leads to another file or to the network, as a list of files would.
+const LOCAL: [&str; 4] = ["-protocol_whitelist", "file", "-format_whitelist", "mov,matroska,avi,gif"];
 
 /// Whether a file is a video, by its name.
 pub(super) fn is_video(path: &str) -> bool {
