@@ -39,9 +39,14 @@ layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history
 const float ONE = 16777216.0;       // cosines are added as whole numbers, so that their order does not matter
 const uint STEADY = 16u;            // frames after the last change until no pixel is in doubt any more
 
+const int NEAR = 2;                 // pixels that a pixel looks at, each way
+const float APART = 2.0;            // variances of their difference at which two pixels hardly count as alike
+
 const uint NOT_ASKED = 7u;
 shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun
 shared uint facing[PIXELS];         // face; NOT_ASKED where the sun is not asked for
+shared int plane[PIXELS];           // where on its axis that face lies
+shared uint taken[PIXELS];          // rays
 shared uint doubtful[PIXELS];       // pixels that get more rays
 shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
@@ -103,6 +108,34 @@ vec3 sun_place(ivec2 pixel, vec3 sun, uint index) {
     return rx_sun_point(sun, rx_sobol(index, 0u, scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y)))));
 }
 
+#ifndef ONE_RAY
+// The pixel of the group that lies so far from another one; PIXELS where it lies in another group or faces another way.
+uint beside(uint own, ivec2 step) {
+    ivec2 at = ivec2(own % SIDE, own / SIDE) + step;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(SIDE)))) return PIXELS;
+    uint other = uint(at.y) * SIDE + uint(at.x);
+    return facing[other] == facing[own] ? other : PIXELS;
+}
+
+// What the rays of a pixel and of those around it have found, as far as chance explains the difference: half shadows are smooth, and the edges
+// of sharp ones stay where they are. `most` is the cosine of a face without shadow.
+float shared_share(uint own, float most) {
+    float mine = float(found[own]) * (16.0 / ONE), n = float(taken[own]), sum = mine, rays = n;
+    for (int y = -NEAR; y <= NEAR; ++y) {
+        for (int x = -NEAR; x <= NEAR; ++x) {
+            uint other = x == 0 && y == 0 ? PIXELS : beside(own, ivec2(x, y));
+            if (other == PIXELS || plane[other] != plane[own]) continue;
+            float theirs = float(found[other]) * (16.0 / ONE), m = float(taken[other]);
+            float pooled = clamp((mine + theirs) / ((n + m) * most), 0.0, 1.0), apart = mine / n - theirs / m;
+            float weight = exp(-apart * apart / max(APART * most * most * pooled * (1.0 - pooled) * (1.0 / n + 1.0 / m), 1e-12));
+            sum += weight * theirs;
+            rays += weight * m;
+        }
+    }
+    return sum / rays;
+}
+#endif
+
 // A mean with new rays in it: `fresh` is the mean of `n`. While everything stands still, it is of all frames; a sun that has moved leaves little.
 vec2 with_fresh(vec2 old, float fresh, float n, float history, float a_frame) {
     float most = history + float(frame.still) * a_frame;
@@ -142,6 +175,11 @@ void main() {
     uint own = gl_LocalInvocationIndex;
     found[own] = 0u;
     facing[own] = asks ? face : NOT_ASKED;
+    plane[own] = hit.xyz[min(RX_FACE_PART(face) >> 1, 2u)];
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(face)) plane[own] = int(rx_hash(hit.xyz));
+#endif
+    taken[own] = 1u;
     if (own == 0u) {
         doubts = 0u;
         asked_for = 0u;
@@ -166,21 +204,23 @@ void main() {
         if (turn == 1u || frame.still >= STEADY) break;
         uint mine = found[own];
         // Neighbours that look the same way and have found something else; an earlier frame that was between the two.
-        for (int i = 0; asks && i < 9; ++i) {
-            ivec2 other = ivec2(gl_LocalInvocationID.xy) + ivec2(i % 3 - 1, i / 3 - 1);
-            if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, ivec2(SIDE)))) continue;
-            uint beside = uint(other.y) * SIDE + uint(other.x);
-            doubt = doubt || facing[beside] == face && (found[beside] == 0u) != (mine == 0u);
+        for (int i = 0; asks && i < (2 * NEAR + 1) * (2 * NEAR + 1); ++i) {
+            uint other = beside(own, ivec2(i % (2 * NEAR + 1), i / (2 * NEAR + 1)) - NEAR);
+            doubt = doubt || other != PIXELS && (found[other] == 0u) != (mine == 0u);
         }
         float most = max(dot(rx_place_normal(hit.xyz, face), sun), 1e-3);
         doubt = asks && (doubt || old.y > 0.0 && abs(old.x - (mine == 0u ? 0.0 : most)) > 0.02 * most);
-        if (doubt && rays > 0u) doubtful[atomicAdd(doubts, 1u)] = own;
+        if (doubt && rays > 0u) {
+            doubtful[atomicAdd(doubts, 1u)] = own;
+            taken[own] = rays + 1u;
+        }
         barrier();
         jobs = doubts * rays;
     }
     if (asks) {
-        float n = doubt ? float(rays + 1u) : 1.0, history = doubt ? float(push.history) : 0.0;
-        result = with_fresh(old, float(found[own]) * (16.0 / ONE) / n, n, history, float(rays + 1u));
+        float n = float(taken[own]), history = doubt ? float(push.history) : 0.0;
+        float fresh = doubt && frame.still == 0u ? shared_share(own, max(dot(rx_place_normal(hit.xyz, face), sun), 1e-3)) : float(found[own]) * (16.0 / ONE) / n;
+        result = with_fresh(old, fresh, n, history, float(rays + 1u));
     }
 #endif
     if (!inside) return;

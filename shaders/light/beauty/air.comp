@@ -8,8 +8,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler3D sunBySlice;
 uniform sampler3D skyBySlice;
-layout(rgba16f) uniform writeonly image3D outSun;
-layout(rgba16f) uniform writeonly image3D outSky;
+layout(rgba32f) uniform writeonly image3D outSun;
+layout(rgba32f) uniform writeonly image3D outSky;
 layout(rgba16f) uniform writeonly image3D outAir;
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;

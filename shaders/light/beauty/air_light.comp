@@ -9,6 +9,7 @@
 #include "../change.glsl"
 #include "air_slices.glsl"
 #include <raxel/light/reproject.glsl>
+#include "cubic.glsl"
 #ifdef PANES
 #include <raxel/light/body.glsl>
 #endif
@@ -16,14 +17,17 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
-layout(rgba16f) uniform writeonly image3D outSun;   // share of sunlight that comes through
-layout(rgba16f) uniform writeonly image3D outSky;   // share of skylight
+layout(rgba32f) uniform writeonly image3D outSun;   // share of sunlight that comes through
+layout(rgba32f) uniform writeonly image3D outSky;   // share of skylight
 uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
 const int TRIES = 8;
-const float MOST = 12.0;   // frames in a mean
+const float MOST = 4.0, MOST_OF_SKY = 24.0, MOST_AT_REST = 128.0;   // frames in a mean
+const float FAST = 12.0;         // frames that still count (change.glsl) below which the sun moves fast
+const float MOST_FAST = 3.0;     // frames in a mean then
+const uint RAYS_IN_MOTION = 3u;  // to the sun
 
 // How far a pixel sees.
 float depth_of(ivec2 pixel) {
@@ -69,35 +73,71 @@ bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
     return inside;
 }
 
+// What earlier frames have found at a place of the textures: cubic between texels, within what the nearest of them have.
+void means_before(vec3 place, out vec4 sun_mean, out vec4 sky_mean) {
+    ivec3 size = textureSize(sunBefore, 0);
+    vec3 at = place * vec3(size) - 0.5, part = at - floor(at);
+    ivec3 base = ivec3(floor(at));
+    vec4 along = cubic(part.x), down = cubic(part.y), deep = cubic(part.z);
+    vec4 low = vec4(1e9), high = vec4(-1e9), low_sky = low, high_sky = high;
+    sun_mean = vec4(0.0);
+    sky_mean = vec4(0.0);
+    for (int i = 0; i < 64; ++i) {
+        ivec3 step = ivec3(i & 3, i >> 2 & 3, i >> 4), texel = clamp(base + step - 1, ivec3(0), size - 1);
+        float weight = along[step.x] * down[step.y] * deep[step.z];
+        vec4 tap = texelFetch(sunBefore, texel, 0), tap_sky = texelFetch(skyBefore, texel, 0);
+        sun_mean += weight * tap;
+        sky_mean += weight * tap_sky;
+        if (any(equal(step & 3, ivec3(0))) || any(equal(step, ivec3(3)))) continue;
+        low = min(low, tap);
+        high = max(high, tap);
+        low_sky = min(low_sky, tap_sky);
+        high_sky = max(high_sky, tap_sky);
+    }
+    sun_mean = clamp(sun_mean, low, high);
+    sky_mean = clamp(sky_mean, low_sky, high_sky);
+}
+
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outSun);
     if (any(greaterThanEqual(slice, size))) return;
     vec3 sun = frame_sun();
-    float t = slice_place(slice, size);
-    vec3 lit = vec3(1.0), above = vec3(1.0);
     uint seed = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
-    vec3 at = frame.camera_frac + seen_point(slice, size, t, seed);
-    ivec3 cell = ivec3(floor(at));
-    vec3 frac = at - vec3(cell);
-    cell += frame.camera_cell;
-    // Air farther away counts as open.
-    if (distance(at, frame.camera_frac) < 600.0) {
-        lit = sun_irradiance(sun) == vec3(0.0) ? vec3(0.0) : open_share(rx_scene_ray(rx_ray(cell, frac, sun)));
-        // In caves and rooms little of the sky reaches the mist: one ray to anywhere above says how much.
-        vec2 sky = rx_sobol(frame.index, 1u, rx_hash(slice_seed(slice)));
-        float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
-        vec3 up = vec3(side * cos(angle), sky.y + 1e-3, side * sin(angle));
-        above = open_share(rx_scene_ray(rx_ray(cell, frac, up)));
+    bool rests = frame.still > 0u, fast = state.changed != 0u && state.cap < FAST;
+    vec3 lit = vec3(0.0), above = vec3(1.0);
+    // Rays to the sun, and one to anywhere above: in caves and rooms little of the sky reaches the mist.
+    uint rays = rests ? 1u : RAYS_IN_MOTION;
+    for (uint i = 0u; i <= rays; ++i) {
+        bool to_sky = i == rays;
+        uint index = to_sky ? frame.index : frame.index * rays + i;
+        vec3 at = frame.camera_frac + seen_point(slice, size, slice_place(slice, size, index), seed), to = sun, open = vec3(1.0);
+        if (to_sky) {
+            vec2 sky = rx_sobol(index, 1u, rx_hash(slice_seed(slice)));
+            float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
+            to = vec3(side * cos(angle), sky.y + 1e-3, side * sin(angle));
+        }
+        // Air farther away counts as open.
+        if (distance(at, frame.camera_frac) < 600.0) {
+            ivec3 cell = ivec3(floor(at));
+            bool dark = !to_sky && sun_irradiance(sun) == vec3(0.0);
+            open = dark ? vec3(0.0) : open_share(rx_scene_ray(rx_ray(frame.camera_cell + cell, at - vec3(cell), to)));
+        }
+        if (to_sky) above = open;
+        else lit += open / float(rays);
     }
     vec3 place;
-    float frames = 0.0;
+    float sun_frames = 0.0, sky_frames = 0.0;
     if (place_before(slice, size, place)) {
-        vec4 sun_before = texture(sunBefore, place);
-        frames = min(sun_before.a, MOST - 1.0);
-        if (state.changed != 0u) frames = min(frames, floor(state.cap));
-        lit = mix(sun_before.rgb, lit, 1.0 / (frames + 1.0));
-        above = mix(texture(skyBefore, place).rgb, above, 1.0 / (frames + 1.0));
+        vec4 sun_before, sky_before;
+        means_before(place, sun_before, sky_before);
+        sun_frames = min(sun_before.a, (rests ? MOST_AT_REST : fast ? MOST_FAST : MOST) - 1.0);
+        sky_frames = min(sky_before.a, (rests ? MOST_AT_REST : MOST_OF_SKY) - 1.0);
+        // What an edit has opened or closed is new at once. The sky is as open under another sun.
+        if (state.changed != 0u && state.cap < 1.0) sun_frames = 0.0;
+        if (state.changed != 0u && state.cap < 0.25) sky_frames = 0.0;
+        lit = mix(sun_before.rgb, lit, 1.0 / (sun_frames + 1.0));
+        above = mix(sky_before.rgb, above, 1.0 / (sky_frames + 1.0));
     }
-    imageStore(outSun, slice, vec4(lit, frames + 1.0));
-    imageStore(outSky, slice, vec4(above, frames + 1.0));
+    imageStore(outSun, slice, vec4(lit, sun_frames + 1.0));
+    imageStore(outSky, slice, vec4(above, sky_frames + 1.0));
 }

@@ -12,8 +12,8 @@ uint slice_seed(ivec3 slice) {
     return scene_seed(uint(slice.x) + rx_hash(uint(slice.y) + 4711u)) + uint(slice.z);
 }
 
-// Where in a slice this frame asks for light: a depth. `size` is the number of columns and slices.
-float slice_place(ivec3 slice, ivec3 size) {
+// The `index`-th depth of those where a slice is asked for its light. `size` is the number of columns and slices.
+float slice_place(ivec3 slice, ivec3 size, uint index) {
     float near = slice_depth(float(slice.z) / float(size.z)), far = slice_depth(float(slice.z + 1) / float(size.z));
-    return mix(near, far, rx_sobol(frame.index, 0u, rx_hash(slice_seed(slice))).x);
+    return mix(near, far, rx_sobol(index, 0u, rx_hash(slice_seed(slice))).x);
 }

@@ -10,6 +10,7 @@
 #endif
 #include "../scene.glsl"
 #include <raxel/light/reproject.glsl>
+#include "cubic.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
@@ -23,7 +24,7 @@ layout(rgba32f) uniform writeonly image2D outAverage;
 layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
-const float MOST_IN_MOTION = 6.0, MOST_ON_WATER = 3.0;
+const float MOST_IN_MOTION = 4.0, MOST_ON_WATER = 3.0;
 const uint STALE = 32u;   // frames at rest in which light from before a change may still be in the mean
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
@@ -46,12 +47,6 @@ void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out v
     vec3 wide = deviations * sqrt(max(square - mean * mean, 0.0));
     low = mean - wide;
     high = mean + wide;
-}
-
-// Weights of four texels in a row for a place between the middle two (Catmull and Rom, 1974): a mean that goes on over many frames stays sharp, which
-// linear weights blur a little in each.
-vec4 cubic(float t) {
-    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);
 }
 
 // The mean of earlier frames at a place of the picture, and its frames.

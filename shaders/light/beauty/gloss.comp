@@ -8,7 +8,8 @@
 #include <raxel/light/sampling.glsl>
 #include <raxel/light/body.glsl>
 
-layout(local_size_x = 8, local_size_y = 8) in;
+const uint SIDE = 8u;
+layout(local_size_x = SIDE, local_size_y = SIDE) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
@@ -22,6 +23,12 @@ layout(push_constant) uniform Push { float seconds; } push;
 
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
+const uint RAYS_AT_REST = 3u, RAYS_IN_MOTION = 6u;   // for light that the cache does not have
+const float ROUGH = 0.1;        // roughness from which on a surface mirrors a wide cone
+const int AROUND = 2;           // pixels that share what they mirror, each way
+
+shared vec4 glosses[SIDE * SIDE];
+shared uint alikes[SIDE * SIDE];
 
 // Reads the light that the cache keeps for a face, without direct sun; false where it keeps none.
 bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
@@ -40,12 +47,12 @@ bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
 // Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways, so that they differ
 // by what stands around a place and not by chance; the average over frames joins many ways.
 vec3 kept(RxHit on, vec3 to_sun) {
-    const uint RAYS = 3u;
+    uint rays = frame.still > 0u ? RAYS_AT_REST : RAYS_IN_MOTION;
     vec3 found;
     if (cached(on.voxel, on.face, on.uv, found)) return found;
     vec3 sum = vec3(0.0);
-    for (uint i = 0u; i < RAYS; ++i) {
-        vec2 chosen = rx_sobol(frame.index * RAYS + i, 1u, scene_seed(1201u));
+    for (uint i = 0u; i < rays; ++i) {
+        vec2 chosen = rx_sobol(frame.index * rays + i, 1u, scene_seed(1201u));
         vec3 dir = rx_place_vector(on.voxel, on.face, rx_cosine_direction(RX_FACE_PART(on.face), chosen));
         RxHit hit;
         if (!rx_trace_places(rx_ray_from_place(on.voxel, on.face, on.uv, dir), hit)) {
@@ -56,7 +63,7 @@ vec3 kept(RxHit on, vec3 to_sun) {
             sum += material.albedo * (found + frame.lamp_strength * material.emission);
         }
     }
-    return sum / float(RAYS);
+    return sum / float(rays);
 }
 
 // Small waves: slopes of sums of sines, so that faces stay the faces that they are. Each goes its way as fast as waves of its length do on deep
@@ -73,9 +80,10 @@ vec3 ripples(vec3 place, float distance) {
     return normalize(vec3(-slope.x, 1.0, -slope.y) * vec3(1.0 / (1.0 + 0.01 * distance), 1.0, 1.0 / (1.0 + 0.01 * distance)));
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outGloss);
-    if (any(greaterThanEqual(pixel, size))) return;
+// What a pixel mirrors or shows, and the share of its own light that stays. `alike` is another number than 0 where it mirrors a wide cone, the same for
+// all places of a plane and a material.
+vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
+    alike = 0u;
     ivec4 seen = imageLoad(hits, pixel);
     uint face = hit_face(seen.w);
     vec4 result = vec4(0.0, 0.0, 0.0, 1.0);
@@ -91,6 +99,7 @@ void main() {
             vec3 at = vec3(seen.xyz - world.origin) + vec3(place.x, 1.0, place.y);
             normal = ripples(at, place.z);
         }
+        if (!clear && material.roughness >= ROUGH && !rx_is_on_instance(face)) alike = max(rx_hash(uint(seen.w) + rx_hash(uint(seen[rx_face_axis(face)]))), 1u);
         uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y) + 77u));
         if (!clear) {
             vec3 t, b;
@@ -173,5 +182,29 @@ void main() {
             result.a = 0.0;
         }
     }
-    imageStore(outGloss, pixel, result);
+    return result;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outGloss);
+    bool inside = all(lessThan(pixel, size));
+    uint own = gl_LocalInvocationIndex, alike = 0u;
+    vec4 result = vec4(0.0);
+    if (inside) result = gloss_of(pixel, size, alike);
+    glosses[own] = result;
+    alikes[own] = alike;
+    barrier();
+    // A ray a frame for a wide cone is noisy, and what pixels side by side mirror by such cones hardly differs.
+    if (alike != 0u) {
+        float count = 1.0;
+        for (int i = 0; i < (2 * AROUND + 1) * (2 * AROUND + 1); ++i) {
+            ivec2 at = ivec2(gl_LocalInvocationID.xy) + ivec2(i % (2 * AROUND + 1), i / (2 * AROUND + 1)) - AROUND;
+            uint other = uint(at.y) * SIDE + uint(at.x);
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(SIDE))) || other == own || alikes[other] != alike) continue;
+            result += glosses[other];
+            count += 1.0;
+        }
+        result /= count;
+    }
+    if (inside) imageStore(outGloss, pixel, result);
 }
