@@ -65,6 +65,74 @@ fn a_shadow_at_rest_stays_sharp() {
     assert!(soon > 16 && 2 * later < 3 * soon, "{soon} pixels in half shadow after 8 frames, {later} after 100");
 }
 
+/// All layers of a target.
+fn layers(session: &mut Session, target: &str, count: u32) -> Vec<[f32; 4]> {
+    (0..count).flat_map(|layer| session.read_texels(target, 0, 0, layer).unwrap().floats()).collect()
+}
+
+/// What `count` layers of a target hold while the sun moves, so many degrees a frame, and after 96 frames at rest: the root mean square of the
+/// differences of the first channel, and their mean, in the texels that are not nearly 0 or `most`.
+fn lag(session: &mut Session, target: &str, count: u32, degrees: f32, most: f32) -> [f64; 2] {
+    session.pin(target).unwrap();
+    for step in 0..24u8 {
+        session.set_param("sun_azimuth", Value::F32(235.0 - degrees * f32::from(23 - step))).unwrap();
+        frames(session, 1);
+    }
+    let moving = layers(session, target, count);
+    frames(session, 96);
+    let rest = layers(session, target, count);
+    let partly = moving.iter().zip(&rest).filter(|(_, rest)| (0.1 * most..0.9 * most).contains(&rest[0]));
+    let differences: Vec<f64> = partly.map(|(moving, rest)| f64::from(moving[0] - rest[0]) / f64::from(most)).collect();
+    let texels = differences.len() as f64;
+    assert!(texels > 200.0, "only {texels} texels of `{target}` see the sun in part");
+    let square: f64 = differences.iter().map(|difference| difference * difference).sum();
+    [(square / texels).sqrt(), differences.iter().sum::<f64>() / texels]
+}
+
+/// Pixels in half shadow have few rays in a frame, and share them with those around them. So while the sun moves, its shadows look like those at rest.
+#[test]
+fn half_shadows_of_a_moving_sun_look_like_those_at_rest() {
+    let project = Project::shipped();
+    // A board far above the lawn.
+    let build = [cuboid("lawn", [-40, 0, -40], [40, 3, 40], ""), cuboid("stone", [-211, 260, 0], [-121, 262, 160], "")];
+    world(&project, MATERIALS, &build, [0.2, 6.8, 1.2], [0.1, 3.0, -0.4], 40.0);
+    let mut session = open(&project, BEAUTY, SIZE, &[("sun_elevation", 60.0), ("clouds", 0.0)]);
+    let [error, bias] = lag(&mut session, "sun", 1, 0.02, 60f32.to_radians().sin());
+    // 0.14 with the rays of each pixel alone, and doubt within one pixel.
+    assert!(error < 0.1 && bias.abs() < 0.06, "error {error}, bias {bias}");
+}
+
+/// The air follows a sun that moves fast within a few frames.
+#[test]
+fn shafts_in_the_mist_do_not_lag_behind_a_moving_sun() {
+    let project = Project::shipped();
+    let slats = (-8..8).map(|i| cuboid("stone", [12 * i, 60, -40], [12 * i + 6, 61, 60], ""));
+    let build: Vec<String> = std::iter::once(cuboid("lawn", [-40, 0, -40], [40, 3, 40], "")).chain(slats).collect();
+    world(&project, MATERIALS, &build, [0.2, 14.8, 36.2], [0.1, 14.0, -40.4], 60.0);
+    let mut session = open(&project, BEAUTY, SIZE, &[("sun_elevation", 50.0), ("clouds", 0.0), ("mist", 6.0)]);
+    let [error, bias] = lag(&mut session, "air_sun", 20, 0.3, 1.0);
+    // 0.22 with one ray in each of twelve frames, taken over linearly.
+    assert!(error < 0.165 && bias.abs() < 0.03, "error {error}, bias {bias}");
+}
+
+/// A rough metal mirrors a wide cone by one ray a frame, and pixels side by side mirror nearly the same.
+#[test]
+fn a_rough_metal_is_smooth_in_its_first_frame() {
+    let project = Project::shipped();
+    let materials = format!("{MATERIALS}\ngold = {{ albedo = [0.96, 0.78, 0.38], roughness = 0.3, metallic = 1.0 }}");
+    let lamps = (0..5).map(|i| cuboid("lamp", [6 * i - 14, 9, -14], [6 * i - 12, 11, -12], ""));
+    let build: Vec<String> = std::iter::once(cuboid("gold", [-20, 0, -20], [20, 3, 20], "")).chain(lamps).collect();
+    world(&project, &materials, &build, [0.2, 8.8, 14.2], [0.1, 3.0, 0.4], 60.0);
+    let first = after(&mut open(&project, BEAUTY, SIZE, &[("clouds", 0.0)]), "gloss", 1);
+    let near = |x, y| (luminance(&at(&first, x, y)) - luminance(&at(&first, x + 1, y))).abs();
+    let rows = SIZE[1] * 2 / 3..SIZE[1];
+    let rough: f64 =
+        rows.clone().map(|y| (0..SIZE[0] - 1).map(|x| near(x, y)).sum::<f64>() / f64::from(SIZE[0] - 1)).sum::<f64>()
+            / rows.len() as f64;
+    // 0.44 where each pixel has its own ray alone.
+    assert!(rough < 0.25 * mean(&first), "pixels side by side differ by {rough}, their mean is {}", mean(&first));
+}
+
 /// The ground goes on where a lawn ends, with its level, its colour and its light; without ground, the void is another.
 #[test]
 fn ground_goes_on_at_the_level_and_in_the_colour_of_the_border() {
