@@ -289,7 +289,10 @@ fn the_exposure_follows_the_light_as_fast_at_any_frame_rate() {
         mean(&after(&mut open(&project, BEAUTY, SIZE, &params), "color", 24))
     };
     let (day, moon, night) = (shown(32.0, 0.8), shown(-9.0, 1.0), shown(-9.0, 0.0));
-    assert!(night > 0.005 && 1.5 * night < moon && 1.5 * moon < day, "{night} without a moon, {moon} with one, {day} by day");
+    assert!(
+        night > 0.005 && 1.5 * night < moon && 1.5 * moon < day,
+        "{night} without a moon, {moon} with one, {day} by day"
+    );
 }
 
 /// Where the camera jumps to, its exposure is right at once, and it stays there: noise and single bright pixels do not move it.

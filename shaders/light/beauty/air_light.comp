@@ -22,30 +22,9 @@ uniform sampler3D sunBefore;                        // those of the last frame; 
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
-const int TRIES = 8;
 const float MOST = 12.0;   // frames in a mean
 
-// How far a pixel sees.
-float depth_of(ivec2 pixel) {
-    return imageLoad(hits, pixel).w < 0 ? 1e9 : imageLoad(places, pixel).z;
-}
-
-// Finds a point of the slice that the camera sees, so that no light from behind a wall gets into the air before it. If none of the pixels that
-// it tries sees as far as `t`, the point lies right before the farthest surface among them.
-vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint seed) {
-    ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
-    ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;
-    float most = -1.0;
-    for (int i = 0; i < TRIES && most < t; ++i) {
-        float depth = depth_of(min(pixel, screen - 1));
-        if (depth > most) {
-            most = depth;
-            deepest = min(pixel, screen - 1);
-        }
-        pixel = from + ivec2(rx_random(seed) * float(wide.x), rx_random(seed) * float(wide.y));
-    }
-    return min(t, 0.99 * most) * pixel_direction(deepest, screen);
-}
+#include "air_view.glsl"
 
 // The share of light that comes along a ray.
 vec3 open_share(RxSceneRay ray) {
@@ -58,17 +37,6 @@ vec3 open_share(RxSceneRay ray) {
     return blocked ? vec3(0.0) : share;
 }
 
-// Where the middle of a slice was in the last frame, as a place in the textures; false where it was out of sight.
-bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
-    vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
-    float share = (float(slice.z) + 0.5) / float(size.z);
-    vec3 way = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + slice_depth(share) * dir;
-    vec2 at;
-    bool inside = rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size.xy), at);
-    place = vec3(at / vec2(size.xy), slice_of(length(way)));
-    return inside;
-}
-
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outSun);
     if (any(greaterThanEqual(slice, size))) return;
@@ -76,7 +44,8 @@ void main() {
     float t = slice_place(slice, size);
     vec3 lit = vec3(1.0), above = vec3(1.0);
     uint seed = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
-    vec3 at = frame.camera_frac + seen_point(slice, size, t, seed);
+    float reach;
+    vec3 way = seen_way(slice, size, t, seed, reach), at = frame.camera_frac + min(t, reach) * way;
     ivec3 cell = ivec3(floor(at));
     vec3 frac = at - vec3(cell);
     cell += frame.camera_cell;
