@@ -284,6 +284,47 @@ max = [80, 0, 60]
 material = \"floor\"
 ";
 
+/// A session that holds the air of `graph` as a mean of frames, and the same by a march.
+fn air(project: &Project, graph: &str) -> Session {
+    for (name, text) in [
+        ("graphs/air.toml", include_str!("skies/air.toml")),
+        ("graphs/lamps.toml", include_str!("skies/lamps.toml")),
+        ("shaders/air_mean.comp", include_str!("skies/air_mean.comp")),
+        ("shaders/air_march.comp", include_str!("skies/air_march.comp")),
+        ("shaders/lamps_march.comp", include_str!("skies/lamps_march.comp")),
+        ("shaders/air_sum.comp", include_str!("skies/air_sum.comp")),
+    ] {
+        project.write(name, text);
+    }
+    // A pixel for each column of slices, so that both look along the same ray.
+    let mut session = open(project, graph, [40, 24]);
+    session.set_debug_target(DebugTarget::resource("mean")).unwrap();
+    for name in ["marched", "place", "hit"] {
+        session.pin(name).unwrap();
+    }
+    // The march knows no shadows of clouds.
+    set(&mut session, "clouds", 0.0);
+    session
+}
+
+/// What the air holds on average and what the march finds, where slices are seen: of each, its column and itself.
+fn pairs(session: &mut Session) -> Vec<([usize; 2], [f32; 4], [f32; 4])> {
+    let [found, truth] = ["mean", "marched"].map(|name| session.read_target(name).unwrap().floats());
+    let [places, hits] = ["place", "hit"].map(|name| session.read_target(name).unwrap().floats());
+    // What lies behind a surface is not seen, and a pixel is looked through at another place in each frame: its neighbours count.
+    let seen = |slice: usize, [x, y]: [usize; 2]| {
+        let end = 8.0 * (f32::exp2(9.0 * (slice + 1) as f32 / 32.0) - 1.0);
+        let around =
+            (y.max(1) - 1..=(y + 1).min(23)).flat_map(|y| (x.max(1) - 1..=(x + 1).min(39)).map(move |x| 40 * y + x));
+        around.into_iter().all(|pixel| hits[pixel][3] < 0.0 || end < places[pixel][2])
+    };
+    let texels = (0..24).flat_map(|y| (0..1280).map(move |x| (x, y)));
+    let seen = texels.filter(|(x, y)| seen(x / 40, [x % 40, *y]));
+    let pairs: Vec<_> = seen.map(|(x, y)| ([x % 40, y], found[1280 * y + x], truth[1280 * y + x])).collect();
+    assert!(pairs.len() > 1280 * 24 / 8, "{}", pairs.len());
+    pairs
+}
+
 #[test]
 fn the_air_is_near_a_march() {
     let project = project();
@@ -292,53 +333,82 @@ fn the_air_is_near_a_march() {
         format!("[[build]]\nop = \"box\"\nmin = [{x}, 20, -30]\nmax = [{}, 22, 50]\nmaterial = \"floor\"\n", x + 5)
     });
     project.write("worlds/test.toml", slats.fold(SHAFTS.to_owned(), |text, slat| text + &slat));
-    project.write("graphs/air.toml", include_str!("skies/air.toml"));
-    project.write("shaders/air_mean.comp", include_str!("skies/air_mean.comp"));
-    project.write("shaders/air_march.comp", include_str!("skies/air_march.comp"));
-    project.write("shaders/air_sum.comp", include_str!("skies/air_sum.comp"));
-    let mut session = Session::open(Options {
-        project: Some(project.root().into()),
-        graph: Some(project.path("graphs/air.toml")),
-        world: Some(project.path("worlds/test.toml")),
-        // A pixel for each column of slices, so that both look along the same ray.
-        size: [40, 24],
-        validation: Validation::Required,
-        ..Options::default()
-    })
-    .unwrap_or_else(|error| panic!("{error}"));
-    session.set_debug_target(DebugTarget::resource("mean")).unwrap();
+    let mut session = air(&project, "graphs/air.toml");
     // Thin air under a high sun; mist that is twenty times as thick, and a low one. A part of what is off is noise.
     for (elevation, mist, most) in [(50.0, 0.6, 0.01), (24.0, 12.0, 0.02)] {
-        for name in ["marched", "place", "hit"] {
-            session.pin(name).unwrap();
-        }
         set(&mut session, "sun_elevation", elevation);
         set(&mut session, "mist", mist);
-        // The march knows no shadows of clouds.
-        set(&mut session, "clouds", 0.0);
         for _ in 0..128 {
             frame(&mut session);
         }
-        let [found, truth] = ["mean", "marched"].map(|name| session.read_target(name).unwrap().floats());
-        let [places, hits] = ["place", "hit"].map(|name| session.read_target(name).unwrap().floats());
-        // What lies behind a surface is not seen, and a pixel is looked through at another place in each frame: its neighbours count.
-        let seen = |slice: usize, [x, y]: [usize; 2]| {
-            let end = 8.0 * (f32::exp2(9.0 * (slice + 1) as f32 / 32.0) - 1.0);
-            let around = (y.max(1) - 1..=(y + 1).min(23))
-                .flat_map(|y| (x.max(1) - 1..=(x + 1).min(39)).map(move |x| 40 * y + x));
-            around.into_iter().all(|pixel| hits[pixel][3] < 0.0 || end < places[pixel][2])
-        };
-        let pairs = || {
-            let texels = (0..24).flat_map(|y| (0..1280).map(move |x| (x, y)));
-            let seen = texels.filter(|(x, y)| seen(x / 40, [x % 40, *y]));
-            seen.map(|(x, y)| (found[1280 * y + x], truth[1280 * y + x]))
-        };
-        assert!(pairs().count() > 1280 * 24 / 4);
+        let pairs = pairs(&mut session);
         for channel in 0..4 {
-            let off: f64 = pairs().map(|(a, b)| f64::from((a[channel] - b[channel]).abs())).sum();
-            let all: f64 = pairs().map(|(_, b)| f64::from(b[channel])).sum();
+            let off: f64 = pairs.iter().map(|(_, a, b)| f64::from((a[channel] - b[channel]).abs())).sum();
+            let all: f64 = pairs.iter().map(|(_, _, b)| f64::from(b[channel])).sum();
             eprintln!("sun {elevation}, mist {mist}, channel {channel}: {}", off / all);
             assert!(off < most * all, "sun at {elevation}, mist {mist}, channel {channel}: {}", off / all);
         }
     }
+}
+
+/// Lamps light the mist before and beside them, walls throw shadows into it, and one behind a wall sends nothing through it. Where no lamp shines, nothing is added.
+#[test]
+fn lamps_light_the_mist_as_a_march_says() {
+    let project = project();
+    let lamp = |[x, y, z]: [i32; 3]| {
+        let max = [x + 1, y + 1, z + 1];
+        format!("[[build]]\nop = \"box\"\nmin = {:?}\nmax = {max:?}\nmaterial = \"lamp\"\n", [x, y, z])
+    };
+    // A lamp in the open, one that a board hides from a part of the air, and one behind a wall.
+    let board = |min: [i32; 3], max: [i32; 3]| {
+        format!("[[build]]\nop = \"box\"\nmin = {min:?}\nmax = {max:?}\nmaterial = \"floor\"\n")
+    };
+    let build = [
+        lamp([4, 8, 24]),
+        lamp([22, 6, 14]),
+        board([18, 4, 10], [19, 12, 20]),
+        lamp([12, 6, -22]),
+        board([-40, 0, -20], [80, 40, -18]),
+    ];
+    let materials = "[materials]\nlamp = { albedo = [1.0, 0.7, 0.4], emission = 40.0 }";
+    project.write("worlds/test.toml", SHAFTS.replace("[materials]", materials) + &build.concat());
+    let mut session = air(&project, "graphs/lamps.toml");
+    // Even mist: it is as thick as on its floor up to there. Neither sun nor sky.
+    for (name, value) in [("mist", 20.0), ("mist_floor", 400.0), ("sun_strength", 0.0), ("sky_strength", 0.0)] {
+        set(&mut session, name, value);
+    }
+    for _ in 0..160 {
+        frame(&mut session);
+    }
+    let found = pairs(&mut session);
+    let sum = |of: &dyn Fn(&([usize; 2], [f32; 4], [f32; 4])) -> f32| {
+        found.iter().map(|pair| f64::from(of(pair))).sum::<f64>()
+    };
+    let (light, truth) = (sum(&|pair| pair.1[0]), sum(&|pair| pair.2[0]));
+    let off = sum(&|pair| (pair.1[0] - pair.2[0]).abs());
+    eprintln!("mean {}, off {}", light / truth, off / truth);
+    assert!(
+        truth > 0.0 && (light / truth - 1.0).abs() < 0.03 && off < 0.1 * truth,
+        "mean {}, off {}",
+        light / truth,
+        off / truth
+    );
+    // The same in each part of the picture.
+    let parts = |which: usize| {
+        let mut parts = [0.0; 6];
+        for pair in &found {
+            parts[pair.0[0] * 3 / 40 + 3 * (pair.0[1] * 2 / 24)] += f64::from([pair.1, pair.2][which][0]);
+        }
+        parts
+    };
+    for (part, (found, truth)) in parts(0).into_iter().zip(parts(1)).enumerate() {
+        eprintln!("part {part}: {}", found / truth);
+        assert!((found - truth).abs() < 0.1 * truth, "part {part}: {found} of {truth}");
+    }
+    // Lamps that are switched off leave the mist at once, and what is dark is exactly dark.
+    session.pin("air").unwrap();
+    set(&mut session, "lamp_strength", 0.0);
+    frame(&mut session);
+    let dark = session.read_target("air").unwrap().floats();
+    assert!(dark.iter().all(|texel| texel[..3] == [0.0; 3]));
 }

@@ -22,12 +22,18 @@ pub fn cuboid(material: &str, min: [i32; 3], max: [i32; 3], more: &str) -> Strin
 }
 
 pub fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)]) -> Session {
+    open_at(project, graph, size, params, 60.0)
+}
+
+/// The same, with so many frames a second.
+pub fn open_at(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)], rate: f64) -> Session {
     let mut session = Session::open(Options {
         project: Some(project.root().into()),
         graph: Some(project.path(graph)),
         world: Some(project.path("worlds/test.toml")),
         size,
         validation: Validation::Required,
+        step: Some(1.0 / rate),
         ..Options::default()
     })
     .unwrap_or_else(|error| panic!("{graph}: {error}"));

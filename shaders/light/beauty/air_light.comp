@@ -1,4 +1,4 @@
-// Whether the sun and the sky reach the air: two rays for each slice of the view (air_slices.glsl), at another depth in each frame. Each slice has
+// Whether the sun and the sky reach the air: some rays for each slice of the view (air_slices.glsl), at other depths in each frame. Each slice has
 // a thread of its own, because one thread for a whole column would leave most of a GPU without work. What earlier frames have found at a place
 // goes into a mean that follows the camera.
 // With PANES, the rays go through clear bodies of at most so many voxels.
@@ -23,33 +23,12 @@ uniform sampler3D sunBefore;                        // those of the last frame; 
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
-const int TRIES = 8;
 const float MOST = 4.0, MOST_OF_SKY = 24.0, MOST_AT_REST = 128.0;   // frames in a mean
 const float FAST = 12.0;         // frames that still count (change.glsl) below which the sun moves fast
 const float MOST_FAST = 3.0;     // frames in a mean then
 const uint RAYS_IN_MOTION = 3u;  // to the sun
 
-// How far a pixel sees.
-float depth_of(ivec2 pixel) {
-    return imageLoad(hits, pixel).w < 0 ? 1e9 : imageLoad(places, pixel).z;
-}
-
-// Finds a point of the slice that the camera sees, so that no light from behind a wall gets into the air before it. If none of the pixels that
-// it tries sees as far as `t`, the point lies right before the farthest surface among them.
-vec3 seen_point(ivec3 slice, ivec3 size, float t, inout uint seed) {
-    ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
-    ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;
-    float most = -1.0;
-    for (int i = 0; i < TRIES && most < t; ++i) {
-        float depth = depth_of(min(pixel, screen - 1));
-        if (depth > most) {
-            most = depth;
-            deepest = min(pixel, screen - 1);
-        }
-        pixel = from + ivec2(rx_random(seed) * float(wide.x), rx_random(seed) * float(wide.y));
-    }
-    return min(t, 0.99 * most) * pixel_direction(deepest, screen);
-}
+#include "air_view.glsl"
 
 // The share of light that comes along a ray.
 vec3 open_share(RxSceneRay ray) {
@@ -60,17 +39,6 @@ vec3 open_share(RxSceneRay ray) {
     for (int pane = 0; pane < 2 && blocked && rx_pass_panes(block, PANES, ray, share); ++pane) blocked = rx_trace_places(ray, block);
 #endif
     return blocked ? vec3(0.0) : share;
-}
-
-// Where the middle of a slice was in the last frame, as a place in the textures; false where it was out of sight.
-bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
-    vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
-    float share = (float(slice.z) + 0.5) / float(size.z);
-    vec3 way = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + slice_depth(share) * dir;
-    vec2 at;
-    bool inside = rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size.xy), at);
-    place = vec3(at / vec2(size.xy), slice_of(length(way)));
-    return inside;
 }
 
 // What earlier frames have found at a place of the textures: cubic between texels, within what the nearest of them have.
@@ -110,7 +78,8 @@ void main() {
     for (uint i = 0u; i <= rays; ++i) {
         bool to_sky = i == rays;
         uint index = to_sky ? frame.index : frame.index * rays + i;
-        vec3 at = frame.camera_frac + seen_point(slice, size, slice_place(slice, size, index), seed), to = sun, open = vec3(1.0);
+        float t = slice_place(slice, size, index), reach;
+        vec3 way = seen_way(slice, size, t, seed, reach), at = frame.camera_frac + min(t, reach) * way, to = sun, open = vec3(1.0);
         if (to_sky) {
             vec2 sky = rx_sobol(index, 1u, rx_hash(slice_seed(slice)));
             float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);

@@ -12,6 +12,7 @@ layout(rgba32f) uniform readonly image2D radiance;
 uniform sampler2D gloss;
 uniform sampler3D air;
 uniform sampler2D clouds;
+uniform sampler2D glow;
 layout(rgba16f) uniform writeonly image2D outSeen;
 
 void main() {
@@ -22,6 +23,8 @@ void main() {
     float depth = imageLoad(places, pixel).z;
     bool land = word < 0 && depth > 0.0;
     vec3 sun = frame_sun(), dir = pixel_direction(pixel, size);
+    // The sky and the haze have their own air. Mist that lamps light hangs before them, too.
+    vec3 lit_mist = word < 0 ? textureLod(glow, (vec2(pixel) + 0.5) / vec2(size), 0.0).rgb : vec3(0.0);
     if (word < 0 && !land) {
         // Below the horizon of a world without land around it is only haze.
         if (dir.y < 0.0) {
@@ -39,7 +42,7 @@ void main() {
         // Before the middle of the first slice there is as much less.
         before = mix(vec4(0.0, 0.0, 0.0, 1.0), before, clamp(depth / slice_depth(1.0 / 32.0), 0.0, 1.0));
         color = color * before.a + before.rgb;
-        if (land) color = mix(color, horizon_radiance(dir, sun), land_haze(depth));
+        if (land) color = mix(color, horizon_radiance(dir, sun) + lit_mist, land_haze(depth));
     }
     // The clouds before it: all of them before the sky, and before land as far as it lies behind them.
     float from, until, far = word < 0 && !land ? 1e9 : depth;
@@ -47,5 +50,6 @@ void main() {
         vec4 cloud = textureLod(clouds, (vec2(pixel) + 0.5) / vec2(size), 0.0);
         color = mix(color, color * cloud.a + cloud.rgb, min((far - from) / (until - from), 1.0));
     }
+    if (word < 0 && !land) color += lit_mist;
     imageStore(outSeen, pixel, vec4(color, 1.0));
 }
