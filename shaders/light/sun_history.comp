@@ -2,6 +2,7 @@
 // moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
 // neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known
 // exactly, and a value of that frame counts only if it is of the same face of the same voxel.
+// With JITTER, whose frames are averaged, pixels in doubt share what their rays have found, and more of them are in doubt.
 // With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS, a face that has texels
 // (surface/unwrapped.glsl) knows its sunlight by itself.
 // With PANES, which has one ray, too, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
@@ -39,14 +40,20 @@ layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history
 const float ONE = 16777216.0;       // cosines are added as whole numbers, so that their order does not matter
 const uint STEADY = 16u;            // frames after the last change until no pixel is in doubt any more
 
+#ifdef JITTER
 const int NEAR = 2;                 // pixels that a pixel looks at, each way
+#else
+const int NEAR = 1;
+#endif
 const float APART = 2.0;            // variances of their difference at which two pixels hardly count as alike
 
 const uint NOT_ASKED = 7u;
 shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun
 shared uint facing[PIXELS];         // face; NOT_ASKED where the sun is not asked for
-shared int plane[PIXELS];           // where on its axis that face lies
 shared uint taken[PIXELS];          // rays
+#ifdef JITTER
+shared int plane[PIXELS];           // where on its axis the face lies
+#endif
 shared uint doubtful[PIXELS];       // pixels that get more rays
 shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
@@ -117,6 +124,7 @@ uint beside(uint own, ivec2 step) {
     return facing[other] == facing[own] ? other : PIXELS;
 }
 
+#ifdef JITTER
 // What the rays of a pixel and of those around it have found, as far as chance explains the difference: half shadows are smooth, and the edges
 // of sharp ones stay where they are. `most` is the cosine of a face without shadow.
 float shared_share(uint own, float most) {
@@ -134,6 +142,7 @@ float shared_share(uint own, float most) {
     }
     return sum / rays;
 }
+#endif
 #endif
 
 // A mean with new rays in it: `fresh` is the mean of `n`. While everything stands still, it is of all frames; a sun that has moved leaves little.
@@ -175,11 +184,13 @@ void main() {
     uint own = gl_LocalInvocationIndex;
     found[own] = 0u;
     facing[own] = asks ? face : NOT_ASKED;
+    taken[own] = 1u;
+#ifdef JITTER
     plane[own] = hit.xyz[min(RX_FACE_PART(face) >> 1, 2u)];
 #ifdef RX_BINDS_instances
     if (rx_is_on_instance(face)) plane[own] = int(rx_hash(hit.xyz));
 #endif
-    taken[own] = 1u;
+#endif
     if (own == 0u) {
         doubts = 0u;
         asked_for = 0u;
@@ -219,7 +230,10 @@ void main() {
     }
     if (asks) {
         float n = float(taken[own]), history = doubt ? float(push.history) : 0.0;
-        float fresh = doubt && frame.still == 0u ? shared_share(own, max(dot(rx_place_normal(hit.xyz, face), sun), 1e-3)) : float(found[own]) * (16.0 / ONE) / n;
+        float fresh = float(found[own]) * (16.0 / ONE) / n;
+#ifdef JITTER
+        if (doubt && frame.still == 0u) fresh = shared_share(own, max(dot(rx_place_normal(hit.xyz, face), sun), 1e-3));
+#endif
         result = with_fresh(old, fresh, n, history, float(rays + 1u));
     }
 #endif
