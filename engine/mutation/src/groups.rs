@@ -14,14 +14,9 @@ pub struct Group {
     pub stress: Option<&'static [&'static str]>,
 }
 
-/// Rays that a fault in an encoder must lead astray.
-const STRESS: &[&str] = &[
-    "stress",
-    "--rays",
-    "1e6",
-    "--scenes",
-    "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills",
-];
+/// `RAXEL_MUTATION_RAYS` rays that a fault in an encoder must lead astray.
+const STRESS: &[&str] =
+    &["stress", "--scenes", "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills"];
 
 /// Every group.
 pub const GROUPS: &[Group] = &[

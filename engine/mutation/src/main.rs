@@ -102,7 +102,8 @@ fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
         if !cargo(root, &["build", "-p", "raxel"])?.1 {
             return Err("raxel does not build".into());
         }
-        gates.push(Gate::new(&root.join("target/checked/raxel"), stress, root)?);
+        let rays = std::env::var("RAXEL_MUTATION_RAYS").unwrap_or_else(|_| "1e6".to_owned());
+        gates.push(Gate::new(&root.join("target/checked/raxel"), &[stress, &["--rays", &rays]].concat(), root)?);
     }
     gates.sort_by_key(|gate| gate.limit);
     Ok(gates)
