@@ -26,10 +26,11 @@ use wait_timeout::ChildExt as _;
 const GATES: &[(&str, &str)] = &[
     ("beam", "tree64:beam"),
     ("box", "tree64:instances,tree64:onward"),
+    ("camera", "tree64:packet,tree64:beam"),
     ("rivals/internal/layouts/brickmap", "brickmap,brickmap:ahead"),
     ("rivals/internal/layouts/bvh", "bvh,bvh:ahead"),
     ("rivals/internal/layouts/chunk_table", "chunk_table,chunk_table:ahead,chunk_table:stored"),
-    ("rivals/internal/layouts/chunks", "chunks,chunks:ahead,chunks:stored"),
+    ("rivals/internal/layouts/chunks", "chunks,chunks:ahead,chunks:stored,chunks:onward"),
     ("internal/layouts/flat64", "flat64,flat64:ahead"),
     ("internal/hashed_chunks", "brickmap,chunk_table"),
     ("instances", "tree64:instances,tree64:instances_onward"),
@@ -60,7 +61,8 @@ const GATES: &[(&str, &str)] = &[
 const RAYS: &str = "1e5,3e6";
 
 /// Those that are built at once: a run has thousands of faults.
-const SCENES: &str = "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,cubes,boxes,corners,menger,hills";
+const SCENES: &str =
+    "dust,sparse,gravel,motley,rubble,checkerboard,diagonal,slope,solid,cubes,boxes,corners,menger,hills";
 
 /// The sets that rows of tiles trace: rays of no others are worth their time where no other row is run.
 const TILES: &str = "tiles,octant-tiles,grazing-tiles,skimming-tiles,hidden-tiles,lattice-tiles,wrapped-tiles,range-end-tiles,far-tiles";

@@ -15,8 +15,11 @@ pub struct Group {
 }
 
 /// `RAXEL_MUTATION_RAYS` rays that a fault in an encoder must lead astray.
-const STRESS: &[&str] =
-    &["stress", "--scenes", "dust,sparse,gravel,motley,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills"];
+const STRESS: &[&str] = &[
+    "stress",
+    "--scenes",
+    "dust,sparse,gravel,motley,rubble,checkerboard,diagonal,slope,solid,boxes,corners,menger,hills",
+];
 
 /// Every group.
 pub const GROUPS: &[Group] = &[

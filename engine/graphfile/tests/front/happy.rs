@@ -109,8 +109,7 @@ fn a_queue_becomes_two_passes() {
     let counters = graph.find_resource("counters").unwrap();
     // Both as they are in this frame, each at the binding of its name.
     let bound = |binding: Option<u32>| maker.shader.interface.bindings[binding.unwrap() as usize].name.as_str();
-    let touched: Vec<_> =
-        maker.accesses.iter().map(|of| (of.resource, of.age, of.access, bound(of.binding))).collect();
+    let touched: Vec<_> = maker.accesses.iter().map(|of| (of.resource, of.age, of.access, bound(of.binding))).collect();
     assert_eq!(touched, [(counters, 0, Access::Read, "queue"), (arguments, 0, Access::Write, "arguments")]);
     assert!(graph.files.iter().all(|file| !file.contains("arguments")), "{:?}", graph.files);
 
