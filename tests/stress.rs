@@ -485,6 +485,29 @@ fn wrong_words_are_answered_with_the_right_ones() {
     raxel(&["stress", "--world", "worlds/none.toml"]).exits(3);
 }
 
+/// No scene is wide enough for a table of sectors in place of a grid.
+#[test]
+fn a_table_of_sectors_is_traced_exactly_and_a_fault_in_it_is_caught() {
+    let project = Project::empty();
+    let places = [0, 700, 1400].map(|x| [0, 700, 1400].map(|y| [0, 700, 1400].map(|z| [x, y, z])));
+    let boxes = places.as_flattened().as_flattened().iter().map(|[x, y, z]| {
+        format!("[[build]]\nop = \"box\"\nmin = [{x}, {y}, {z}]\nsize = [60, 50, 40]\nmaterial = \"stone\"\n")
+    });
+    let world = format!("name = \"apart\"\n[materials.stone]\nalbedo = [0.5, 0.5, 0.5]\n{}", boxes.collect::<String>());
+    project.write("worlds/apart.toml", world);
+    let scope =
+        ["stress", "--world", "worlds/apart.toml", "--layouts", "brickmap", "--rays", "2e4", "--format", "json"];
+    let count = |run: Run, name: &str| rows(&run)["brickmap"]["total"][name].as_u64().unwrap();
+    assert!(count(project.raxel(&scope).exits(0), "hits") > 1000);
+
+    let path = "shaders/include/raxel/rivals/internal/layouts/brickmap.glsl";
+    let brickmap = std::fs::read_to_string(repository().join(path)).unwrap();
+    let (right, wrong) = ("RX_TOP_BIT | rx_table_free", "RX_TOP_BIT & rx_table_free");
+    assert_eq!(brickmap.matches(right).count(), 1);
+    project.write(path, brickmap.replace(right, wrong));
+    assert!(count(project.raxel(&scope).exits(1), "wrong") > 100);
+}
+
 #[test]
 fn worlds_of_files_are_traced_and_too_wide_ones_refused() {
     let scope =

@@ -50,7 +50,7 @@ fn judge(group: &Group) -> Result<bool> {
     let is_named = |number: &usize| only.as_ref().is_none_or(|only| only.contains(number));
     let of_files = faults.iter().filter(|(_, (path, _))| of_files(path)).map(|(number, _)| *number).filter(is_named);
     let chosen: Vec<usize> = of_files.step_by(setting("EVERY", 1).max(1)).collect();
-    println!("{}: {} faults of {}", group.name, chosen.len(), faults.len());
+    println!("{}: {} faults of {}; {} do not compile", group.name, chosen.len(), faults.len(), copy.left_out());
     let text = std::fs::read_to_string(repository.join("tests/mutation/explained_rust.toml"))?;
     let explained = toml::from_str::<BTreeMap<String, Vec<Explained>>>(&text)?.remove("fault").unwrap_or_default();
     let is_explained = |number: usize| {
@@ -98,11 +98,12 @@ fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
             }
         }
     }
-    if let Some(stress) = group.stress {
+    let rays = std::env::var("RAXEL_MUTATION_RAYS").unwrap_or_else(|_| "1e6".to_owned());
+    if let Some(stress) = group.stress.filter(|_| rays != "0") {
         if !cargo(root, &["build", "-p", "raxel"])?.1 {
             return Err("raxel does not build".into());
         }
-        gates.push(Gate::new(&root.join("target/checked/raxel"), stress, root)?);
+        gates.push(Gate::new(&root.join("target/checked/raxel"), &[stress, &["--rays", &rays]].concat(), root)?);
     }
     gates.sort_by_key(|gate| gate.limit);
     Ok(gates)

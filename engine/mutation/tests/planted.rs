@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-use raxel_mutation::build::SWITCH;
+use raxel_mutation::build::{Copy, SWITCH};
+use raxel_mutation::groups::Group;
 use raxel_mutation::plant::{Planted, origin};
 
 /// It says all that a fault could change.
@@ -78,6 +79,36 @@ fn a_fault_that_is_left_out_leaves_no_trace() {
     let planted = Planted::of(PROGRAM).expect("Rust");
     let all: BTreeSet<usize> = (0..planted.faults().count()).collect();
     assert_eq!(planted.text(0, &all).0, PROGRAM);
+}
+
+/// A group may have the faults of a whole crate, of the file with the switch as well.
+#[test]
+fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (repository, root) = (folder.path().join("repository"), folder.path().join("copy"));
+    let source = repository.join("engine/sums/src");
+    std::fs::create_dir_all(&source).unwrap();
+    let profile = "[profile.checked]\ninherits = \"release\"\n";
+    let manifest = "[package]\nname = \"raxel-sums\"\nversion = \"0.1.0\"\nedition = \"2024\"\n";
+    std::fs::write(
+        repository.join("Cargo.toml"),
+        format!("[workspace]\nresolver = \"3\"\nmembers = [\"engine/sums\"]\n{profile}"),
+    )
+    .unwrap();
+    std::fs::write(repository.join("engine/sums/Cargo.toml"), manifest).unwrap();
+    let group = Group { name: "sums", folder: "sums", sources: &[""], tests: &[], stress: None };
+    let none = Err("no fault of sums compiles".to_owned());
+    for (text, right) in
+        [("pub fn sum(a: u32, b: u32) -> u32 {\n    a + b\n}\n", Ok((1, 0))), ("pub struct Sum;\n", none)]
+    {
+        std::fs::write(source.join("lib.rs"), text).unwrap();
+        for arguments in [&["init", "--quiet"][..], &["add", "--all"]] {
+            let done = Command::new("git").args(arguments).current_dir(&repository).status().unwrap();
+            assert!(done.success());
+        }
+        let copied = Copy::new(&repository, &root, &group).map(|copy| (copy.faults().len(), copy.left_out()));
+        assert_eq!(copied.map_err(|error| error.to_string()), right);
+    }
 }
 
 /// A reason that no longer belongs to a fault hides nothing, and is taken out.

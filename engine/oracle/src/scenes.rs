@@ -60,6 +60,12 @@ pub const ALL: &[Scene] = &[
         solid: Solid::Cells(|_, random| if random.below(33) == 0 { any_material(random) } else { 0 }),
     },
     Scene {
+        name: "rubble",
+        about: "three of four voxels at random: what is left out behind others is beside all patterns of neighbours",
+        size: 24,
+        solid: Solid::Cells(|_, random| u16::from(random.below(4) != 0)),
+    },
+    Scene {
         name: "checkerboard",
         about: "every other voxel: each edge and corner of the lattice is one of a solid",
         size: 24,

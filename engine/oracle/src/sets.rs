@@ -178,7 +178,7 @@ pub const ALL: &[RaySet] = &[
     },
     RaySet {
         name: "parallel-ties",
-        about: "8 × 8 rays along an axis or a diagonal, from places 1/4 voxel to 1 apart: ties",
+        about: "8 × 8 rays along an axis or a diagonal, from places 1/4 voxel to 1 apart: ties; or as `unit-ties`",
         make: Make::Grids(tiles::parallel_ties),
     },
     RaySet {
@@ -218,12 +218,12 @@ pub const ALL: &[RaySet] = &[
     },
     RaySet {
         name: "parallel-edges",
-        about: "8 × 8 rays of one direction in a fine grid around an edge of a solid voxel; some begin off the grid",
+        about: "8 × 8 rays of one direction in a fine grid around an edge of a solid voxel; some begin off the grid, or where others do",
         make: Make::Grids(tiles::parallel_edges),
     },
     RaySet {
         name: "unit-ties",
-        about: "two planes that are crossed one unit of the lattice apart, the least there is, beside a solid",
+        about: "two planes that are crossed one unit of the lattice apart, or 2^-1 to 2^-14 of one, beside a solid",
         make: Make::Rays(rays::unit_ties),
     },
     RaySet {

@@ -89,6 +89,11 @@ fn port_is_exact_on_gravel() {
 }
 
 #[test]
+fn port_is_exact_on_rubble() {
+    check_scene("rubble");
+}
+
+#[test]
 fn port_is_exact_on_a_slope() {
     check_scene("slope");
 }

@@ -85,9 +85,7 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
 
 // The depth as a time of the ray through the middle of a pixel, for rx_trace_from.
 float rx_beam_time(float depth, mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
-    vec2 place = (vec2(2 * pixel + 1) / vec2(size) - 1.0) * tan_half_fov;
-    vec3 dir = view_to_world[0].xyz * place.x - view_to_world[1].xyz * place.y - view_to_world[2].xyz;
-    return depth * length(dir) * 0.99999 - 0.01;
+    return depth * rx_camera_length(view_to_world, tan_half_fov, pixel, size) * 0.99999 - 0.01;
 }
 
 #endif

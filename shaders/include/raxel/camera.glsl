@@ -41,4 +41,10 @@ RxRay rx_camera_ray(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov
     return rx_ray(cell, frac, rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size)));
 }
 
+// How long the way through the middle of a pixel is from the camera to depth 1, which is a distance along the camera's axis.
+float rx_camera_length(mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
+    vec2 place = (vec2(2 * pixel + 1) / vec2(size) - 1.0) * tan_half_fov;
+    return length(view_to_world[0].xyz * place.x - view_to_world[1].xyz * place.y - view_to_world[2].xyz);
+}
+
 #endif

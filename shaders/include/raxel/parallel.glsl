@@ -189,7 +189,9 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             vec3 middle = vec3(n) + (g - 0.5);
             float x = dot(rx_tile_project[0], vec4(middle, 1.0)), y = dot(rx_tile_project[1], vec4(middle, 1.0)), w = dot(rx_tile_project[2], vec4(middle, 1.0));
             ivec2 pixel = ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-            bool there = w >= 1.0 && abs(16.0 * x - float(pixel.x) * w) <= w * (0.5 * RX_TILE_MARGIN) && abs(16.0 * y - float(pixel.y) * w) <= w * (0.5 * RX_TILE_MARGIN);
+            // By the least w in a voxel around the ray's origin, which is 1 or more, see `cover`: that is what the voxel's pixels are told by.
+            float near = max(w - 2.5 * rx_tile_project[3].z, 1.0) * (0.5 * RX_TILE_MARGIN);
+            bool there = w >= 1.0 && abs(16.0 * x - float(pixel.x) * w) <= near && abs(16.0 * y - float(pixel.y) * w) <= near;
             // In the middle of the cell on an axis that the ray does not move along, as in walk.glsl.
             g = mix(g, vec3(0.5), equal(lattice, uvec3(0u)));
             // A ray that begins on the plane by which it leaves its cell is in that cell for no time: left to the walk.

@@ -103,8 +103,10 @@ uint line;    // where the first ray of the 8 x 8 has its hit
 ivec2 size;   // pixels of the output
 ivec2 first;  // the first pixel of the 8 x 8
 
-// Whether a pixel was named that is not of the tile, or not on the output, or has no ray.
+// Whether a pixel was named that is not of the tile, or not on the output, or has no ray; or one twice, or one with a ray never.
 shared uint pixel_is_wrong;
+// The pixels of 16 x 16 that were named, a bit each.
+shared uint named[8];
 
 const int TILE = 8;
 
@@ -122,8 +124,23 @@ void check_pixel(ivec2 pixel) {
     if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, size)) || any(notEqual(pixel / 16, first / 16))) atomicOr(pixel_is_wrong, 1u);
 }
 
+// Each pixel with a ray is named once: by a hit, by a miss, or to be traced alone.
+void name_pixel(ivec2 pixel) {
+    check_pixel(pixel);
+    uvec2 at = uvec2(pixel) & 15u;
+    uint bit = 1u << (at.x + ((at.y & 1u) << 4));
+    if ((atomicOr(named[at.y >> 1], bit) & bit) != 0u) atomicOr(pixel_is_wrong, 1u);
+}
+
+// Checks whether a pixel was named, after all were.
+void check_named(ivec2 pixel, bool has_ray) {
+    uvec2 at = uvec2(pixel) & 15u;
+    if ((((named[at.y >> 1] >> (at.x + ((at.y & 1u) << 4))) & 1u) != 0u) != has_ray) atomicOr(pixel_is_wrong, 1u);
+}
+
 void begin_tile() {
     if (gl_LocalInvocationIndex == 0u) pixel_is_wrong = 0u;
+    if (gl_LocalInvocationIndex < 8u) named[gl_LocalInvocationIndex] = 0u;
     barrier();
 }
 
@@ -151,17 +168,17 @@ RxRay ray_of(ivec2 pixel) {
 }
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
-    check_pixel(pixel);
+    name_pixel(pixel);
     if (wanted(pixel)) write_hit(line_of(pixel), true, rx_hit_of(ray_of(pixel), voxel, face));
 }
 
 void rx_tile_miss(ivec2 pixel) {
-    check_pixel(pixel);
+    name_pixel(pixel);
     if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void rx_tile_rest(ivec2 pixel, float t_free) {
-    check_pixel(pixel);
+    name_pixel(pixel);
     if (!wanted(pixel)) return;
     RxHit hit;
     bool found = rx_trace_from(ray_of(pixel), t_free, hit);
@@ -181,6 +198,11 @@ void main() {
     most_leaves = gl_WorkGroupID.x % 3u == 0u ? gl_WorkGroupID.x / 3u % 12u : 112u;
     begin_tile();
     rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
+    barrier();
+    for (uint s = 0u; s < 8u; ++s) {
+        ivec2 pixel = rx_tile_pixel(first / RX_TILE, s);
+        check_named(pixel, all(lessThan(pixel, size)));
+    }
     end_tile();
 }
 #elif defined(RX_MARCH_PARALLEL)
@@ -220,7 +242,7 @@ bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac) {
 }
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
-    check_pixel(pixel);
+    name_pixel(pixel);
     if (!wanted(pixel)) return;
     uint i = line_of(pixel);
 #ifdef RX_TILE_ANY_HIT
@@ -235,7 +257,7 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
 }
 
 void rx_tile_miss(ivec2 pixel) {
-    check_pixel(pixel);
+    name_pixel(pixel);
     if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
@@ -256,18 +278,25 @@ void main() {
     // So slowly that few voxels are beside the camera: each of those is a candidate of all pixels, and software drivers end loops after 65,535 rounds.
     float extent = 2.0 + 7.0 * sqrt(max(uu, vv));
     closer = w < 2.0 && extent > 4.0 ? 0.0 : closer / extent;
+    // Of the small ones one in four is seen from a voxel away, or three: voxels reach to the camera and behind it.
+    if (extent < 4.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / ((pick & 0x00800000u) != 0u ? 1.0 : 3.0);
     vec3 normal = cross(u, v) / sqrt(area), at_w = normal * closer, right = (u * vv - v * uv) / area, below = (v * uu - u * uv) / area;
     vec4 view[3] = vec4[](vec4(right * w + normal * aslant + at_w * first.x, first.x * w), vec4(below * w - normal * aslant + at_w * first.y, first.y * w), vec4(at_w, w));
     begin_tile();
     uint rest = rx_trace_parallel(tile, size, ray.dir, ray.cell, ray.frac, view);
     for (uint s = 0u; s < 8u; ++s) {
         ivec2 pixel = rx_tile_pixel(tile, s);
-        bool handed_on = ((rest >> s) & 1u) != 0u;
-        if (handed_on) check_pixel(pixel);
-        if (!wanted(pixel) || (!handed_on && is_of_tile(line_of(pixel)))) continue;
+        bool handed_on = ((rest >> s) & 1u) != 0u, traced = wanted(pixel) && is_of_tile(line_of(pixel));
+        if (handed_on) name_pixel(pixel);
+        if (!wanted(pixel) || (!handed_on && traced)) continue;
         RxHit hit;
         bool found = rx_trace(ray_of(line_of(pixel)), hit);
         write_hit(line_of(pixel), found, hit);
+    }
+    barrier();
+    for (uint s = 0u; s < 8u; ++s) {
+        ivec2 pixel = rx_tile_pixel(tile, s);
+        check_named(pixel, wanted(pixel) && is_of_tile(line_of(pixel)));
     }
     end_tile();
 }

@@ -273,22 +273,25 @@ pub(super) fn range_ends(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-/// Crosses plane n of axis a and plane m of axis b at times as near as two can be without being one: with directions 64 and q (in 64ths, q odd)
-/// that are y and x multiples of 2^-24 away, 64 x = q y ± 1.
+/// Crosses plane n of axis a and plane m of axis b at times as near as two can be without being one: with directions p and q (p a power of two, q odd and below
+/// it) that are y and x multiples of 2^-24 away, p x = q y ± 1. With p = 64 the sum that tells them apart is ±1, with 128 it is ±1/2, and so on.
 pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     const CELL: i64 = 1 << 24;
-    let q = 2 * random.below(32).cast_signed() + 1;
+    let p = 1_i64 << [6, 6, 7, 8, 12, 20][random.index(6)];
+    let q = 2 * random.below(p.cast_unsigned() / 2).cast_signed() + 1;
     let off = if random.below(2) == 0 { 1 } else { -1 };
-    let inverse = (1..64).find(|inverse| inverse * q % 64 == 1).unwrap_or(1);
+    // Of an odd number, three bits are its own inverse; each round doubles them.
+    let inverse = (0..3).fold(q, |inverse, _| (inverse * (2 - q * inverse)).rem_euclid(p));
     // Half of them up to 48 voxels away, the others nearer, where a walk in floating point has the least room for what it is off.
-    let most = if random.below(2) == 0 { 48 << 18 } else { 1 << random.below(19) };
-    let y = (-off * inverse).rem_euclid(64) + 64 * (1 + random.below(most).cast_signed());
-    let distances = [y, (q * y + off) / 64];
+    let most = 48 * CELL.cast_unsigned() / p.cast_unsigned();
+    let most = if random.below(2) == 0 { most } else { most.min(1 << random.below(19)) };
+    let y = (-off * inverse).rem_euclid(p) + p * (1 + random.below(most).cast_signed());
+    let distances = [y, (q * y + off) / p];
     let target = targets.solid(random);
     let (mut cell, mut frac, mut dir) = (target, fraction(random), [0.0; 3]);
     let first = random.index(3);
     let axes = [first, (first + 1 + random.index(2)) % 3];
-    for (axis, (distance, size)) in axes.into_iter().zip(distances.into_iter().zip([64, q])) {
+    for (axis, (distance, size)) in axes.into_iter().zip(distances.into_iter().zip([p, q])) {
         // The plane that is so far away, and whether the solid is behind it.
         let plane = (distance + CELL - 1) / CELL;
         let place = (plane * CELL - distance) as f32 / CELL as f32;
@@ -296,7 +299,7 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
         let up = random.below(2) == 0;
         cell[axis] += if up { -cells } else { cells };
         frac[axis] = if up { place } else { 1.0 - place };
-        dir[axis] = if up { size as f32 } else { -size as f32 } / 64.0;
+        dir[axis] = if up { size as f32 } else { -size as f32 } / p as f32;
     }
     Ray::new(clamped(cell), frac, dir)
 }

@@ -24,7 +24,13 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
         }
         _ => random.cell(around(&targets.bounds)),
     };
-    let (cell, frac) = (clamped(cell), if random.below(4) == 0 { [0.0; 3] } else { fraction(random) });
+    // In a corner of its cell, or anywhere.
+    let frac = match random.below(8) {
+        0 => [0.0; 3],
+        1 => std::array::from_fn(|_| [0.0, 1.0][random.index(2)]),
+        _ => fraction(random),
+    };
+    let cell = clamped(cell);
     let aim = Vec3::from_array(towards((cell.map(i64::from), frac), (target, [0.5; 3])));
     let aim = match random.below(8) {
         0 | 1 => Vec3::from_array(random.direction()),
@@ -239,13 +245,19 @@ pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile
 }
 
+/// Half of what the lattice of origins tells.
+const BESIDE_LATTICE: f32 = 1.0 / 33_554_432.0;
+
 pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let size = [[16, 16], [17, 17], [33, 65], [64, 64], [1024, 512]][random.index(5)];
     let half_height = [0.25, 0.5, 1.0, 2.0][random.index(4)];
     let mut frac = std::array::from_fn(|_| [0.0, 0.25, 0.5, 1.0][random.index(4)]);
-    // Outside of the cell, which counts as on its border.
-    if random.below(8) == 0 {
-        frac[random.index(3)] = [-0.25, 1.25][random.index(2)];
+    match random.below(8) {
+        // Outside of the cell, which counts as on its border.
+        0 => frac[random.index(3)] = [-0.25, 1.25][random.index(2)],
+        // Beside the lattice, by less than it tells.
+        1 => frac = frac.map(|place: f32| if place < 0.5 { place + BESIDE_LATTICE } else { place }),
+        _ => {}
     }
     let (cell, at) = (random.cell(around(&targets.bounds)), [random.unit(), random.unit()]);
     let view = along_axes(random);
@@ -288,19 +300,29 @@ pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile:
 }
 
 pub(super) fn parallel_ties(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
-    let dir: [f32; 3] = std::array::from_fn(|_| random.below(3) as f32 - 1.0);
     let axis = random.index(3);
+    let plane = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { 1.0 } else { 0.0 }));
+    if random.below(4) == 0 {
+        // The same for each ray, as they are whole voxels apart.
+        let ray = super::rays::unit_ties(targets, random);
+        let [column, row] = [0, 1].map(|_| random.below(8) as f64);
+        let first = std::array::from_fn(|a| f64::from(ray.frac[a]) - column * plane[0][a] - row * plane[1][a]);
+        let places = grid(ray.cell.map(i64::from), first, plane);
+        return places.map(|(cell, frac)| Ray::new(clamped(cell), frac, ray.dir));
+    }
+    let dir: [f32; 3] = std::array::from_fn(|_| random.below(3) as f32 - 1.0);
     let dir =
         if dir.iter().all(|&v| v == 0.0) { std::array::from_fn(|a| if a == axis { 1.0 } else { 0.0 }) } else { dir };
     let apart = [0.25, 0.5, 1.0][random.index(3)];
-    let along = [1, 2].map(|turn| std::array::from_fn(|a| if a == (axis + turn) % 3 { apart } else { 0.0 }));
-    let first = std::array::from_fn(|_| [0.0, 0.25, 0.5][random.index(3)]);
+    let along = plane.map(|step: [f64; 3]| step.map(|part| apart * part));
+    let beside = if random.below(8) == 0 { f64::from(BESIDE_LATTICE) } else { 0.0 };
+    let first = std::array::from_fn(|_| beside + [0.0, 0.25, 0.5][random.index(3)]);
     let places = grid(random.cell(around(&targets.bounds)), first, along);
     places.map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
 }
 
 /// Fine grids around an edge, a corner or any place of a solid voxel, from beside it or from far off: of neighbouring rays one meets it and the next one passes.
-/// In half of the grids one ray in eight begins elsewhere.
+/// That place is between rays, or that of a ray. In half of the grids one ray in eight begins elsewhere.
 pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
     let target = targets.solid(random);
     let mut dir = random.direction();
@@ -311,12 +333,24 @@ pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray;
     let apart = [1.0 / 256.0, 1.0 / 64.0, 1.0 / 8.0, 1.3][random.index(4)];
     let distance = [1.5, 60.0, 900.0, 4000.0, 2e4, 1e6][random.index(6)];
     let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
-    let first = std::array::from_fn(|a| aim[a] - distance * f64::from(dir[a]) - 3.5 * (along[0][a] + along[1][a]));
+    let [column, row] = if random.below(2) == 0 { [3.5; 2] } else { [0, 1].map(|_| random.below(8) as f64) };
+    let first =
+        std::array::from_fn(|a| aim[a] - distance * f64::from(dir[a]) - column * along[0][a] - row * along[1][a]);
     let moves = random.below(2) == 0;
     grid(target, first, along).map(|(cell, frac)| {
-        let away = if moves && random.below(8) == 0 { [0.002, 0.02, 1.0, 20.0][random.index(4)] } else { 0.0 };
-        let by = random.direction();
-        let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) + away * f64::from(by[a])));
+        let by = if moves && random.below(8) == 0 { elsewhere(random, &along) } else { [0.0; 3] };
+        let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) + by[a]));
         Ray::new(clamped(cell), frac, dir)
     })
+}
+
+/// In any direction; or to the place of another ray of its row or column, or by as much of the way to the next one as is just allowed, or just not.
+fn elsewhere(random: &mut Random, along: &[[f64; 3]; 2]) -> [f64; 3] {
+    if random.below(2) == 0 {
+        let away = [0.002, 0.02, 1.0, 20.0][random.index(4)];
+        return random.direction().map(|by| away * f64::from(by));
+    }
+    let sign = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let rays = [sign / 130.0, sign / 100.0, f64::from(random.below(49) as u32) - 16.0][random.index(3)];
+    along[random.index(2)].map(|by| rays * by)
 }

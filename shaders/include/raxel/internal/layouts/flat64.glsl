@@ -61,7 +61,6 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     uint leaf = block.z + 1u + rx_mask_rank(block.xy, bit);
     uvec2 mask = rx_leaf(leaf);
     uint voxel = rx_mask_bit(c);
-    log2_free = 0u;
     if (rx_mask_has(mask, voxel)) return rx_leaf_material(leaf, mask, voxel);
     log2_free = rx_mask_free(mask, voxel);
     return 0u;
