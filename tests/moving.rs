@@ -145,6 +145,64 @@ fn face_cache_lights_instances_as_the_reference_does() {
     assert!(off < 0.05, "{off}");
 }
 
+/// Lamps on instances are drawn as those of the world are: the same light, with as little noise, and none behind a wall.
+#[test]
+fn lamps_on_instances_have_no_more_noise_than_built_ones() {
+    let project = Project::shipped();
+    let graph = "graphs/light/face_cache.toml";
+    let light = |models: &str, graph: &str, count: u32| {
+        yard(&project, models);
+        let mut session = open(&project, graph, SIZE, &scenes::DARK);
+        if graph.contains("reference") {
+            session.set_param("paths", Value::I32(16)).unwrap();
+        }
+        frames(&mut session, count)
+    };
+    let [moving, built] = ["[[instances]]\nposition", "[[build]]\nop = \"model\"\norigin"]
+        .map(|kind| format!("{kind} = [12, 2, 12]\nmodel = \"lantern\"\n"));
+    let truth = light(&built, "graphs/light/reference_centre.toml", 96);
+    let square = |of: &[[f32; 4]]| {
+        let off = of.iter().zip(&truth).map(|(a, b)| f64::from(a[0] - b[0]).powi(2) / (f64::from(b[0]).powi(2) + 1e-6));
+        off.sum::<f64>() / truth.len() as f64
+    };
+    let [moving, built] = [moving, built].map(|models| light(&models, graph, 16));
+    eprintln!(
+        "worst part {} of an instance, {} built in; relMSE {} and {}",
+        error(&moving, &truth),
+        error(&built, &truth),
+        square(&moving),
+        square(&built)
+    );
+    assert!(error(&moving, &truth) < 0.06, "{}", error(&moving, &truth));
+    assert!(square(&moving) < 1.5 * square(&built), "{} of an instance, {} built in", square(&moving), square(&built));
+
+    // Turned in any way, it gives the same light.
+    let turned = "[[instances]]\nposition = [12.3, 2.4, 12.2]\nyaw = 31\nroll = 8\nmodel = \"lantern\"\n";
+    let (found, truth) = (light(turned, graph, 48), light(turned, "graphs/light/reference_centre.toml", 96));
+    assert!(error(&found, &truth) < 0.06, "{}", error(&found, &truth));
+
+    // A lantern in a wall.
+    let hidden = "[[instances]]\nposition = [12, 5, 0]\nmodel = \"lantern\"\n";
+    let dark = light(hidden, graph, 4);
+    assert!(dark.iter().all(|texel| texel[..3] == [0.0; 3]));
+}
+
+/// A lantern that is carried away leaves no light after ten frames, and one that comes lights at once.
+#[test]
+fn a_lantern_that_goes_takes_its_light_along() {
+    let project = Project::shipped();
+    let graph = lifted(&project, "light/face_cache.toml", "lantern", "");
+    let mut session = open(&project, graph, SIZE, &scenes::DARK);
+    let mean = |texels: &[[f32; 4]]| parts(texels).iter().sum::<f64>();
+    let here = mean(&frames(&mut session, 48));
+    session.set_param("away", Value::F32(1.0)).unwrap();
+    let left = mean(&frames(&mut session, 10)) / here;
+    assert!(left < 0.05, "{left} of the light is left");
+    session.set_param("away", Value::F32(0.0)).unwrap();
+    let back = mean(&frames(&mut session, 10)) / here;
+    assert!((back - 1.0).abs() < 0.1, "{back} of the light is back");
+}
+
 #[test]
 fn what_goes_leaves_no_light_and_no_shadow() {
     let project = Project::shipped();
@@ -162,6 +220,61 @@ fn what_goes_leaves_no_light_and_no_shadow() {
         let (before, after) = (apart(&here), apart(&gone));
         assert!(before > 0.0 && after < 0.1 * before, "{model}: {after} of {before}");
     }
+}
+
+/// A basin of water with a model in it, in the world's voxels or as an instance.
+fn basin(project: &Project, model: &str, position: [f64; 3], look_at: [f64; 3]) {
+    let build = [
+        cuboid("wall", [0, 0, 0], [32, 26, 32], ""),
+        cuboid("water", [2, 2, 2], [30, 24, 30], ""),
+        "[[build]]\nop = \"box\"\nmode = \"subtract\"\nmin = [2, 24, 2]\nmax = [30, 26, 30]\n".to_owned(),
+        model.to_owned(),
+    ];
+    let materials = "wall = { albedo = [0.6, 0.6, 0.6] }
+water = { albedo = [0.5, 0.8, 0.9], roughness = 0.02, transparency = 0.9 }
+[models]
+tree = { file = \"models/tree.vox\" }";
+    scenes::world(project, materials, &build, position, look_at, 60.0);
+}
+
+/// An instance under water is where the same voxels would be, seen from above.
+#[test]
+fn instances_are_seen_through_water() {
+    let project = Project::shipped();
+    let gloss = |models: &str| {
+        basin(&project, models, [16.0, 40.0, 27.0], [16.0, 4.0, 12.0]);
+        let mut session = open(&project, "graphs/beauty.toml", SIZE, &[("clouds", 0.0)]);
+        session.pin("gloss").unwrap();
+        frames(&mut session, 4);
+        session.read_target("gloss").unwrap().floats()
+    };
+    let [moving, built] = ["[[instances]]\nposition", "[[build]]\nop = \"model\"\norigin"]
+        .map(|kind| gloss(&format!("{kind} = [12, 2, 10]\nmodel = \"tree\"\n")));
+    let empty = gloss("");
+    let near = |a: &[f32; 4], b: &[f32; 4], off: f32| (0..3).all(|c| (a[c] - b[c]).abs() <= off * b[c].abs() + 1e-4);
+    let alike = moving.iter().zip(&built).filter(|(a, b)| near(a, b, 0.02)).count();
+    let seen = moving.iter().zip(&empty).filter(|(a, b)| !near(a, b, 0.1)).count();
+    assert!(alike > moving.len() * 9 / 10 && seen > moving.len() / 10, "{alike} alike, {seen} other than without");
+}
+
+/// The path tracer of glass and water shows instances in water as it shows the same voxels.
+#[test]
+fn the_tracer_of_glass_shows_instances_in_water() {
+    let project = Project::shipped();
+    let kinds = ["[[instances]]\nposition", "[[build]]\nop = \"model\"\norigin"];
+    let light = |models: &str| {
+        basin(&project, models, [16.0, 40.0, 27.0], [16.0, 4.0, 12.0]);
+        frames(&mut open(&project, "graphs/light/views/glass.toml", SIZE, &[]), 24)
+    };
+    let [moving, built] = kinds.map(|kind| light(&format!("{kind} = [12, 2, 10]\nmodel = \"tree\"\n")));
+    let empty = light("");
+    eprintln!("{} off, {} without", error(&moving, &built), error(&empty, &built));
+    assert!(
+        error(&moving, &built) < 0.05 && error(&empty, &built) > 0.1,
+        "{} {}",
+        error(&moving, &built),
+        error(&empty, &built)
+    );
 }
 
 /// A world without instances runs no pass and binds no buffer for them.

@@ -1,5 +1,5 @@
 // Light that falls on a place of a face, by one path: from the sky, from lamps, and all that other faces send back. Needs
-// <raxel/scene.glsl> and scene.glsl. Lamps on instances are only found by rays that meet them: no lamp is drawn there. Before the include,
+// <raxel/scene.glsl> and scene.glsl. Without PATH_KNOWN_LAMPS, no lamp is drawn on an instance: only rays that meet it find it. Before the include,
 //
 //     #define PATH_CANDIDATES n     lamps compared at the first place, 1 at the others
 //     #define PATH_SUN_FIRST        also counts direct sun at the first place, which is left out otherwise
@@ -125,7 +125,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
             }
 #endif
             if (kind != ON) {
-                if (!found) {
+                bool open = !found;
+#ifdef PATH_KNOWN_LAMPS
+                if (kind == LAMP) open = known_reached(found, hit, known_chosen.voxel, known_chosen.face);
+#endif
+                if (open) {
 #ifdef PATH_KNOWN_LAMPS
                     if (kind == LAMP) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
 #endif
@@ -146,12 +150,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                     vec3 radiance = material.albedo * material.emission;
                     float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_place_normal(hit.voxel, hit.face), RX_RAY(ray).dir);
                     float cosine = dot(rx_place_normal(at.voxel, at.face), RX_RAY(ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
-                    if (rx_is_on_instance(hit.face)) weight = 1.0;
 #ifdef PATH_KNOWN_LAMPS
-                    if (!rx_is_on_instance(hit.face)) {
-                        weight = known_met_weight(hit, radiance, cosine, facing, points);
-                        known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
-                    }
+                    weight = known_met_weight(hit, radiance, cosine, facing, points);
+                    known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
+#else
+                    if (rx_is_on_instance(hit.face)) weight = 1.0;
 #endif
                     radiance *= frame.lamp_strength * weight;
                     sum += share * radiance;
@@ -190,7 +193,11 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #endif
                 waiting = frame.lamp_strength * lamp.light;
                 ray = start;
+#ifdef PATH_KNOWN_LAMPS
+                RX_RAY(ray) = known_ray(from, lamp.to, known_chosen.face);
+#else
                 RX_RAY(ray) = rx_lamp_ray(from, lamp.to);
+#endif
 #ifdef PATH_LAMP_LEAST
                 float worth = rx_luminance(share * waiting);
                 if (worth < PATH_LAMP_LEAST) waiting *= rx_next(numbers) * PATH_LAMP_LEAST < worth ? PATH_LAMP_LEAST / worth : 0.0;

@@ -42,14 +42,18 @@ impl Light {
 
 /// Every light of a world: chunk by chunk, in tree order inside each, the faces of a voxel in order. Faces that are black are left out.
 pub fn lights(world: &World) -> Vec<Light> {
-    let powers: Vec<f32> = world.materials().iter().map(power).collect();
+    lights_by(world, &world.materials().iter().map(power).collect::<Vec<_>>())
+}
+
+/// The same with the powers of its palette given. What stands behind them gives off nothing.
+pub(crate) fn lights_by(world: &World, powers: &[f32]) -> Vec<Light> {
     let mut found = Vec::new();
     for (position, chunk) in world.chunks() {
         let origin = position.origin();
         for (block, &mask) in chunk.masks().iter().enumerate().filter(|(_, mask)| **mask != 0) {
             let corner = origin + glam::UVec3::from_array(block_cell(block)).as_ivec3() * 4;
             for (bit, material) in raxel_world::Bits(mask).zip(chunk.block_materials(block)) {
-                let power = powers[usize::from(material)];
+                let power = powers.get(usize::from(material)).copied().unwrap_or(0.0);
                 if power > 0.0 {
                     let voxel = corner + glam::UVec3::from_array(child_cell(bit)).as_ivec3();
                     let bare = (0..6).filter(|face| is_bare(world, voxel, *face));
@@ -66,7 +70,7 @@ pub fn lights(world: &World) -> Vec<Light> {
     clippy::cast_possible_truncation,
     reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"
 )]
-fn power(material: &Material) -> f32 {
+pub(crate) fn power(material: &Material) -> f32 {
     let [r, g, b] = material.albedo.map(f64::from);
     let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) * f64::from(material.emission);
     let power = luminance.min(f64::from(f32::MAX)) as f32;
@@ -105,10 +109,10 @@ pub fn encode(world: &World, limits: impl Into<Limits>) -> Result<Vec<u32>, Layo
 
 /// How a light is drawn: one of all is picked evenly, and stays if a number in 0 to 1 is below the threshold; else it is the alias.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Draw {
-    probability: f32,
-    threshold: f32,
-    alias: u32,
+pub(crate) struct Draw {
+    pub(crate) probability: f32,
+    pub(crate) threshold: f32,
+    pub(crate) alias: u32,
 }
 
 /// Draws things in proportion to their powers, whose sum is `total` (Vose, "A linear algorithm for generating random numbers with a given
@@ -117,7 +121,7 @@ struct Draw {
     clippy::cast_possible_truncation,
     reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"
 )]
-fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
+pub(crate) fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
     let count = powers.len() as f64;
     let mut scaled: Vec<f64> = powers.iter().map(|power| power / total * count).collect();
     let mut draws: Vec<Draw> = (0..)

@@ -203,7 +203,9 @@ impl SessionWorld {
             };
         }
         match fact {
-            Fact::WorldHasEmission => self.loaded.world.has_emission(),
+            Fact::WorldHasEmission => {
+                self.loaded.world.has_emission() || self.loaded.instances.has_emission(self.palette())
+            }
             Fact::WorldHasTransparency => self.loaded.world.has_transparency(),
             Fact::WorldHasVoxels => self.loaded.world.bounds().is_some(),
             Fact::WorldHasInstances => self.has_instances(),
@@ -293,6 +295,11 @@ impl SessionWorld {
     /// The words of the buffer of `world.lights`.
     pub fn encode_lights(&self, limits: Limits) -> Result<Vec<u32>, LayoutError> {
         raxel_layouts::lights::encode(&self.loaded.world, limits)
+    }
+
+    /// Its materials; of a streamed world, or one that was not built, those that its file declares.
+    pub fn palette(&self) -> &[Material] {
+        self.tiles.as_ref().map_or_else(|| self.loaded.world.materials(), |tiles| tiles.materials())
     }
 
     /// The models that stand in it.

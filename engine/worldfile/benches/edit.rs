@@ -69,7 +69,7 @@ fn instances(c: &mut Criterion) {
         let one = |pose| Instance { name: None, model: 0, anchor: [0; 3], pose, motions: Vec::new() };
         let list = (0..count).map(|_| one(Pose::new([at(), at(), at()], [at(), at(), at()]))).collect();
         let instances = Instances { models: vec![model.clone()], list };
-        let buffer = instances.encode(u64::MAX).expect("it fits");
+        let buffer = instances.encode(&[], u64::MAX).expect("it fits");
         println!("{count}: {} bytes that move", 4 * buffer.moving(&instances.frames(|_| None)).len());
         group.bench_function(format!("{count} moved"), |b| {
             b.iter(|| buffer.moving(&black_box(&instances).frames(|_| None)));

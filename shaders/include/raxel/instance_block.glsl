@@ -5,8 +5,8 @@
 layout(std430) readonly buffer RxInstances {
     uint count;     // how many there are
     uint first;     // the first one, in quads
-    uint unused0;
-    uint unused1;
+    uint lamps;     // how many of them give off light
+    uint lamps_at;  // the list of these, in quads
     uvec4 quads[];
 } instances;
 

@@ -7,7 +7,7 @@
 //
 // The buffer holds a tree of boxes, depth first: two quads a node, smallest voxel, link, last voxel, kind. A kind below 3 is the axis
 // that was split, then the first child follows, and the link is the second; 3 is a leaf, and the link is its instance. Then come eight
-// quads for each instance, and the models in the layout `tree64`.
+// quads for each instance, the models in the layout `tree64`, and the faces of models that give off light.
 //
 // The ray walks an instance on the lattice of the world, turned by quarter turns, in the world's frame: its hits are those of voxels of the
 // world. Integers bring the ray into the frame of any other instance. It is rounded down to multiples of 2^-24 there, and exact from then

@@ -34,6 +34,8 @@ const float NEAREST = 0.1;    // voxels from a lamp to the way through a slice
 struct Beside {
     vec3 to;          // the point on the lamp, from the camera's cell
     vec3 normal;      // of the lamp
+    ivec3 voxel;
+    uint face;
     vec3 radiance;
     float nearest;    // length of the way where it is nearest to the point
     float away;       // how far away it is there
@@ -42,8 +44,9 @@ struct Beside {
 
 Beside beside(RxLight lamp, vec2 uv, vec3 radiance, vec3 dir, vec2 part) {
     Beside b;
-    b.to = rx_to_light(lamp, uv, frame.camera_cell, vec3(0.0));
-    b.normal = rx_normal(lamp.face);
+    b.to = known_to(lamp, uv, frame.camera_cell, vec3(0.0), b.normal);
+    b.voxel = lamp.voxel;
+    b.face = lamp.face;
     b.radiance = radiance;
     vec3 from = b.to - frame.camera_frac;
     b.nearest = dot(from, dir);
@@ -96,20 +99,27 @@ vec3 from_lamps(vec3 dir, vec2 part, uint seed) {
     float thick = 0.001 * push.mist * mist_between(float(frame.camera_cell.y) + at.y, float(frame.camera_cell.y) + chosen.to.y, push.mist_height, push.mist_floor);
     light *= frame.lamp_strength * exp(-thick * length(to));
     if (light == vec3(0.0)) return light;
-    RxSceneRay ray = rx_scene_ray(rx_lamp_ray(rx_ray(frame.camera_cell + ivec3(cell), at - cell, to), to));
+    RxSceneRay ray = rx_scene_ray(known_ray(rx_ray(frame.camera_cell + ivec3(cell), at - cell, to), to, chosen.face));
     RxHit block;
     bool blocked = rx_trace_places(ray, block);
 #ifdef PANES
     for (int pane = 0; pane < 2 && blocked && rx_pass_panes(block, PANES, ray, light); ++pane) blocked = rx_trace_places(ray, block);
 #endif
-    return blocked ? vec3(0.0) : light;
+    return known_reached(blocked, block, chosen.voxel, chosen.face) ? light : vec3(0.0);
+}
+
+bool there_are_lamps() {
+#ifdef RX_BINDS_instances
+    if (instances.lamps > 0u) return true;
+#endif
+    return rx_lights_count() > 0u;
 }
 
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outLamps);
     if (any(greaterThanEqual(slice, size))) return;
     float near = slice_depth(float(slice.z) / float(size.z)), far = slice_depth(float(slice.z + 1) / float(size.z));
-    if (push.mist <= 0.0 || frame.lamp_strength <= 0.0 || rx_lights_count() == 0u || near > FARTHEST) {
+    if (push.mist <= 0.0 || frame.lamp_strength <= 0.0 || !there_are_lamps() || near > FARTHEST) {
         imageStore(outLamps, slice, vec4(0.0));
         return;
     }

@@ -172,10 +172,20 @@ vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
             from.frac[axis] = 1.0 - from.frac[axis];
             RxBodyEnd end;
             bool ground = rx_walk_body(seen.xyz, from.frac, inward, hit_material(seen.w), DEEPEST, end) && end.material != 0u;
+            uint bed = end.material;
+            float deep = end.t;
+            // An instance that stands in the body is nearer than its end.
+            RxHit standing;
+            from.cell = seen.xyz;
+            if (rx_instance_in_body(rx_scene_ray(from), end.t, standing)) {
+                ground = true;
+                bed = standing.material;
+                deep = standing.t;
+            }
             uint slot = imageLoad(slots, pixel).x;
             vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(pixel, size, place.z)) * texelFetch(sun, pixel, 0).x / RX_PI);
-            vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * end.t : 80.0));
-            vec3 below = ground ? rx_material_properties(end.material).albedo : vec3(0.0);
+            vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * deep : 80.0));
+            vec3 below = ground ? rx_material_properties(bed).albedo : vec3(0.0);
             // What the body itself scatters back.
             vec3 body = material.albedo * 0.22 * (1.0 - way);
             result.rgb += (1.0 - share) * on_surface * (below * way * 0.9 + body);

@@ -2,7 +2,7 @@
 // what stands outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise away.
 // Above water the pass ends after one read.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 #include "beyond.glsl"
 #include <raxel/random.glsl>
@@ -26,34 +26,44 @@ RxRay across(ivec3 cell, uint face, vec2 uv, vec3 dir) {
     return ray;
 }
 
-// Direct sun and sky that come to a place in the air, the sky as one random ray; both for a surface that sends all of it on.
-vec3 daylight(RxRay from, vec3 normal, vec3 to_sun, inout uint state) {
-    RxHit hit;
+// Direct sun and sky that come to a place in the air, the sky as one random ray; both for a surface that sends all of it on. The rays take turns, because each
+// call of the tracer is compiled into the shader.
+vec3 daylight(RxSceneRay from, vec3 normal, vec3 to_sun, inout uint state) {
     vec3 light = vec3(0.0);
     float cosine = dot(normal, to_sun);
-    RxRay ray = from;
-    ray.dir = to_sun;
-    if (cosine > 0.0 && !rx_trace(ray, hit)) light += sun_irradiance(to_sun) * (sun_through_clouds(vec3(from.cell) + from.frac) * cosine / RX_PI);
-    vec3 dir = normalize(normal + 0.999 * rx_random_direction(state));
-    ray.dir = dir;
-    if (!rx_trace(ray, hit)) light += sky_radiance(dir, to_sun);
-    else if (hit.face != RX_FACE_INSIDE) light += rx_material_properties(hit.material).albedo * frame.lamp_strength * rx_material_properties(hit.material).emission;
+    for (int i = 0; i < 2; ++i) {
+        bool sun = i == 0;
+        if (sun && cosine <= 0.0) continue;
+        RxSceneRay ray = from;
+        RX_RAY(ray).dir = to_sun;
+        if (!sun) RX_RAY(ray).dir = normalize(normal + 0.999 * rx_random_direction(state));
+        RxHit hit;
+        if (!rx_trace_places(ray, hit)) {
+            if (sun) light += sun_irradiance(to_sun) * (sun_through_clouds(vec3(RX_RAY(from).cell) + RX_RAY(from).frac) * cosine / RX_PI);
+            else light += sky_radiance(RX_RAY(ray).dir, to_sun);
+        } else if (!sun && hit.face != RX_FACE_INSIDE) {
+            RxMaterial material = rx_material_properties(hit.material);
+            light += material.albedo * frame.lamp_strength * material.emission;
+        }
+    }
     return light;
 }
 
 // Daylight at a point in the body: straight up to the surface, and from there to the sun and the sky.
-vec3 light_within(ivec3 cell, vec3 frac, uint body, vec3 loss, vec3 to_sun, inout uint state) {
+vec3 light_within(RxSceneRay from, uint body, vec3 loss, vec3 to_sun, inout uint state) {
     vec3 up = vec3(0.0, 1.0, 0.0);
     RxBodyEnd end;
-    if (!rx_walk_body(cell, frac, up, body, DEEPEST, end) || end.material != 0u) return vec3(0.0);
-    return exp(-loss * end.t) * daylight(rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, up), up, to_sun, state);
+    RxHit above;
+    RX_RAY(from).dir = up;
+    if (!rx_walk_body(RX_RAY(from).cell, RX_RAY(from).frac, up, body, DEEPEST, end) || end.material != 0u || rx_instance_in_body(from, end.t, above)) return vec3(0.0);
+    return exp(-loss * end.t) * daylight(rx_scene_ray(rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, up)), up, to_sun, state);
 }
 
 // Light that a surface in the air sends towards the ray.
 vec3 shown(RxHit hit, vec3 to_sun, inout uint state) {
     RxMaterial material = rx_material_properties(hit.material);
-    vec3 normal = rx_normal(hit.face);
-    return material.albedo * (frame.lamp_strength * material.emission + daylight(rx_ray_from_face(hit.voxel, hit.face, hit.uv, normal), normal, to_sun, state));
+    vec3 normal = rx_place_normal(hit.voxel, hit.face);
+    return material.albedo * (frame.lamp_strength * material.emission + daylight(rx_ray_from_place(hit.voxel, hit.face, hit.uv, normal), normal, to_sun, state));
 }
 
 void main() {
@@ -73,6 +83,10 @@ void main() {
         RxBodyEnd end;
         bool ended = rx_walk_body(cell, frac, dir, body, FARTHEST, end);
         float far = ended ? end.t : 80.0;
+        // An instance that stands in the body is nearer than its end.
+        RxHit standing;
+        bool stands = rx_instance_in_body(rx_scene_ray(RxRay(cell, frac, dir, far)), far, standing);
+        if (stands) far = standing.t;
         // What the body scatters on the way, lit as one of its places is: the nearer, the more often.
         vec3 through = exp(-loss * far);
         float mean_loss = dot(loss, vec3(1.0 / 3.0));
@@ -80,14 +94,15 @@ void main() {
         vec3 at = frac + t * dir;
         ivec3 step = ivec3(floor(at));
         if (rx_material(cell + step) == body)
-            light += share * material.albedo * SCATTERED * (1.0 - through) * light_within(cell + step, at - vec3(step), body, loss, to_sun, state);
-        if (!ended) break;
+            light += share * material.albedo * SCATTERED * (1.0 - through) * light_within(rx_scene_ray(rx_ray(cell + step, at - vec3(step), dir)), body, loss, to_sun, state);
+        if (!ended && !stands) break;
         share *= through;
-        if (end.material != 0u) {
-            // A wall or a ground in the body.
-            RxMaterial ground = rx_material_properties(end.material);
-            RxRay back = rx_ray_from_face(end.beyond, end.face, end.uv, -dir);
-            light += share * ground.albedo * (frame.lamp_strength * ground.emission + light_within(back.cell, back.frac, body, loss, to_sun, state));
+        if (stands || end.material != 0u) {
+            // An instance, or a wall or a ground in the body.
+            RxMaterial matter = rx_material_properties(stands ? standing.material : end.material);
+            RxSceneRay back = rx_scene_ray(rx_ray_from_face(end.beyond, end.face, end.uv, -dir));
+            if (stands) back = rx_ray_from_place(standing.voxel, standing.face, standing.uv, -dir);
+            light += share * matter.albedo * (frame.lamp_strength * matter.emission + light_within(back, body, loss, to_sun, state));
             break;
         }
         // The surface: refracted into the air, or mirrored.
@@ -97,7 +112,7 @@ void main() {
         if (rx_random(state) >= mirrored) {
             RxRay ray = across(end.beyond, end.face, end.uv, outward);
             RxHit hit;
-            if (!rx_trace(ray, hit)) light += share * beyond(vec3(ray.cell - frame.camera_cell) + ray.frac, outward, to_sun);
+            if (!rx_trace_places(rx_scene_ray(ray), hit)) light += share * beyond(vec3(ray.cell - frame.camera_cell) + ray.frac, outward, to_sun);
             else if (hit.face != RX_FACE_INSIDE) light += share * shown(hit, to_sun, state);
             break;
         }

@@ -1,8 +1,11 @@
 // Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel faces that have lit a face in it
 // lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them: what one face has found, all faces around it know. A path
-// draws lamps from all three lists, and the others by power from all lamps. Each counts by the true density of all ways together, so the lists add no light and take none,
-// whatever is in them. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/world.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
+// draws lamps from all three lists, and the others by power from all lamps. Those on instances are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no light and take none,
+// whatever is in them. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
 #include "known.glsl"
+#ifdef RX_BINDS_instances
+#include "instance_lamps.glsl"
+#endif
 
 const uint KNOWN_PLACE = (1u << KNOWN_BITS) - 1u;    // the place from the middle of the cell in three bytes, the face
 const uint REGION_PLACE = (1u << REGION_BITS) - 1u;  // the place in three times 9 bits, the face
@@ -15,6 +18,7 @@ uint known_first;        // the first word of its list
 float known_sum;         // of the shares of all in it
 uvec2 known_members;     // of the lists of its regions
 vec4 known_ways;         // shares of the lamps that are drawn from the list, from those of the two regions, and by power
+float known_moving;      // share of those on instances, which no list has, of all lamps
 
 uint known_word(uint at) {
     return known[at / 4u][at % 4u];
@@ -57,6 +61,10 @@ void known_begin(ivec3 voxel, uint face, bool lists) {
     for (uint size = 0u; size < REGION_SIZES && lists; ++size) known_members[size] = known[(REGION_ROWS + region_list(size)) / 4u].x;
     known_ways = vec4(known_sum > 0.0 ? 0.5 : 0.0, known_members.x > 0u ? 0.25 : 0.0, known_members.y > 0u ? 0.125 : 0.0, 0.125);
     known_ways /= known_ways.x + known_ways.y + known_ways.z + known_ways.w;
+    known_moving = 0.0;
+#ifdef RX_BINDS_instances
+    if (instances.lamps > 0u) known_moving = rx_lights_count() > 0u ? 0.25 : 1.0;
+#endif
 }
 
 // The place of a voxel's face in a list, or KNOWN_PLACE if it is too far away.
@@ -81,6 +89,10 @@ uint region_slot(uint place, uint size) {
 
 // How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether a list has it.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
+#ifdef RX_BINDS_instances
+    listed = rx_is_on_instance(face);
+    if (listed) return known_moving * instance_lamp_probability(radiance);
+#endif
     listed = false;
     float density = known_ways.w * rx_light_probability(radiance);
     if (known_ways.x > 0.0) {
@@ -98,6 +110,9 @@ float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
             density += known_ways[size + 1u] / float(known_members[size]);
         }
     }
+#ifdef RX_BINDS_instances
+    density *= 1.0 - known_moving;
+#endif
     return density;
 }
 
@@ -108,7 +123,7 @@ void known_bring(uint at, uint word) {
 
 // A voxel's face gives a place so much light, unhidden.
 void known_add(ivec3 voxel, uint face, float light) {
-    if (!(light > 0.0)) return;
+    if (!(light > 0.0) || rx_is_on_instance(face)) return;
     uint place = known_place(voxel, face), level = uint(clamp(log2(light) - KNOWN_LEAST, 1.0, 31.0));
     if (place != KNOWN_PLACE) known_bring(known_slot(place), level << KNOWN_BITS | place);
     for (uint size = 0u; size < REGION_SIZES; ++size) {
@@ -160,6 +175,13 @@ void region_draw(uint size, inout vec2 uv, out ivec3 voxel, out uint face) {
 
 // The voxel's face of a lamp; `way`, from 0 to 1, says how it is drawn. False if it is gone. Draws a pair.
 bool known_candidate(float way, inout RxSampler s, out RxLight lamp, out vec2 uv) {
+#ifdef RX_BINDS_instances
+    if (way < known_moving) {
+        lamp = draw_instance_lamp(s, uv);
+        return true;
+    }
+    way = (way - known_moving) / (1.0 - known_moving);
+#endif
     float by_lists = 1.0 - known_ways.w;
     if (way >= by_lists) {
         uint index;
@@ -178,6 +200,18 @@ bool known_candidate(float way, inout RxSampler s, out RxLight lamp, out vec2 uv
     return lamp.material != 0u;
 }
 
+// The ray that looks whether a lamp is hidden. On an instance it must meet the lamp, because a wall may lie in the same plane; else it ends just before it.
+RxRay known_ray(RxRay from, vec3 to, uint face) {
+    RxRay ray = rx_lamp_ray(from, to);
+    if (rx_is_on_instance(face)) ray.t_max = 1.0001;
+    return ray;
+}
+
+// Whether that ray has come to its lamp.
+bool known_reached(bool found, RxHit hit, ivec3 voxel, uint face) {
+    return rx_is_on_instance(face) ? found && hit.voxel == voxel && hit.face == face : !found;
+}
+
 struct KnownLamp {
     ivec3 voxel;
     uint face;
@@ -185,10 +219,22 @@ struct KnownLamp {
 };
 KnownLamp known_chosen;
 
+// The point of a candidate, from a point in a cell, and the lamp's normal there.
+vec3 known_to(RxLight lamp, vec2 uv, ivec3 cell, vec3 frac, out vec3 normal) {
+    normal = rx_place_normal(lamp.voxel, lamp.face);
+#ifdef RX_BINDS_instances
+    if (rx_is_on_instance(lamp.face)) {
+        RxRay at = RX_RAY(rx_ray_from_place(lamp.voxel, lamp.face, uv, vec3(0.0)));
+        return vec3(at.cell - cell) + (at.frac - frac);
+    }
+#endif
+    return rx_to_light(lamp, uv, cell, frac);
+}
+
 // As rx_resample_lamps, with `candidates` as the points. Draws `candidates` + 1 pairs.
 RxLampSample known_resample(uint candidates, inout RxSampler s, RxRay from, vec3 normal) {
     RxLampSample chosen = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
-    if (rx_lights_count() == 0u) return chosen;
+    if (rx_lights_count() == 0u && known_moving == 0.0) return chosen;
     vec2 first = rx_next2(s);
     float sum = 0.0, worth = 0.0, keep = first.x;
     for (uint i = 0u; i < candidates; ++i) {
@@ -198,7 +244,8 @@ RxLampSample known_resample(uint candidates, inout RxSampler s, RxRay from, vec3
         RxMaterial material = rx_material_properties(lamp.material);
         bool listed;
         lamp.probability = known_density(lamp.voxel, lamp.face, material.albedo * material.emission, listed);
-        RxLampSample candidate = rx_sample_lamp(lamp, uv, from, normal);
+        vec3 lamp_normal, to = known_to(lamp, uv, from.cell, from.frac, lamp_normal);
+        RxLampSample candidate = rx_lamp_sample(to, lamp_normal, material, lamp.probability, normal);
         float light = rx_luminance(candidate.light);
         if (!(light > 0.0)) continue;
         float part = rx_drawn_lamp_weight(candidate, float(candidates), normal);

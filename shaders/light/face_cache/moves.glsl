@@ -1,12 +1,18 @@
 // What moving instances do to light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took its last samples. Needs
 // cache.glsl.
 
-layout(std430) readonly buffer Poses { uint moves; };         // another number after each frame in which an instance has moved
+layout(std430) readonly buffer Poses {
+    uint moves;   // another number after each frame in which an instance has moved
+    uint leaps;   // that of the last frame in which a lamp has gone far
+};
 
 // Samples from before a move that still count: a move may change the light of any face, and new samples soon outweigh so few.
 const float SAMPLES_BEFORE_MOVE = 8.0;
+// The same of a lamp that is somewhere else at once, or moves fast: what it leaves behind must be dark soon.
+const float SAMPLES_BEFORE_LEAP = 0.25;
 
 // How many of the samples of a slot still count.
 float samples_after_moves(uint slot, float samples) {
-    return moves_seen[slot] == moves ? samples : min(samples, SAMPLES_BEFORE_MOVE);
+    if (moves_seen[slot] == moves) return samples;
+    return min(samples, moves_seen[slot] < leaps ? SAMPLES_BEFORE_LEAP : SAMPLES_BEFORE_MOVE);
 }

@@ -1,8 +1,8 @@
 // A path tracer for materials. At each surface one of its ways to send light on is drawn: a mirror image in a coat or a metal (GGX), light from
 // inside (matt), or, in what is clear, a mirror image or the way through it by Fresnel's law. Inside a body the way goes from boundary
-// to boundary; light is taken away by its colour.
+// to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; what is clear of them is matt here, and no lamp is drawn on them.
 #version 460
-#include <raxel/world.glsl>
+#include <raxel/scene.glsl>
 #include "../scene.glsl"
 #include <raxel/light/lamps.glsl>
 #include <raxel/light/bsdf.glsl>
@@ -19,15 +19,20 @@ vec3 to_frame(vec3 d, vec3 t, vec3 b, vec3 n) {
     return vec3(dot(d, t), dot(d, b), dot(d, n));
 }
 
-// Sunlight on a place under a level surface of the body: the beam is refracted there, and comes straight to it. Zero if a side or a wall is
+// Sunlight on a place under a level surface of the body: the beam is refracted there, and comes straight to it. Zero if a side, a wall or an instance is
 // in the way; `out_ray` is the ray that must reach the sun then.
-vec3 sun_below(ivec3 cell, vec3 frac, vec3 normal, vec3 sun, uint body, vec3 loss, out RxRay out_ray) {
+vec3 sun_below(RxSceneRay from, vec3 normal, vec3 sun, uint body, vec3 loss, out RxRay out_ray) {
     vec3 up = vec3(0.0, 1.0, 0.0), inward = refract(-sun, up, 1.0 / push.index);
+    ivec3 cell = RX_RAY(from).cell;
+    vec3 frac = RX_RAY(from).frac;
     out_ray = rx_ray(cell, frac, sun);
+    RX_RAY(from).dir = -inward;
     float falls = dot(normal, -inward);
     if (sun.y <= 0.0 || falls <= 0.0) return vec3(0.0);
     RxBodyEnd end;
     if (!rx_walk_body(cell, frac, -inward, body, DEEPEST, end) || end.material != 0u || end.face != RX_FACE_NEG_Y) return vec3(0.0);
+    RxHit above;
+    if (rx_instance_in_body(from, end.t, above)) return vec3(0.0);
     out_ray = rx_ray(end.beyond, vec3(end.uv.x, 0.0, end.uv.y), sun);
     float through = (1.0 - rx_fresnel_dielectric(sun.y, push.index)) * sun.y / -inward.y;
     return sun_irradiance(sun) * exp(-loss * end.t) * (through * falls / RX_PI);
@@ -38,7 +43,7 @@ vec3 path(ivec2 pixel, ivec2 size) {
     vec3 sun = frame_sun();
     vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(pixel) + rx_next2(numbers), vec2(size));
     vec3 light = vec3(0.0), share = vec3(1.0), waiting = vec3(0.0), shadow_share = vec3(0.0);
-    RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, dir), later;
+    RxSceneRay ray = rx_scene_ray(rx_ray(frame.camera_cell, frame.camera_frac, dir)), later;
     // Whether the ray of this turn asks for light; is in a body, or goes on in one afterwards (below); counts the lamps that it meets.
     bool shadow = false, within = false, mirrored = true, below = false;
     uint body = 0u, depth = 0u;
@@ -50,25 +55,26 @@ vec3 path(ivec2 pixel, ivec2 size) {
         if (within) {
             // From boundary to boundary of the body, without the tracer.
             RxBodyEnd end;
-            if (!rx_walk_body(ray.cell, ray.frac, ray.dir, body, DEEPEST, end)) break;
-            share *= exp(-loss * end.t);
+            RxRay on = RX_RAY(ray);
+            bool ended = rx_walk_body(on.cell, on.frac, on.dir, body, DEEPEST, end), stands = rx_instance_in_body(ray, end.t, hit);
+            if (!ended && !stands) break;
+            share *= exp(-loss * (stands ? hit.t : end.t));
             ++depth;
-            if (end.material == 0u || rx_material_properties(end.material).transparency > 0.0) {
+            if (!stands && (end.material == 0u || rx_material_properties(end.material).transparency > 0.0)) {
                 // Back into the air (another clear body counts as air): through, or mirrored inside.
                 normal = rx_normal(end.face);
-                float cosine = -dot(ray.dir, normal), bent = rx_fresnel_dielectric(cosine, 1.0 / push.index);
+                float cosine = -dot(on.dir, normal), bent = rx_fresnel_dielectric(cosine, 1.0 / push.index);
                 if (rx_next(numbers) < bent) {
-                    vec3 turned = reflect(ray.dir, normal);
+                    vec3 turned = reflect(on.dir, normal);
                     // The same place, seen from inside.
-                    RxRay from = rx_ray_from_face(end.beyond, end.face, end.uv, turned);
-                    ray = from;
+                    ray = rx_scene_ray(rx_ray_from_face(end.beyond, end.face, end.uv, turned));
                 } else {
-                    vec3 out_dir = refract(ray.dir, normal, push.index);
+                    vec3 out_dir = refract(on.dir, normal, push.index);
                     uint axis = rx_face_axis(end.face);
                     RxRay from = rx_ray_from_face(end.beyond, end.face, end.uv, out_dir);
                     from.cell = end.beyond;
                     from.frac[axis] = 1.0 - from.frac[axis];
-                    ray = from;
+                    ray = rx_scene_ray(from);
                     within = false;
                     mirrored = true;
                     if (end.material != 0u) {
@@ -79,10 +85,10 @@ vec3 path(ivec2 pixel, ivec2 size) {
                 }
                 continue;
             }
-            hit = RxHit(end.beyond, end.face, end.material, end.t, end.uv, 0u);
+            if (!stands) hit = RxHit(end.beyond, end.face, end.material, end.t, end.uv, 0u);
             found = true;
         } else {
-            found = rx_trace(ray, hit);
+            found = rx_trace_places(ray, hit);
             if (shadow) {
                 shadow = false;
                 if (!found) light += shadow_share * waiting;
@@ -93,31 +99,32 @@ vec3 path(ivec2 pixel, ivec2 size) {
             }
             ++depth;
             if (!found) {
-                light += share * sky_radiance(ray.dir, sun);
+                light += share * sky_radiance(RX_RAY(ray).dir, sun);
                 break;
             }
             if (hit.face == RX_FACE_INSIDE) break;
         }
-        normal = rx_normal(hit.face);
+        normal = rx_place_normal(hit.voxel, hit.face);
         RxMaterial material = rx_material_properties(hit.material);
-        if (mirrored) light += share * material.albedo * frame.lamp_strength * material.emission;
+        if (mirrored || rx_is_on_instance(hit.face)) light += share * material.albedo * frame.lamp_strength * material.emission;
         if (max(share.x, max(share.y, share.z)) < 1e-4) break;
         if (depth > 4u) {
             float on = clamp(max(share.x, max(share.y, share.z)), 0.05, 0.95);
             if (rx_next(numbers) >= on) break;
             share /= on;
         }
-        vec3 v = -ray.dir;
-        if (!within && material.transparency > 0.0) {
+        vec3 v = -RX_RAY(ray).dir;
+        if (!within && material.transparency > 0.0 && !rx_is_on_instance(hit.face)) {
             float bent = rx_fresnel_dielectric(max(dot(v, normal), 1e-3), push.index);
             if (rx_next(numbers) < bent) {
-                ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, reflect(ray.dir, normal));
+                ray = rx_ray_from_place(hit.voxel, hit.face, hit.uv, reflect(-v, normal));
             } else {
-                vec3 inward = refract(ray.dir, normal, 1.0 / push.index);
-                ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, inward);
+                vec3 inward = refract(-v, normal, 1.0 / push.index);
+                RxRay from = rx_ray_from_face(hit.voxel, hit.face, hit.uv, inward);
                 uint axis = rx_face_axis(hit.face);
-                ray.cell = hit.voxel;
-                ray.frac[axis] = 1.0 - ray.frac[axis];
+                from.cell = hit.voxel;
+                from.frac[axis] = 1.0 - from.frac[axis];
+                ray = rx_scene_ray(from);
                 within = true;
                 body = hit.material;
                 loss = rx_body_loss(material);
@@ -147,18 +154,21 @@ vec3 path(ivec2 pixel, ivec2 size) {
             if (l.z <= 0.0) share = vec3(0.0);
             else share *= mix(vec3(1.0), rx_fresnel(f0, dot(local, h)), material.metallic) * rx_ggx_kept(l, local, alpha);
             mirrored = true;
-            later = rx_ray_from_face(hit.voxel, hit.face, hit.uv, l.x * t + l.y * b + l.z * normal);
-            ray = shadow ? rx_ray_from_face(hit.voxel, hit.face, hit.uv, to) : later;
+            later = rx_ray_from_place(hit.voxel, hit.face, hit.uv, l.x * t + l.y * b + l.z * normal);
+            ray = shadow ? rx_ray_from_place(hit.voxel, hit.face, hit.uv, to) : later;
             continue;
         }
         share *= material.albedo;
-        vec3 on = rx_cosine_direction(hit.face, rx_next2(numbers));
-        later = rx_ray_from_face(hit.voxel, hit.face, hit.uv, on);
-        RxRay from = rx_ray_from_face(hit.voxel, hit.face, hit.uv, normal);
+        vec3 on = rx_place_vector(hit.voxel, hit.face, rx_cosine_direction(RX_FACE_PART(hit.face), rx_next2(numbers)));
+        later = rx_ray_from_place(hit.voxel, hit.face, hit.uv, on);
+        RxSceneRay start = rx_ray_from_place(hit.voxel, hit.face, hit.uv, normal);
+        RxRay from = RX_RAY(start);
         mirrored = false;
         shadow_share = share;
         if (within) {
-            waiting = sun_below(from.cell, from.frac, normal, sun, body, loss, ray);
+            RxRay upward;
+            waiting = sun_below(start, normal, sun, body, loss, upward);
+            ray = rx_scene_ray(upward);
             shadow = waiting != vec3(0.0);
             if (shadow) {
                 below = true;
@@ -172,12 +182,13 @@ vec3 path(ivec2 pixel, ivec2 size) {
         if (lamp) {
             RxLampSample chosen = rx_resample_lamps(4u, numbers, from, normal, 0.0);
             waiting = times * frame.lamp_strength * chosen.light;
-            ray = rx_lamp_ray(from, chosen.to);
+            ray = start;
+            RX_RAY(ray) = rx_lamp_ray(from, chosen.to);
         } else {
             vec3 to = rx_sun_point(sun, rx_next2(numbers));
             waiting = times * sun_irradiance(sun) * (max(dot(normal, to), 0.0) / RX_PI);
-            ray = from;
-            ray.dir = to;
+            ray = start;
+            RX_RAY(ray).dir = to;
         }
         shadow = waiting != vec3(0.0);
         if (!shadow) ray = later;

@@ -1,11 +1,14 @@
 //! The buffer of `source = "world.instances"`.
 
+use raxel_world::Material;
+
 use super::bvh::{self, NODE_WORDS};
 use super::frame::{Frame, Rotation};
+use super::lamps::Lamps;
 use super::{Instance, Instances};
 use crate::{BlockMember, Layout, LayoutError, QUADS_STRIDE, Tree64Header};
 
-/// Words of the header: how many instances there are, the quad of the first one, and two that are unused.
+/// Words of the header: how many instances there are, the quad of the first one, how many have lamps, and the quad where the list of these begins.
 const HEADER_WORDS: usize = 4;
 /// Words of an instance.
 const INSTANCE_WORDS: usize = 32;
@@ -19,8 +22,20 @@ const FREE: u32 = 1 << 16;
 pub struct InstanceBuffer {
     instances: Vec<Instance>,
     models: Vec<ModelTree>,
-    /// The trees of all models.
+    /// The trees of all models, and behind them the lamps.
     trees: Vec<u32>,
+    lamps: LampList,
+}
+
+/// Where the lamps of instances are listed.
+#[derive(Clone, Debug)]
+struct LampList {
+    /// Instances with lamps.
+    count: u32,
+    /// The first quad, from the end of the part that moves.
+    at: usize,
+    /// The power of each model.
+    of_models: Vec<f32>,
 }
 
 /// A model in the layout `tree64`.
@@ -32,7 +47,7 @@ struct ModelTree {
 }
 
 impl InstanceBuffer {
-    pub(super) fn new(instances: &Instances, limit: u64) -> Result<Self, LayoutError> {
+    pub(super) fn new(instances: &Instances, palette: &[Material], limit: u64) -> Result<Self, LayoutError> {
         let mut trees = Vec::new();
         let mut models = Vec::new();
         for model in &instances.models {
@@ -48,7 +63,11 @@ impl InstanceBuffer {
             }
             trees.resize(trees.len().next_multiple_of(QUAD), 0);
         }
-        let buffer = Self { instances: instances.list.clone(), models, trees };
+        let corners: Vec<[i32; 3]> = models.iter().map(|model| model.header.origin).collect();
+        let Lamps { count, words, of_models } = Lamps::new(instances, palette, &corners);
+        let lamps = LampList { count, at: trees.len() / QUAD, of_models };
+        trees.extend(words);
+        let buffer = Self { instances: instances.list.clone(), models, trees, lamps };
         let bytes = 4 * (buffer.moving_words() + buffer.trees.len()) as u64;
         if bytes > limit {
             return Err(LayoutError::TooLarge { layout: "instances", bytes, limit });
@@ -82,9 +101,10 @@ impl InstanceBuffer {
             .collect();
         let nodes = bvh::build(&boxes);
         let mut words = Vec::with_capacity(self.moving_words());
-        words.extend([boxes.len() as u32, (nodes.len() / QUAD) as u32, 0, 0]);
-        words.extend(nodes);
         let trees_at = (self.moving_words() - HEADER_WORDS) / QUAD;
+        let lamps_at = (trees_at + self.lamps.at) as u32;
+        words.extend([boxes.len() as u32, (nodes.len() / QUAD) as u32, self.lamps.count, lamps_at]);
+        words.extend(nodes);
         for (instance, frame) in self.instances.iter().zip(frames) {
             self.put(instance, frame, trees_at, &mut words);
         }
@@ -135,7 +155,7 @@ impl InstanceBuffer {
         quad(std::array::from_fn(|i| high[i] - corner[i]), root as u32);
         quad(header.origin.map(i64::from), frame.fraction[0]);
         quad(frame.cell.map(i64::from), frame.fraction[1]);
-        let last_words = [frame.fraction[2], 0, 0];
+        let last_words = [frame.fraction[2], self.lamps.of_models[instance.model].to_bits(), 0];
         for (row, last) in rows.iter().zip(last_words) {
             quad(row.map(i64::from), last);
         }
@@ -148,8 +168,8 @@ impl InstanceBuffer {
         vec![
             member("count", 0),
             member("first", 4),
-            member("unused0", 8),
-            member("unused1", 12),
+            member("lamps", 8),
+            member("lamps_at", 12),
             BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
         ]
     }
@@ -170,7 +190,7 @@ mod tests {
         let voxels = Arc::new(World::from_voxels(palette, [(IVec3::ZERO, 1)]));
         let words = |materials: &[MaterialIndex]| {
             let models = vec![InstanceModel { voxels: voxels.clone(), materials: materials.into() }];
-            Instances { models, list: Vec::new() }.encode(u64::MAX).expect("it fits").words(&[])
+            Instances { models, list: Vec::new() }.encode(&[], u64::MAX).expect("it fits").words(&[])
         };
         assert_eq!(words(&[0, 9]), words(&[0, 9, 7, 7, 7, 7, 7, 7]));
         assert_ne!(words(&[0, 9]), words(&[0, 8]));

@@ -4,6 +4,7 @@
 mod bvh;
 mod encode;
 mod frame;
+mod lamps;
 mod pose;
 pub mod records;
 
@@ -12,8 +13,8 @@ use std::sync::Arc;
 pub use encode::InstanceBuffer;
 pub use frame::{Frame, REACH, Rotation};
 pub use pose::{Axis, Motion, MotionKind, Pose};
-use raxel_world::MaterialIndex;
 use raxel_world::World;
+use raxel_world::{Material, MaterialIndex};
 
 use crate::LayoutError;
 
@@ -94,8 +95,17 @@ impl Instances {
         self.list.iter().zip(own).map(|of| Frame::of(&pose(of))).collect()
     }
 
-    /// What shaders see of them.
-    pub fn encode(&self, limit: u64) -> Result<InstanceBuffer, LayoutError> {
-        InstanceBuffer::new(self, limit)
+    /// What shaders see of them, in a world with this palette. Without it, none of them is a lamp.
+    pub fn encode(&self, palette: &[Material], limit: u64) -> Result<InstanceBuffer, LayoutError> {
+        InstanceBuffer::new(self, palette, limit)
+    }
+
+    /// Whether a voxel of one of them gives off light, in a world with this palette.
+    pub fn has_emission(&self, palette: &[Material]) -> bool {
+        let shines = |model: &InstanceModel| {
+            lamps::powers(model, palette).iter().any(|power| *power > 0.0)
+                && !lamps::of_model(model, palette).is_empty()
+        };
+        self.models.iter().any(shines)
     }
 }

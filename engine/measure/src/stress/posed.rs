@@ -48,7 +48,7 @@ impl Posed {
 
     /// The buffer that shaders see.
     pub fn words(&self) -> Result<Vec<u32>, RayError> {
-        Ok(self.instances.encode(u64::from(u32::MAX))?.words(&self.frames))
+        Ok(self.instances.encode(&[], u64::from(u32::MAX))?.words(&self.frames))
     }
 
     /// Adds what the device makes of a ray to its counts, and says what is wrong.

@@ -72,7 +72,7 @@ impl LiveInstances {
     /// Those of a world, where they stand without any param; with the words of their buffer.
     pub fn new(world: &SessionWorld, limits: Limits) -> Result<(Self, Vec<u32>), LayoutError> {
         let instances = world.instances().clone();
-        let buffer = instances.encode(limits.buffer_bytes)?;
+        let buffer = instances.encode(world.palette(), limits.buffer_bytes)?;
         let shown = instances.frames(|_| None);
         let words = buffer.words(&shown);
         Ok((Self { instances, buffer, shown, followed: None }, words))

@@ -41,6 +41,19 @@ bool rx_walk_body(ivec3 cell, vec3 frac, vec3 dir, uint body, uint most, out RxB
     return false;
 }
 
+#ifdef RX_BINDS_instances
+// The first place on an instance along a ray that stays in a body as far as `most`, in lengths of the direction.
+bool rx_instance_in_body(RxSceneRay ray, float most, out RxHit hit) {
+    RX_RAY(ray).t_max = most;
+    RxSceneHit nearest = RxSceneHit(RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u), RX_NO_INSTANCE, false, ivec3(0), 0u);
+    bool found = rx_trace_instances_on(ray, false, RxTime(uvec2(0u), 1u), nearest);
+    hit = rx_place_of(nearest);
+    return found;
+}
+#else
+#define rx_instance_in_body(ray, most, hit) false
+#endif
+
 // Loss of light in a body per voxel: what is coloured takes away the other colours, and the clearer it is, the less.
 vec3 rx_body_loss(RxMaterial material) {
     return -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);

@@ -28,14 +28,17 @@ RxRay rx_lamp_ray(RxRay from, vec3 to) {
     return RxRay(from.cell, from.frac, to, 0.9999);
 }
 
-// `light` is not divided by any density. `from` is where a ray that leaves the lit face starts, `normal` that face's normal.
-RxLampSample rx_sample_lamp(RxLight lamp, vec2 uv, RxRay from, vec3 normal) {
-    vec3 to = rx_to_light(lamp, uv, from.cell, from.frac);
+// Light of a point that lies at `to` on a face with the normal `lamp_normal`, drawn with `probability` by area. `light` is not divided by any density.
+RxLampSample rx_lamp_sample(vec3 to, vec3 lamp_normal, RxMaterial material, float probability, vec3 normal) {
     float square = dot(to, to);
-    float cosines = max(dot(normal, to), 0.0) * max(-dot(rx_normal(lamp.face), to), 0.0);
-    RxMaterial material = rx_material_properties(lamp.material);
-    float density = lamp.probability * square * sqrt(square) / max(-dot(rx_normal(lamp.face), to), 1e-9);
+    float cosines = max(dot(normal, to), 0.0) * max(-dot(lamp_normal, to), 0.0);
+    float density = probability * square * sqrt(square) / max(-dot(lamp_normal, to), 1e-9);
     return RxLampSample(to, material.albedo * (material.emission * cosines / (RX_PI * max(square * square, 1e-12))), density);
+}
+
+// The same of a lamp of the list. `from` is where a ray that leaves the lit face starts, `normal` that face's normal.
+RxLampSample rx_sample_lamp(RxLight lamp, vec2 uv, RxRay from, vec3 normal) {
+    return rx_lamp_sample(rx_to_light(lamp, uv, from.cell, from.frac), rx_normal(lamp.face), rx_material_properties(lamp.material), lamp.probability, normal);
 }
 
 // A choice between things that come one after the other: `sum` of their shares so far, and `keep`, a number in [0, 1) that decides. True if

@@ -1,0 +1,41 @@
+// Lamps on instances: faces of their models that give off light. A face is a place on an instance (<raxel/place.glsl>), so that nothing here changes while instances move.
+// The list stands in the buffer of the instances: a quad with the sum of all powers; two quads for each instance that has lamps: its index, the first of the faces of its
+// model and their number, then how it is drawn; two quads for each face: voxel, material of the model + face << 16, then how it is drawn. Needs <raxel/scene.glsl>,
+// <raxel/light/lamps.glsl>, and instances that are bound.
+#ifndef LIGHT_INSTANCE_LAMPS_GLSL
+#define LIGHT_INSTANCE_LAMPS_GLSL
+
+uvec4 instance_lamps_quad(uint at) {
+    return instances.quads[instances.lamps_at + at];
+}
+
+// The probability by area with which draw_instance_lamp gives a face with this radiance.
+float instance_lamp_probability(vec3 radiance) {
+    return instances.lamps == 0u ? 0.0 : rx_luminance(radiance) / uintBitsToFloat(instance_lamps_quad(0u).x);
+}
+
+// One of `count` things with two quads each, drawn in proportion to power: the index. `random` is a number in [0, 1).
+uint instance_lamps_pick(uint first, uint count, float random) {
+    float place = random * float(count);
+    uint index = min(uint(place), count - 1u);
+    uvec4 draw = instance_lamps_quad(first + 2u * index + 1u);
+    return place - float(index) < uintBitsToFloat(draw.x) ? index : draw.y;
+}
+
+// A face, drawn in proportion to its power, and a place on it. There are lamps. Draws a pair.
+RxLight draw_instance_lamp(inout RxSampler s, out vec2 uv) {
+    vec2 u = rx_next2(s);
+    uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair)), across = rx_hash(more);
+    uint chosen = instance_lamps_pick(1u, instances.lamps, u.x);
+    uvec4 of = instance_lamps_quad(1u + 2u * chosen);
+    uint at = of.y + 2u * instance_lamps_pick(of.y, of.z, float(more >> 8) * 5.9604644775390625e-8);
+    uvec4 face = instance_lamps_quad(at);
+    uv = vec2(float(across >> 8) * 5.9604644775390625e-8, u.y);
+    ivec3 voxel = ivec3(face.xyz);
+    voxel.x |= int(of.x << RX_PLACE_BITS);
+    // The palette of the model says which material of the world that is.
+    uint material = rx_instance_word(rx_instance_of(of.x), 8u * (face.w & 0xffffu) + 7u);
+    return RxLight(voxel, face.w >> 16 | RX_ON_INSTANCE, material, 0.0, 1.0);
+}
+
+#endif
