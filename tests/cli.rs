@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Project, raxel};
+use common::{Project, Run, output, raxel};
 
 #[test]
 fn help_version_and_wrong_use() {
@@ -52,12 +52,21 @@ fn what_has_moved_is_named_with_its_new_place() {
         let run = project.raxel(&[verbs, &[old]].concat()).exits(3);
         assert!(run.stderr.contains(&format!("did you mean `{new}`?")), "{}", run.stderr);
     }
+    for (nearly, whole) in [
+        ("primry.toml", "graphs/primary.toml"),
+        ("graphs/primary", "graphs/primary.toml"),
+        ("primary", "graphs/primary.toml"),
+        ("worlds/vallye.toml", "worlds/valley.toml"),
+    ] {
+        let run = project.raxel(&["check", nearly]).exits(3);
+        assert!(run.stdout.contains(&format!("did you mean `{whole}`?")), "{nearly}: {}", run.stdout);
+    }
     let run = project.raxel(&["shaders", "--library", "raxel/tree64.glsl"]).exits(2);
     assert!(run.stderr.contains("did you mean `raxel/internal/layouts/tree64.glsl`?"), "{}", run.stderr);
 
     project.edit("graphs/inspect.toml", "\"inspect.comp\"", "\"naive.comp\"");
     let run = project.raxel(&["check", "graphs/inspect.toml"]).exits(3);
-    assert!(run.stdout.contains("did you mean `shaders/rivals/naive.comp`?"), "{}", run.stdout);
+    assert!(run.stdout.contains("did you mean `rivals/naive.comp`?"), "{}", run.stdout);
     project.edit("shaders/bench/first_hit.comp", "#include <raxel/rivals/march.glsl>", "#include <raxel/march.glsl>");
     let run = project.raxel(&["check", "graphs/bench/first_hit.toml"]).exits(3);
     assert!(run.stdout.contains("did you mean `<raxel/rivals/march.glsl>`?"), "{}", run.stdout);
@@ -411,6 +420,15 @@ fn a_graph_and_a_world_are_listed_by_name() {
     let json = alone.raxel(&["list", "--format", "json"]).exits(0).json();
     assert_eq!((&json[0]["name"], json[0].get("world")), (&"a".into(), None), "{json:?}");
     project.raxel(&["list", "graphs/none.toml"]).exits(3);
+    // A world is listed with the project's graph, a demo with its own.
+    let list = |args: &[&str]| project.raxel(&[&["list", "--format", "json"], args].concat()).exits(0).json().remove(0);
+    let world = list(&["worlds/valley.toml"]);
+    assert_eq!((&world["name"], &world["world"]), (&"primary".into(), &"worlds/valley.toml".into()), "{world}");
+    let demo = list(&["worlds/dawn.demo.toml"]);
+    assert_eq!((&demo["name"], &demo["world"]), (&"inspect".into(), &"worlds/valley.toml".into()), "{demo}");
+    let over = list(&["worlds/dawn.demo.toml", "--world", "worlds/menger.toml"]);
+    assert_eq!((&over["name"], &over["world"]), (&"inspect".into(), &"worlds/menger.toml".into()), "{over}");
+    project.raxel(&["list", "worlds/valley.toml", "--world", "worlds/menger.toml"]).exits(2);
     // Choices stand for their numbers, units with what has them.
     let text = project.raxel(&["list", "graphs/examples/params.toml"]).exits(0).stdout;
     for line in ["pattern u32 Discs Discs | Stripes | Squares Pattern", "turn f32 30 0…360 ° Shape: Turned by"] {
@@ -513,4 +531,16 @@ fn a_frame_of_an_animation_is_imported() {
     assert_eq!(solids("worlds/second.toml"), 3);
     let run = project.raxel(&["world", "import", "flame.vox", "--frame", "2", "--force"]).exits(3);
     assert!(run.stderr.contains("RX0324") && run.stderr.contains("2 frames, 0 to 1"), "{}", run.stderr);
+}
+
+/// As for every other result: a program that asks for the version must not take nothing for one.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_help_or_version_that_cannot_be_written_is_an_error() {
+    for arguments in [&["--version"][..], &["--help"], &["render", "--help"], &["help", "check"]] {
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", "exec \"$0\" \"$@\" > /dev/full", env!("CARGO_BIN_EXE_raxel")]).args(arguments);
+        let said = Run::from(output(&mut shell)).exits(2).stderr;
+        assert!(said.starts_with("error: stdout cannot be written"), "{arguments:?}: {said}");
+    }
 }

@@ -126,6 +126,9 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     assert_eq!(state("storage images"), "bad", "{poor:?}");
     assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
+    // What is wrong in its files is said once.
+    let none = run(&shipped, &["doctor", "--graph", "graphs/none.toml"]).exits(3).stderr;
+    assert_eq!(none.matches("`graphs/none.toml` does not exist").count(), 1, "{none}");
 }
 
 /// Nobody waits for a driver that compiles for long without knowing for what. Where nobody watches, half a minute may pass.

@@ -220,6 +220,11 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
     refused(&["--model", "My Hut.vox", "--template", "minimal"], 2, "--template beauty");
     fs::copy(user.path("here/My Hut.vox"), user.path("here/tree.vox")).unwrap();
     refused(&["--model", "tree.vox"], 2, "give the model another name");
+    // A name that no key can have is no obstacle.
+    fs::copy(user.path("here/My Hut.vox"), user.path("here/家.vox")).unwrap();
+    user.raxel(&["new", "own", "--model", "家.vox"]).exits(0);
+    let run = user.raxel_in(&user.path("here/own"), &["check"]).exits(0);
+    assert!(all_ok(&run) && run.stderr.contains("worlds/model.toml: ok"), "{}", run.stderr);
 }
 
 /// The camera looks at the middle of the model, and the floor reaches as far on each side of it.

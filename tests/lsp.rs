@@ -446,28 +446,52 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
     editor.ask("textDocument/rename", place);
 }
 
-#[test]
-fn diagnostics_bring_their_fix_and_push_values_their_type() {
-    let (_project, mut editor, graph, _) = notes();
-    let wrong = NOTES.replace("\"param.speed\"", "\"param.sped\"");
-    editor.change(&graph, &wrong);
+/// The line that the first fix of a text changes, as it is after it.
+fn first_fix(editor: &mut Editor, graph: &Path, wrong: &str) -> String {
+    editor.change(graph, wrong);
     let found = loop {
-        let found = editor.diagnostics(&graph);
+        let found = editor.diagnostics(graph);
         if found.iter().any(|found| found["message"].as_str().unwrap().contains("did you mean")) {
             break found;
         }
     };
     let params = json!({
-        "textDocument": { "uri": address(&graph) },
+        "textDocument": { "uri": address(graph) },
         "range": found[0]["range"],
         "context": { "diagnostics": found },
     });
     let actions = editor.ask("textDocument/codeAction", params);
-    let edit = &edits_in(&actions[0]["edit"], &graph)[0];
+    let edit = &edits_in(&actions[0]["edit"], graph)[0];
     let line = wrong.lines().nth(usize::try_from(edit["range"]["start"]["line"].as_u64().unwrap()).unwrap()).unwrap();
     let column = |end: &str| usize::try_from(edit["range"][end]["character"].as_u64().unwrap()).unwrap();
-    let fixed = [&line[..column("start")], edit["newText"].as_str().unwrap(), &line[column("end")..]].concat();
-    assert_eq!(fixed, "push = { time = \"param.speed\" }", "{actions}");
+    [&line[..column("start")], edit["newText"].as_str().unwrap(), &line[column("end")..]].concat()
+}
+
+/// The fix is written as the file writes it: relative to the folder of shaders, or to that of the graph.
+#[test]
+fn a_file_that_is_not_there_brings_the_name_of_one_that_is() {
+    // The pass is called `note`, too.
+    for wrong in ["nota.comp", "old/note.comp", "shaders/note.comp", "note"] {
+        let (_project, mut editor, graph, _) = notes();
+        let text = NOTES.replace("\"note.comp\"", &format!("{wrong:?}"));
+        assert_ne!(text, NOTES);
+        let fixed = first_fix(&mut editor, &graph, &text);
+        assert_eq!(fixed.split('"').nth(1), Some("note.comp"), "{wrong}: {fixed}");
+    }
+    for wrong in ["note.toml", "../noet.toml"] {
+        let (project, mut editor, ..) = notes();
+        project.write("graphs/deep/deep.toml", "");
+        let deep = project.path("graphs/deep/deep.toml");
+        editor.open(&deep, "");
+        assert_eq!(first_fix(&mut editor, &deep, &format!("extends = {wrong:?}\n")), "extends = \"../note.toml\"");
+    }
+}
+
+#[test]
+fn diagnostics_bring_their_fix_and_push_values_their_type() {
+    let (_project, mut editor, graph, _) = notes();
+    let wrong = NOTES.replace("\"param.speed\"", "\"param.sped\"");
+    assert_eq!(first_fix(&mut editor, &graph, &wrong), "push = { time = \"param.speed\" }");
     let all = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
     let hints =
         editor.ask("textDocument/inlayHint", json!({ "textDocument": { "uri": address(&graph) }, "range": all }));

@@ -181,6 +181,8 @@ fn a_picture_settles_while_time_stands_still() {
 fn several_targets_are_the_layers_of_one_exr() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");
+    let twice = menger(&["--layers", "depth,normal,depth", "-o", path.to_str().unwrap()]).exits(2).stderr;
+    assert!(twice.contains("`--layers` names `depth` twice") && !path.exists(), "{twice}");
     menger(&["--layers", "depth,normal", "-o", path.to_str().unwrap()]).exits(0);
     let image = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
     let layers: Vec<_> = image
@@ -363,6 +365,17 @@ fn the_doctor_finds_nothing_wrong_where_the_tests_run() {
     }
     let found = raxel(&["doctor", "--format", "json"]).exits(0).json();
     assert!(found.iter().all(|finding| finding["state"] != "bad"));
+
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    for (place, state, words) in [("file/in", "missing", "it cannot be written"), ("new/in", "ok", " files, ")] {
+        let place = folder.path().join(place);
+        let mut doctor = command(common::repository(), &["doctor", "--format", "json"]);
+        let found = Run::from(output(doctor.env("RAXEL_CACHE", &place))).exits(0).json();
+        let cache = found.iter().find(|finding| finding["what"] == "cache").unwrap();
+        assert_eq!(cache["state"], state, "{cache}");
+        assert!(cache["finding"].as_str().unwrap().contains(words), "{cache}");
+    }
 }
 
 #[test]

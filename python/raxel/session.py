@@ -105,7 +105,11 @@ class Session:
         self._id += 1
         request = {"id": self._id, "do": do, **{name: value for name, value in fields.items() if value is not None}}
         try:
-            self._process.stdin.write(json.dumps(request) + "\n")
+            line = json.dumps(request, allow_nan=False, default=_plain)
+        except ValueError:  # raxel could not tell whose answer it is: JSON has neither
+            raise ValueError(f"`{do}` takes no NaN and no infinity") from None
+        try:
+            self._process.stdin.write(line + "\n")
             self._process.stdin.flush()
         except (BrokenPipeError, ValueError):
             self._ended()
@@ -267,6 +271,8 @@ class Session:
             self.events.append(line)
 
     def _ended(self):
+        if self._said.closed:
+            raise Disconnected("the session is closed")
         code = self._process.wait()
         self._said.seek(0)
         said = self._said.read().decode("utf-8", "replace")

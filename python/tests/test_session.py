@@ -129,6 +129,19 @@ class Driving(unittest.TestCase):
         with self.assertRaisesRegex(raxel.Refused, "did you mean `sky_depth`"):
             self.session.set("sky_dpeth", 1.0)
 
+    def test_numbers_that_json_lacks_are_refused_and_those_of_numpy_are_not(self):
+        for value in (float("nan"), float("inf"), [1.0, float("-inf")]):
+            with self.assertRaisesRegex(ValueError, "`set` takes no NaN and no infinity"):
+                self.session.set("sky_depth", value)
+        if raxel.session.numpy is None:
+            return
+        array, whole = raxel.session.numpy.array, raxel.session.numpy.int64
+        frame = self.session.step(whole(2))["frame"]
+        self.assertEqual(self.session.step()["frame"], frame + 1)
+        sphere = {"op": "sphere", "center": array([0, 0, 0]), "radius": array(8.5), "mode": "subtract"}
+        self.assertEqual(self.session.edit([sphere])["steps"], {"undo": 1, "redo": 0})
+        self.session.undo()
+
     def test_the_camera_moves_and_time_passes(self):
         self.session.reset()
         self.assertEqual(self.session.step(3), {"frame": 2, "seconds": 2 / 60})
@@ -182,6 +195,14 @@ class Editing(unittest.TestCase):
                 self.assertEqual(session.diagnostics()["diagnostics"], [])
                 told = [event["event"] for event in session.events if event["event"] not in ("compiling", "working")]
                 self.assertEqual(told, ["reload-failed", "reloaded"])
+
+    def test_a_closed_session_says_so(self):
+        with raxel.open(**SCENE) as session:
+            session.step()
+        for _ in range(2):
+            with self.assertRaisesRegex(raxel.Disconnected, "the session is closed"):
+                session.step()
+            session.close()
 
     def test_a_project_that_does_not_open_is_said(self):
         with self.assertRaisesRegex(raxel.Disconnected, "exit code 3"):

@@ -9,10 +9,11 @@ mod templates;
 mod unpacked;
 mod verbs;
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::Parser;
-use raxel_terminal::failure::leave;
+use raxel_terminal::failure::{Exit, leave};
 
 /// Runs the command line of this process and gives its exit code (see [`raxel_terminal::failure::Exit`]).
 pub fn main() -> ExitCode {
@@ -21,7 +22,10 @@ pub fn main() -> ExitCode {
     }
     panic::install();
     raxel_output::watch_signals();
-    let cli = cli::Cli::parse();
+    let cli = match cli::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return tell(&error),
+    };
     let console = cli.console();
     let code = match cli.run(&console) {
         Ok(()) => 0,
@@ -35,4 +39,15 @@ pub fn main() -> ExitCode {
         leave(code);
     }
     code.into()
+}
+
+/// Prints what clap has instead of a command: a help, the version, or what is wrong with the arguments.
+fn tell(instead: &clap::Error) -> ExitCode {
+    match instead.print() {
+        Err(error) if !instead.use_stderr() && error.kind() != ErrorKind::BrokenPipe => {
+            eprintln!("error: stdout cannot be written: {error}");
+            ExitCode::from(Exit::Usage as u8)
+        }
+        _ => ExitCode::from(u8::try_from(instead.exit_code()).unwrap_or(Exit::Usage as u8)),
+    }
 }

@@ -191,7 +191,7 @@ mod tests {
             std::fs::write(root.path().join(path), "").unwrap();
         }
         let files = DiskFiles::new(root.path()).unwrap();
-        let help = |path: &str| crate::files::not_found(&files, path, None).help;
+        let help = |path: &str| crate::files::not_found(&files, path, None, "").help;
         assert_eq!(help("graphs/x.toml"), ["did you mean `graphs/b/c/x.toml`?"]);
         assert_eq!(help("graphs/a/y.toml"), ["did you mean `graphs/b/y.toml`?"]);
         assert_eq!(help("x.toml"), ["did you mean `graphs/b/c/x.toml`?"]);
@@ -199,7 +199,40 @@ mod tests {
         for elsewhere in ["graphs/z.toml", "none.toml", "none/x.toml"] {
             assert!(help(elsewhere).is_empty(), "{elsewhere}");
         }
-        assert!(crate::files::not_found(&MemoryFiles::default(), "graphs/x.toml", None).help.is_empty());
+        assert!(crate::files::not_found(&MemoryFiles::default(), "graphs/x.toml", None, "").help.is_empty());
+    }
+
+    #[test]
+    fn a_misspelt_file_is_found_and_said_as_its_file_would_say_it() {
+        let root = tempfile::tempdir().unwrap();
+        for path in ["graphs/light", "worlds", "shaders/bench"] {
+            std::fs::create_dir_all(root.path().join(path)).unwrap();
+        }
+        let there = ["graphs/primary.toml", "graphs/light/base.toml", "worlds/valley.demo.toml", "worlds/valley.toml"];
+        for path in there.iter().chain(&["shaders/primary.comp", "shaders/bench/hit.comp"]) {
+            std::fs::write(root.path().join(path), "").unwrap();
+        }
+        let files = DiskFiles::new(root.path()).unwrap();
+        let help = |path: &str, from: &str| crate::files::not_found(&files, path, None, from).help.join("");
+        for (path, from, meant) in [
+            ("graphs/primry.toml", "", "graphs/primary.toml"),
+            ("graphs/primary", "", "graphs/primary.toml"),
+            ("primary", "", "graphs/primary.toml"),
+            ("valley", "", "worlds/valley.toml"),
+            ("worlds/vally.toml", "", "worlds/valley.toml"),
+            ("shaders/primry.comp", "shaders", "primary.comp"),
+            ("shaders/primary", "shaders", "primary.comp"),
+            ("shaders/shaders/primary.comp", "shaders", "primary.comp"),
+            ("shaders/hit.comp", "shaders", "bench/hit.comp"),
+            ("graphs/bse.toml", "graphs", "light/base.toml"),
+            ("graphs/light/primary.toml", "graphs/light", "../primary.toml"),
+        ] {
+            assert_eq!(help(path, from), format!("did you mean `{meant}`?"), "{path} from {from:?}");
+        }
+        // Another ending is another kind of file.
+        for strange in ["shaders/primary.toml", "graphs/primary.comp", "shaders/it.comp", "shaders/secondary.comp"] {
+            assert_eq!(help(strange, ""), "", "{strange}");
+        }
     }
 
     #[test]

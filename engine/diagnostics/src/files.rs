@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::{Diagnostic, SourceMap, Span, codes};
+use crate::{Diagnostic, SourceMap, Span, codes, names};
 
 /// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised
 /// (no `.` or `..` components); the implementation must refuse whatever would leave the root (symbolic links included).
@@ -60,40 +60,80 @@ impl FileError {
 /// Folders of a project that hold what a command line names.
 const FOLDERS: [&str; 3] = ["graphs", "worlds", "shaders"];
 
-/// The diagnostic for a file that does not exist. Its help names a file of the same name in another folder below the first folder of the
-/// path, where the project has one: files move, and whoever names them finds them again. A bare name is looked for in graphs, worlds and shaders.
-pub fn not_found(files: &dyn Files, path: &str, named_at: Option<(Span, &str)>) -> Diagnostic {
+/// The diagnostic for a file that does not exist. Its help names the file that was probably meant, if the project has one below the first
+/// folder of the path: a file of the same name, one whose ending was left out, or one with nearly the same name. A bare name is looked for in
+/// graphs, worlds and shaders. The help is relative to `from`, the folder that the wrong name was relative to.
+pub fn not_found(files: &dyn Files, path: &str, named_at: Option<(Span, &str)>, from: &str) -> Diagnostic {
     let diagnostic = FileError::NotFound.diagnostic(path, named_at);
     let name = path.rsplit('/').next().unwrap_or(path);
     let folders: &[&str] = match path.split_once('/') {
         Some((folder, _)) => &[folder],
         None => &FOLDERS,
     };
-    match files.root().and_then(|root| folders.iter().find_map(|folder| namesake(root, folder, name))) {
-        Some(there) => diagnostic.help(format!("did you mean `{there}`?")),
+    let known: Vec<String> =
+        files.root().into_iter().flat_map(|root| folders.iter().flat_map(|folder| files_below(root, folder))).collect();
+    match meant(name, &known) {
+        Some(there) => diagnostic.help(format!("did you mean `{}`?", seen_from(from, there))),
         None => diagnostic,
     }
+}
+
+/// The file that a wrong name means, among those of a project: nearer ones come first.
+fn meant<'k>(name: &str, known: &'k [String]) -> Option<&'k str> {
+    let name_of = |path: &'k str| path.rsplit('/').next().unwrap_or(path);
+    let paths = || known.iter().map(String::as_str);
+    if let Some(namesake) = paths().find(|path| name_of(path) == name) {
+        return Some(namesake);
+    }
+    let Some((stem, ending)) = name.split_once('.') else {
+        // `valley` is rather `valley.toml` than `valley.demo.toml`.
+        let complete = paths().filter(|path| name_of(path).split_once('.').is_some_and(|(stem, _)| stem == name));
+        return complete.min_by_key(|path| name_of(path).len());
+    };
+    // Names of one or two letters are all alike.
+    if stem.chars().count() < 3 {
+        return None;
+    }
+    let stem_of = |path: &'k str| name_of(path).split_once('.').filter(|(_, its)| *its == ending).map(|(stem, _)| stem);
+    let close = names::closest(stem, paths().filter_map(stem_of))?;
+    paths().find(|path| stem_of(path) == Some(close))
+}
+
+/// A path of the project as it is written in a file that counts from a folder.
+fn seen_from(folder: &str, path: &str) -> String {
+    let (mut folders, mut rest) = (folder.split('/').filter(|part| !part.is_empty()).peekable(), path);
+    while let (Some(part), Some((first, behind))) = (folders.peek(), rest.split_once('/'))
+        && *part == first
+    {
+        folders.next();
+        rest = behind;
+    }
+    format!("{}{rest}", "../".repeat(folders.count()))
 }
 
 /// Folders that are looked into for a file of a name: no project has as many of graphs or shaders.
 const MOST_FOLDERS: usize = 256;
 
-/// Path of the first file of that name in a folder of the project or below it: folders that are nearer to the top first, then by name.
-/// Links are not followed.
-fn namesake(root: &Path, folder: &str, name: &str) -> Option<String> {
+/// Paths of the files in a folder of the project and below it: folders that are nearer to the top first, then by name. Links to folders are
+/// not followed.
+fn files_below(root: &Path, folder: &str) -> Vec<String> {
     let mut folders = VecDeque::from([folder.to_owned()]);
+    let mut found = Vec::new();
     for _ in 0..MOST_FOLDERS {
-        let folder = folders.pop_front()?;
-        if root.join(&folder).join(name).is_file() {
-            return Some(format!("{folder}/{name}"));
-        }
+        let Some(folder) = folders.pop_front() else { break };
         let entries = std::fs::read_dir(root.join(&folder)).into_iter().flatten().flatten();
-        let below = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
-        let mut below: Vec<String> = below.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-        below.sort();
-        folders.extend(below.into_iter().map(|name| format!("{folder}/{name}")));
+        let is_folder = |entry: &std::fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let (below, here): (Vec<_>, Vec<_>) = entries.partition(is_folder);
+        let paths = |entries: Vec<std::fs::DirEntry>| {
+            let names = entries.into_iter().filter_map(|entry| entry.file_name().into_string().ok());
+            let mut paths: Vec<String> = names.map(|name| format!("{folder}/{name}")).collect();
+            paths.sort();
+            paths
+        };
+        found.extend(paths(here).into_iter().filter(|path| root.join(path).is_file()));
+        folders.extend(paths(below));
     }
-    None
+    found
 }
 
 /// Largest text file that is read, in bytes: 4 MiB. Texts are held whole, and what is made of them is many times as large.
@@ -113,7 +153,11 @@ pub fn read_text(
             let error = FileError::TooLarge { size: bytes.len() as u64, limit: MAX_TEXT as u64 };
             return Err(Box::new(error.diagnostic(path, named_at)));
         }
-        Err(FileError::NotFound) => return Err(Box::new(not_found(files, path, named_at))),
+        Err(FileError::NotFound) => {
+            // Names in a file are relative to its folder.
+            let from = named_at.as_ref().and_then(|(span, _)| Some(span.file.rsplit_once('/')?.0.to_owned()));
+            return Err(Box::new(not_found(files, path, named_at, &from.unwrap_or_default())));
+        }
         Err(error) => return Err(Box::new(error.diagnostic(path, named_at))),
     };
     match std::str::from_utf8(&bytes) {

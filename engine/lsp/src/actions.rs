@@ -60,6 +60,12 @@ fn meant(text: &str, diagnostic: &Diagnostic) -> Option<Fix> {
     let quote =
         wrong.chars().next().filter(|first| ['"', '\''].contains(first) && wrong.len() > 1 && wrong.ends_with(*first));
     let inner = quote.map_or(wrong, |quote| wrong.trim_matches(quote));
+    // A file is named by its path in the project, and the message means all that is written.
+    let named = diagnostic.message.split('`').nth(1)?;
+    let is_file = named.strip_suffix(inner).is_some_and(|folder| folder.is_empty() || folder.ends_with('/'));
+    if !inner.is_empty() && is_file {
+        return Some((format!("Change `{inner}` to `{meant}`"), bytes, wrong.replacen(inner, meant, 1)));
+    }
     // What stands around the word in a value stays: `param.` in `param.sun`, `@1` behind a target.
     let name = |c: char| c == '_' || c == '-' || c.is_alphanumeric();
     let named = diagnostic.message.split('`').skip(1).step_by(2).filter(|word| *word != meant && !word.is_empty());

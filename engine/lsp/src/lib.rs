@@ -80,7 +80,8 @@ pub fn run(_: &Args, console: &Console) -> Result {
         inlay_hint_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     };
-    let ended = |error: &dyn std::fmt::Display| Failure::usage(format!("the editor has gone: {error}"));
+    let ended =
+        |error: &dyn std::fmt::Display| Failure::usage(format!("the conversation with the editor has ended: {error}"));
     let (id, _) = connection.initialize_start().map_err(|error| ended(&error))?;
     let greeting = json!({
         "capabilities": capabilities,

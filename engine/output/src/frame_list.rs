@@ -28,14 +28,21 @@ impl FrameList {
     pub fn open(path: &Path, command: &str) -> Result<Self> {
         let fail = |error: std::io::Error| OutputError::new(format!("the list `{}`: {error}", path.display()));
         let command = command.replace(['\n', '\r'], " ");
+        // Asked before reading: a device may have no end, and a pipe may have no writer.
+        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            return Err(fail(std::io::Error::other("it is not a file")).help("name a file, e.g. frames.txt"));
+        }
         match fs::read(path) {
             Ok(bytes) => {
                 let text = String::from_utf8_lossy(&bytes);
                 let mut lines = text.lines();
                 let of = lines.next().unwrap_or_default();
                 if of != command {
-                    let message =
-                        format!("`{}` is not a list of this command's frames: it begins with `{of}`", path.display());
+                    let message = format!(
+                        "`{}` is not a list of this command's frames: it begins with `{}`",
+                        path.display(),
+                        beginning(of)
+                    );
                     return Err(OutputError::new(message).help("name another file, or remove it to make every frame"));
                 }
                 // A line that a crash has cut off is no frame.
@@ -76,6 +83,14 @@ impl FrameList {
         written
             .map_err(|error| OutputError::new(format!("the list `{}` cannot be written: {error}", self.path.display())))
     }
+}
+
+/// The beginning of a line of any file, as a message may show it.
+fn beginning(line: &str) -> String {
+    const MOST: usize = 200;
+    let shown = line.chars().take(MOST).map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+    let more = if line.chars().nth(MOST).is_some() { "…" } else { "" };
+    shown.chain(more.chars()).collect()
 }
 
 fn hash_of(bytes: &[u8]) -> String {
@@ -123,7 +138,17 @@ mod tests {
 
         let other = FrameList::open(&list, "render b").unwrap_err();
         assert!(other.message.contains("begins with `render a`"), "{}", other.message);
-        fs::write(&list, [0xff, 0xfe]).unwrap();
-        assert!(open().is_err());
+        // The message stays one line, whatever the file is.
+        fs::write(&list, [&[0xff, 0xfe, 0x1b, b'['][..], &[b'a'; 4096]].concat()).unwrap();
+        let message = open().unwrap_err().message;
+        assert!(message.ends_with("a…`") && message.len() < 400 && !message.contains('\u{1b}'), "{message}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_or_a_pipe_is_no_list() {
+        // It never ends.
+        let message = FrameList::open(Path::new("/dev/zero"), "render a").unwrap_err().message;
+        assert_eq!(message, "the list `/dev/zero`: it is not a file");
     }
 }

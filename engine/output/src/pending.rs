@@ -20,7 +20,7 @@ pub struct Pending {
 #[derive(Debug)]
 enum To {
     /// The file is moved into its place at the end.
-    Temporary { file: File, temporary: TempPath, _listed: Listed },
+    Temporary { file: File, temporary: TempPath, place: PathBuf, _listed: Listed },
     /// A device or a pipe, which is written as it is. It stays open: a reader of a pipe goes away with its last writer.
     Stream(File),
 }
@@ -39,8 +39,9 @@ impl Pending {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(fail(error.to_string())),
             _ => {}
         }
-        let name = path.file_name().ok_or_else(|| fail("it names no file".to_owned()))?;
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let place = behind_links(path);
+        let name = place.file_name().ok_or_else(|| fail("it names no file".to_owned()))?;
+        let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !folder.is_dir() {
             let folder = folder.display();
             return Err(fail(format!("the folder `{folder}` does not exist")).help(format!("mkdir -p {folder}")));
@@ -50,7 +51,7 @@ impl Pending {
             .into_parts();
         let leftover = temporary.to_path_buf();
         let listed = on_stop(move || drop(fs::remove_file(leftover)));
-        Ok(Self { path: path.to_owned(), to: To::Temporary { file, temporary, _listed: listed } })
+        Ok(Self { path: path.to_owned(), to: To::Temporary { file, temporary, place, _listed: listed } })
     }
 
     /// Where others write until it is whole.
@@ -74,7 +75,9 @@ impl Pending {
     pub fn rename(self) -> Result {
         let Self { path, to } = self;
         match to {
-            To::Temporary { temporary, .. } => temporary.persist(&path).map_err(|error| failure(&path, &error.error)),
+            To::Temporary { temporary, place, .. } => {
+                temporary.persist(&place).map_err(|error| failure(&path, &error.error))
+            }
             To::Stream(_) => Ok(()),
         }
     }
@@ -82,6 +85,18 @@ impl Pending {
 
 fn failure(path: &Path, error: &io::Error) -> OutputError {
     OutputError::new(format!("`{}` cannot be written: {error}", path.display()))
+}
+
+/// The place that a path leads to: a link stays as it is, and the file behind it is replaced.
+fn behind_links(path: &Path) -> PathBuf {
+    /// As many as Linux follows.
+    const MOST: usize = 40;
+    let mut place = path.to_owned();
+    for _ in 0..MOST {
+        let Ok(target) = fs::read_link(&place) else { break };
+        place = place.parent().unwrap_or(Path::new("")).join(target);
+    }
+    place
 }
 
 /// An empty file in a folder. The extension stays last: programs that write for raxel go by it.
@@ -144,6 +159,29 @@ mod tests {
         let message = |path: &Path| Pending::new(path).unwrap_err().message;
         assert!(message(folder.path()).contains("it is a folder"));
         assert!(message(&folder.path().join("no/a.png")).contains("does not exist"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_stays_and_the_file_behind_it_is_replaced() {
+        use std::os::unix::fs::symlink;
+
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("far")).unwrap();
+        let [link, to_link, real] = ["link.png", "latest.png", "far/real.png"].map(|name| folder.path().join(name));
+        symlink("far/real.png", &link).unwrap();
+        symlink(&link, &to_link).unwrap();
+        // Also where there is no such file yet.
+        for text in ["first", "second"] {
+            Pending::new(&to_link).unwrap().finish(text.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(&real).unwrap(), text);
+            assert_eq!([&link, &to_link].map(|path| path.is_symlink()), [true; 2]);
+        }
+        // Nothing else is left behind, in neither folder.
+        assert_eq!(
+            [folder.path(), &folder.path().join("far")].map(|folder| fs::read_dir(folder).unwrap().count()),
+            [3, 1]
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use raxel_diagnostics::{Diagnostic, DiskFiles, SourceMap, codes, names};
+use raxel_diagnostics::{Diagnostic, DiskFiles, FileError, SourceMap, codes, names};
 
 use crate::manifest::{self, Manifest};
 use crate::reload::ProjectFile;
@@ -84,10 +84,18 @@ impl Project {
             .or(from_here)
             .or_else(from_root)
             .ok_or_else(|| {
-                Box::new(Diagnostic::error(
-                    codes::files::OUTSIDE_ROOT,
-                    format!("`{}` is outside the project `{}`", named.display(), self.root.display()),
-                ))
+                let no_file =
+                    |reason| FileError::Io(String::from(reason)).diagnostic(&named.display().to_string(), None);
+                Box::new(if here.canonicalize().is_ok_and(|real| real == self.root) {
+                    no_file("it is a folder")
+                } else if named.to_str().is_none() {
+                    no_file("its name is not UTF-8")
+                } else {
+                    Diagnostic::error(
+                        codes::files::OUTSIDE_ROOT,
+                        format!("`{}` is outside the project `{}`", named.display(), self.root.display()),
+                    )
+                })
             })
     }
 
@@ -231,6 +239,17 @@ mod tests {
         assert_eq!(project.path_of(&root.join("graphs/a.toml")).unwrap(), "graphs/a.toml");
         assert_eq!(project.path_of(Path::new("graphs/a.toml")).unwrap(), "graphs/a.toml");
         assert_eq!(project.path_of(folder.path()).unwrap_err().code, codes::files::OUTSIDE_ROOT);
+
+        // The root itself is inside, but no file. Every path that is shown is text.
+        let refused = project.path_of(&root).unwrap_err();
+        assert_eq!((refused.code, refused.message.ends_with("it is a folder")), (codes::files::UNREADABLE, true));
+        #[cfg(unix)]
+        {
+            let name = std::os::unix::ffi::OsStrExt::from_bytes(&b"graphs/\xff.toml"[..]);
+            let refused: Box<Diagnostic> = project.path_of(Path::new::<std::ffi::OsStr>(name)).unwrap_err();
+            assert_eq!(refused.code, codes::files::UNREADABLE);
+            assert!(refused.message.ends_with("its name is not UTF-8"), "{}", refused.message);
+        }
 
         // A file in no project is one by itself.
         std::fs::write(folder.path().join("alone.toml"), "").unwrap();

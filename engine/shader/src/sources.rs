@@ -70,7 +70,7 @@ impl<'f> Sources<'f> {
 
     /// Reads the shader itself.
     pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
-        let text = self.read(path, None)?.ok_or_else(|| Box::new(files::not_found(self.files, path, None)))?;
+        let text = self.read(path, None)?.ok_or_else(|| Box::new(files::not_found(self.files, path, None, SHADERS)))?;
         self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
         self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: Vec::new() });

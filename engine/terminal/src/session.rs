@@ -131,7 +131,8 @@ pub enum Viewpoint {
 }
 
 fn viewpoint(text: &str) -> std::result::Result<Viewpoint, String> {
-    if text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+    // A name has no comma: `nan,0,0` is meant as a place.
+    if text.starts_with(|c: char| c.is_alphabetic() || c == '_') && !text.contains(',') {
         return Ok(Viewpoint::Named(text.to_owned()));
     }
     triple(text).map(Viewpoint::Position).map_err(|error| format!("{error}, or the name of a camera of the world"))
@@ -337,7 +338,7 @@ mod tests {
         // As the files of worlds and demos have it.
         assert!(triple("1e300,0,0").is_err_and(|error| error.contains("it must be in -2147483648…2147483648")));
         assert!(triple("0,-2147483648,2147483648").is_ok());
-        for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "nan,1,2", "river,1,2"] {
             assert!(triple(wrong).is_err() && viewpoint(wrong).is_err(), "{wrong}");
         }
         assert_eq!(viewpoint("-1,2,3"), Ok(Viewpoint::Position(Triple([-1.0, 2.0, 3.0]))));

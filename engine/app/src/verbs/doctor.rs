@@ -136,7 +136,8 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
         graph::judge(graph, device, options, &mut report)?;
     }
 
-    report.line(Grade::Good, "cache", &cache());
+    let (grade, finding) = cache();
+    report.line(grade, "cache", &finding);
 
     match output::ffmpeg_version() {
         Some(version) => report.line(Grade::Good, "ffmpeg", &format!("{version}; `-o film.mp4` uses it")),
@@ -164,15 +165,26 @@ fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// Where compiled shaders and pipelines are kept.
-fn cache() -> String {
+/// Where compiled shaders and pipelines are kept, and whether they are.
+fn cache() -> (Grade, String) {
     match Place::of_environment() {
         Place::Folder(folder) => {
-            let (files, bytes) = Cache::at(&folder).size();
-            format!("{}: {files} files, {:.1} MiB", folder.display(), bytes as f64 / f64::from(1 << 20))
+            let cache = Cache::at(&folder);
+            let folder = folder.display();
+            // A run that cannot keep its results works, and says nothing.
+            let trial = format!("doctor-{}", std::process::id());
+            cache.write(&trial, b"kept");
+            let keeps = cache.read(&trial).is_some();
+            cache.remove(&trial);
+            if !keeps {
+                let finding = format!("{folder} keeps nothing: it cannot be written; {SWITCH} may name another folder");
+                return (Grade::Optional, finding);
+            }
+            let (files, bytes) = cache.size();
+            (Grade::Good, format!("{folder}: {files} files, {:.1} MiB", bytes as f64 / f64::from(1 << 20)))
         }
-        Place::Off => format!("off, by {SWITCH}"),
-        Place::Unknown => format!("off, since there is no home; {SWITCH} may name a folder"),
+        Place::Off => (Grade::Good, format!("off, by {SWITCH}")),
+        Place::Unknown => (Grade::Good, format!("off, since there is no home; {SWITCH} may name a folder")),
     }
 }
 

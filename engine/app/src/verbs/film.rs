@@ -47,7 +47,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     }
     let count = (0..u64::MAX).take_while(|frame| pattern.file(*frame).is_file()).count() as u64;
     if count == 0 {
-        return Err(Failure::usage(format!("there is no `{}`", pattern.file(0).display())));
+        let missing = Failure::usage(format!("there is no `{}`", pattern.file(0).display()));
+        return Err(missing.help("frames count from 0; name them with their digits, e.g. frames/%04d.png"));
     }
     let first = decode(&pattern.file(0))?;
     let size = [first.width(), first.height()];

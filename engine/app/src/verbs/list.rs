@@ -3,24 +3,25 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use raxel_diagnostics::Diagnostic;
 use raxel_graph::checked::{Graph, Param, Value};
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::world::SessionWorld;
 use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
-use raxel_terminal::failure::Result;
-use raxel_terminal::offline::OfflineProject;
+use raxel_terminal::failure::{Failure, Result};
+use raxel_terminal::offline::{FileKind, OfflineProject};
 use serde_json::json;
 
 /// Lists the params, targets, buffers and passes of a graph and the cameras of a world: the names that other verbs take.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel list graphs/primary.toml --world worlds/valley.toml")]
 pub(crate) struct Args {
-    /// The graph; the project's by default.
-    #[arg(value_name = "GRAPH")]
-    graph: Option<PathBuf>,
+    /// A graph, a demo (*.demo.toml) or a world; the project's graph by default.
+    #[arg(value_name = "GRAPH|DEMO|WORLD")]
+    file: Option<PathBuf>,
 
-    /// The world; the project's by default.
+    /// The world; the demo's, or the project's by default.
     #[arg(long, value_name = "WORLD")]
     world: Option<PathBuf>,
 
@@ -30,12 +31,22 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let default = |project: &raxel_runtime::project::Project| project.default_graph();
-    let (front, path) = OfflineProject::of(args.graph.as_deref(), default, console)?;
+    let (front, named) = OfflineProject::of(args.file.as_deref(), default, console)?;
+    let stop = |diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]);
+    let (path, own_world) = match args.file.as_deref().map_or(FileKind::Graph, FileKind::of_named) {
+        FileKind::World if args.world.is_some() => return Err(Failure::usage("two worlds are named")),
+        FileKind::World => (front.project.default_graph().map_err(stop)?, Some(named)),
+        FileKind::Demo => {
+            let demo = OfflineProject::good(front.loader.demo(&named), console)?;
+            (demo.graph.value.clone(), Some(demo.world.value.clone()))
+        }
+        FileKind::Graph | FileKind::Project => (named, None),
+    };
     let graph = OfflineProject::good(front.loader.graph(&path), console)?;
     let world = match &args.world {
-        Some(world) => Some(front.project.path_of(world).map_err(|diagnostic| console.stop(&[*diagnostic]))?),
+        Some(world) => Some(front.project.path_of(world).map_err(stop)?),
         // A graph without a world is listed all the same.
-        None => front.project.default_world().ok(),
+        None => own_world.or_else(|| front.project.default_world().ok()),
     };
     let world = world.map(|world| front.world(&world, console)).transpose()?;
     if console.format() == Format::Json {

@@ -296,6 +296,10 @@ impl Args {
         if !self.layers.is_empty() && output.kind() != Kind::Exr {
             return Err(Failure::usage("`--layers` makes an EXR").help("-o layers.exr"));
         }
+        let twice = self.layers.iter().enumerate().find(|(index, layer)| self.layers[..*index].contains(layer));
+        if let Some((_, layer)) = twice {
+            return Err(Failure::usage(format!("`--layers` names `{layer}` twice")));
+        }
         if self.layers.len() > MOST_LAYERS {
             return Err(Failure::usage(format!("{} layers; {MOST_LAYERS} is the most", self.layers.len())));
         }

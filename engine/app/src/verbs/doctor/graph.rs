@@ -4,7 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use raxel_diagnostics::SourceMap;
 use raxel_gpu::{Device, DeviceOptions};
+use raxel_graph::checked::Graph;
 use raxel_graph::needs;
 use raxel_graph::plan::Plan;
 use raxel_runtime::debug_target::DebugTarget;
@@ -23,13 +25,15 @@ const SIZE: [u32; 2] = [320, 180];
 /// Says how much of each limit the graph needs, with the pass that needs most, and makes one picture.
 pub(super) fn judge(graph: &Path, device: &Arc<Device>, options: &DeviceOptions, report: &mut Report<'_>) -> Result {
     let console = report.console;
+    // Mistakes in its files are printed once, and then there is nothing to run.
+    let read = Read::of(graph, console)?;
     let (planned, failure) = match run(graph, options, console) {
         Ok((plan, milliseconds)) => {
             let passes = counted(plan.passes.len(), "pass", "passes");
             (plan, Ok(format!("runs: {passes}, the first picture after {milliseconds:.0} ms")))
         }
         // What does not run has needs all the same.
-        Err(failure) => (on_paper(graph, console)?, Err(failure)),
+        Err(failure) => (read.on_paper(console)?, Err(failure)),
     };
     for need in needs(&planned, &raxel_execute::limits(device)) {
         let grade = if need.is_met() { Grade::Good } else { Grade::Bad };
@@ -61,14 +65,28 @@ fn run(graph: &Path, options: &DeviceOptions, console: &Console) -> Result<(Arc<
     Ok((plan, milliseconds))
 }
 
-/// The plan as it is made without a device.
-fn on_paper(graph: &Path, console: &Console) -> Result<Arc<Plan>> {
-    let (front, path) = OfflineProject::of(Some(graph), Project::default_graph, console)?;
-    let part = front.loader.graph(&path);
-    let texts = part.texts.clone();
-    let graph = OfflineProject::good(part, console)?;
-    let present = DebugTarget::default().resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
-    let over = front.planned_over(None, graph.is_sized_by_world() || graph.asks_the_world());
-    let paper = Paper { output: SIZE, present, over: &over, conditions: Conditions::AtStart };
-    paper.plan(&graph).map(Arc::new).map_err(|found| console.stop_in(&found, &texts))
+/// A graph whose files are right.
+struct Read {
+    front: OfflineProject,
+    graph: Arc<Graph>,
+    texts: SourceMap,
+}
+
+impl Read {
+    fn of(graph: &Path, console: &Console) -> Result<Self> {
+        let (front, path) = OfflineProject::of(Some(graph), Project::default_graph, console)?;
+        let part = front.loader.graph(&path);
+        let texts = part.texts.clone();
+        let graph = OfflineProject::good(part, console)?;
+        Ok(Self { front, graph, texts })
+    }
+
+    /// The plan as it is made without a device.
+    fn on_paper(&self, console: &Console) -> Result<Arc<Plan>> {
+        let Self { front, graph, texts } = self;
+        let present = DebugTarget::default().resolve(graph).map_err(|error| Failure::usage(error.to_string()))?;
+        let over = front.planned_over(None, graph.is_sized_by_world() || graph.asks_the_world());
+        let paper = Paper { output: SIZE, present, over: &over, conditions: Conditions::AtStart };
+        paper.plan(graph).map(Arc::new).map_err(|found| console.stop_in(&found, texts))
+    }
 }

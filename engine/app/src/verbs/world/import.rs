@@ -69,13 +69,13 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
-/// The name that a model of this file has: a bare TOML key.
+/// The name that a model of this file has: a bare TOML key. A name without a letter or digit of one, such as `家.vox`, becomes `model`.
 pub(crate) fn name_of(model: &Path) -> Result<String> {
-    let stem = model.file_stem().map(|stem| clean(&stem.to_string_lossy())).unwrap_or_default();
-    if stem.is_empty() {
+    let Some(stem) = model.file_stem() else {
         return Err(Failure::usage(format!("`{}` names no file", model.display())));
-    }
-    Ok(stem)
+    };
+    let name = clean(&stem.to_string_lossy());
+    Ok(if name.is_empty() { "model".to_owned() } else { name })
 }
 
 /// The voxels of a scene, or its mistake.
