@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
+use raxel_gpu::{Backing, Buffer, Device, Image, ImageView, MemoryBlock, ViewInfo, vk};
 use raxel_graph::checked::{Clear, Interval, ResourceId};
 use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
 use raxel_shader::format::Format;
@@ -171,7 +171,7 @@ pub(super) fn make(
     sources: &Sources,
 ) -> Result<Vec<Arc<Physical>>, ExecuteError> {
     let keys = block_keys(plan);
-    let mut blocks: HashMap<u32, Arc<Block>> = HashMap::new();
+    let mut blocks: HashMap<u32, Arc<MemoryBlock>> = HashMap::new();
     let mut made = Vec::with_capacity(plan.resources.len());
     for planned in &plan.resources {
         let name = &plan.graph.resource(planned.resource).name;
@@ -204,7 +204,7 @@ pub(super) fn make(
                 } else {
                     let desc = plan.blocks[block as usize];
                     let label = format!("shared block {block}");
-                    let new = Block::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
+                    let new = MemoryBlock::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
                     blocks.insert(block, new.clone());
                     Some((new, offset))
                 }

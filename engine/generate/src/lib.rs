@@ -24,7 +24,7 @@ pub use noise::Noise;
 pub use place::Placed;
 pub use scatter::{Jittered, Scatter, place_anchor};
 pub use shape::{Ball, Box3, Cylinder, Shape, Solid, Span3};
-pub use stage::{BuildError, Limits, Reach, Shortfall, build, build_within, reach};
+pub use stage::{BuildError, BuildLimits, Reach, Shortfall, build, build_within, reach};
 pub use terrain::{Band, Layer, River, Terrain, Water};
 
 use raxel_world::DenseChunk;

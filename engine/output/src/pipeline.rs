@@ -185,12 +185,12 @@ fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place,
 mod tests {
     use raxel_execute::Picture;
 
-    use super::super::coding::Kind;
+    use super::super::coding::PictureFormat;
     use super::super::png::Compression;
     use super::super::{Output, Pattern};
     use super::*;
 
-    const CODING: Coding = Coding { kind: Kind::Png, compression: Compression::Fast, quality: 90 };
+    const CODING: Coding = Coding { kind: PictureFormat::Png, compression: Compression::Fast, quality: 90 };
 
     fn shot(value: u8) -> Shot {
         // Every other picture takes much longer than its neighbour.

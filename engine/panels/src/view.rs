@@ -359,7 +359,7 @@ pub struct Thumbnail {
 /// What components are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the type of its name")]
-pub enum Kind {
+pub enum ComponentKind {
     Bool,
     Int,
     Uint,
@@ -375,7 +375,7 @@ pub struct Param {
     /// Text beside the widget.
     pub label: String,
     /// What its components are.
-    pub kind: Kind,
+    pub kind: ComponentKind,
     /// Components of its value.
     pub value: Vec<f64>,
     /// Components of the value in the file.

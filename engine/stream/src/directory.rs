@@ -10,7 +10,7 @@ use raxel_layouts::lights::LightGroup;
 use raxel_world::{Bits, cell_edge, child_cell};
 
 use crate::cube::Cube;
-use crate::pool::{Block, Pool};
+use crate::pool::{Pool, PoolBlock};
 use crate::reach::TileKey;
 
 /// A tile that is in the pool.
@@ -59,7 +59,7 @@ pub struct Directory {
 /// A block, and the version of the publication that it was written for.
 pub struct Written {
     /// Where it is.
-    pub block: Block,
+    pub block: PoolBlock,
     /// The first publication that may reach it.
     pub version: u64,
 }

@@ -9,7 +9,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
 use raxel_output::{
-    Coding, Compression, FrameList, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown,
+    Coding, Compression, FrameList, Layer, Layers, MOST_LAYERS, Mode, Output, PictureFormat, Place, Shoot, Stages,
+    shown,
 };
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
@@ -42,7 +43,7 @@ pub(crate) struct Args {
 
     /// The form of a picture where its name does not say it: on stdout, in a folder.
     #[arg(long = "as", value_enum, value_name = "KIND")]
-    kind: Option<Kind>,
+    kind: Option<PictureFormat>,
 
     /// How much time goes into making a PNG small.
     #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
@@ -293,7 +294,7 @@ impl Args {
             let what = if self.time { "--time" } else { "--format json" };
             return Err(Failure::usage(format!("`-o -` and `{what}` both write to stdout")));
         }
-        if !self.layers.is_empty() && output.kind() != Kind::Exr {
+        if !self.layers.is_empty() && output.kind() != PictureFormat::Exr {
             return Err(Failure::usage("`--layers` makes an EXR").help("-o layers.exr"));
         }
         if self.layers.len() > MOST_LAYERS {
@@ -327,7 +328,7 @@ impl Args {
     }
 
     /// What is read back of each frame.
-    fn layers(&self, session: &mut Session, kind: Kind) -> Layers {
+    fn layers(&self, session: &mut Session, kind: PictureFormat) -> Layers {
         if !kind.wants_texels() {
             return Layers::Picture;
         }

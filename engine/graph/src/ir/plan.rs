@@ -18,7 +18,8 @@ use serde::Serialize;
 use crate::ir::checked::{BoundAccess, Clear, ClockId, Graph, PassId, ResourceId, Source, Value};
 use crate::ir::index::index32;
 pub use crate::ir::input::{
-    BindingLimits, Limits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput, copy_name,
+    BindingLimits, DeviceLimits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput,
+    copy_name,
 };
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;

@@ -128,7 +128,7 @@ fn a_queue_becomes_two_passes() {
         memory: &raxel_graph::EstimatedMemory,
         alias: true,
         poison: false,
-        limits: raxel_graph::plan::Limits::PORTABLE,
+        limits: raxel_graph::plan::DeviceLimits::PORTABLE,
     };
     let plan = raxel_graph::plan(std::sync::Arc::new(graph), &input).unwrap_or_else(|found| panic!("{found:#?}"));
     let text = raxel_graph::print::text(&plan);

@@ -217,7 +217,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
         let mut cube = Cube { origin: [-8192; 3], log2_size: 14 };
         let mut directory = Directory::new(cube);
         let mut tiles: BTreeMap<TileKey, Arc<LiveTile>> = BTreeMap::new();
-        let mut retired: VecDeque<(u64, Block)> = VecDeque::new();
+        let mut retired: VecDeque<(u64, PoolBlock)> = VecDeque::new();
         let mut in_flight: VecDeque<InFlight> = VecDeque::new();
         let (mut version, mut refused) = (0, 0);
         for step in 0..150 {
@@ -241,7 +241,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
                 assert!(directory.root.below.is_none(), "nothing is kept of what is gone");
             }
             // Sometimes there is room for a part of it at first, or for nothing.
-            let taken: Vec<Block> = match random.below(3) {
+            let taken: Vec<PoolBlock> = match random.below(3) {
                 0 => std::iter::from_fn(|| pool.allocate(4)).collect(),
                 _ => Vec::new(),
             };

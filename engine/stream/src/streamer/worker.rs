@@ -11,13 +11,13 @@ use raxel_world::{Cause, Content, Side, Unavailable};
 use super::threads::{caught, planted};
 use super::{Job, Shared};
 use crate::directory::LiveTile;
-use crate::pool::Block;
+use crate::pool::PoolBlock;
 use crate::reach::TileKey;
 
 /// A tile that was made.
 pub(super) struct Made {
     pub(super) key: TileKey,
-    pub(super) tile: Result<(LiveTile, Option<Block>), Unmade>,
+    pub(super) tile: Result<(LiveTile, Option<PoolBlock>), Unmade>,
     pub(super) lamps: MadeLamps,
     /// Bytes written.
     pub(super) bytes: u64,
@@ -28,7 +28,7 @@ pub(super) struct Made {
 /// The lamps of a tile that was made.
 #[derive(Default)]
 pub(super) struct MadeLamps {
-    pub(super) block: Option<Block>,
+    pub(super) block: Option<PoolBlock>,
     /// The faces of the tile that something touches which gives off light.
     pub(super) sides: u8,
     /// Words of them that there was no room for.
