@@ -331,15 +331,15 @@ pub(super) fn view(
     layers: Interval,
 ) -> Result<Arc<ImageView>, ExecuteError> {
     let rest = |part: Interval, all: u32| {
-        (part.first, if part.count == 0 { all.saturating_sub(part.first) } else { part.count })
+        if part.count == 0 { all.saturating_sub(part.first) } else { part.count }
     };
-    let mips = rest(mips, image.info().mips);
-    let layers = match ty {
+    let (first_layer, layers) = match ty {
         vk::ImageViewType::TYPE_3D => (0, 1),
         vk::ImageViewType::TYPE_2D => (layers.first, 1),
-        _ => rest(layers, image.info().layers),
+        _ => (layers.first, rest(layers, image.info().layers)),
     };
-    Ok(Arc::new(ImageView::new(device, image, &ViewInfo { ty, mips, layers })?))
+    let info = ViewInfo { ty, first_mip: mips.first, mips: rest(mips, image.info().mips), first_layer, layers };
+    Ok(Arc::new(ImageView::new(device, image, &info)?))
 }
 
 /// Whether a device can sample a format with linear filtering.

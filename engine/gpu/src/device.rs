@@ -12,7 +12,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use raxel_cache::Cache;
 
 use crate::candidates::{Seen, look_at_all, text};
-use crate::choice::{DeviceKind, Verdict, choose};
+use crate::choice::{DeviceKind, Verdict, Version, choose};
 use crate::instance::{Instance, Validation};
 use crate::log::ValidationLog;
 use crate::modules::{self, Enabled};
@@ -41,8 +41,8 @@ pub struct Capabilities {
     pub driver: String,
     /// Kind of the device.
     pub kind: DeviceKind,
-    /// Vulkan version of the device: major, minor, patch.
-    pub version: (u32, u32, u32),
+    /// Vulkan version of the device.
+    pub version: Version,
     /// Bytes of device-local memory.
     pub memory: u64,
     /// `VkPhysicalDeviceLimits`.
@@ -446,7 +446,6 @@ fn open(
             return Err(Error::OutOfMemory { name: "memory allocator".to_owned(), size: 0 });
         }
     };
-    let version = properties.api_version;
     let operations = if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
         subgroup.supported_operations
     } else {
@@ -457,7 +456,7 @@ fn open(
         name: seen.candidate.name.clone(),
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         kind: seen.candidate.kind,
-        version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
+        version: Version::from_packed(properties.api_version),
         memory: seen.candidate.memory,
         limits: properties.limits,
         subgroup_size: subgroup.subgroup_size,

@@ -45,7 +45,7 @@ mod xlib;
 pub use ash::vk;
 
 pub use buffer::{Buffer, BufferInfo};
-pub use choice::{Candidate, DeviceKind, Verdict, choose};
+pub use choice::{Candidate, DeviceKind, Verdict, Version, choose};
 pub use command::{Barrier, ClearColor, CommandBuffer, Recording, Scope};
 pub use descriptors::{Descriptors, Resource};
 pub use device::{Capabilities, Device, DeviceOptions, has_abandoned_device};

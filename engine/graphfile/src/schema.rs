@@ -242,10 +242,8 @@ fn member() -> Value {
 
 fn from() -> Value {
     let typed = |ty: ValueType, about: &str| format!("`{}`: {about}", ty.word());
-    let of_builtin = |builtin: &Builtin| {
-        let (scalar, shape) = builtin.ty();
-        json!({ "const": builtin.name(), "description": typed(ValueType::new(scalar, shape), builtin.about()) })
-    };
+    let of_builtin =
+        |builtin: &Builtin| json!({ "const": builtin.name(), "description": typed(builtin.ty(), builtin.about()) });
     let builtins: Vec<Value> = Builtin::ALL.iter().map(of_builtin).collect();
     let mut any = vec![
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "Value of a param." }),

@@ -8,7 +8,7 @@ mod magnified;
 use std::sync::Arc;
 
 use crate::samples::Samples;
-use crate::statistics::Statistics;
+use crate::statistics::{NotFinite, Statistics};
 
 pub use comparing::{Compare, CompareMode, Figures};
 pub use demo::{Lane, Timeline, Track};
@@ -490,7 +490,7 @@ pub struct Inspected {
     /// Of the chosen channel.
     pub statistics: Option<Statistics>,
     /// Of each channel, how many values are NaN and how many are infinite.
-    pub not_finite: Vec<[u64; 2]>,
+    pub not_finite: Vec<NotFinite>,
     /// Texels across and down; `[0, 0]` of a buffer.
     pub extent: [u32; 2],
     /// The texel under the cursor.

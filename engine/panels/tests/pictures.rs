@@ -96,8 +96,7 @@ impl Painter {
         let extent = [size[0], size[1], 1];
         let info = ImageInfo { format: FORMAT, volume: false, extent, mips: 1, layers: 1, usage };
         let image = Arc::new(Image::new(&self.device, "panels", &info, Backing::Own).expect("it fits"));
-        let view = ViewInfo { ty: vk::ImageViewType::TYPE_2D, mips: (0, 1), layers: (0, 1) };
-        let view = ImageView::new(&self.device, &image, &view).expect("a view");
+        let view = ImageView::new(&self.device, &image, &ViewInfo::FLAT).expect("a view");
         self.device.wait(self.commands.submitted(), PATIENCE).expect("it ends");
         let mut recording = self.commands.begin().expect("it has ended");
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;

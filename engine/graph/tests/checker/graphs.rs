@@ -465,8 +465,7 @@ fn moving(r: &mut Random) -> Fill {
         Builtin::FrameStill,
         Builtin::HistoryValid,
     ]);
-    let (scalar, shape) = from.ty();
-    Fill { member: "value".to_owned(), offset: 0, scalar, shape, stride: 0, from: Source::Builtin(from) }
+    Fill { member: "value".to_owned(), offset: 0, ty: from.ty(), stride: 0, from: Source::Builtin(from) }
 }
 
 fn place() -> Span {

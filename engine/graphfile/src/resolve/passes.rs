@@ -11,6 +11,7 @@ use raxel_graph::checked::{
 use raxel_graph::index32;
 use raxel_graph::supply::layout_of;
 use raxel_shader::Request;
+use raxel_shader::interface::Scalar;
 
 use super::params::unknown_type;
 use super::resources::no_elements;
@@ -388,37 +389,36 @@ fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
             return None;
         }
         let rows = if has_third_axis(id, scope) { 3 } else { 2 };
-        let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
+        let ty = ValueType::vector(Scalar::I32, rows);
         return Some(Feed::From(Source::ExtentOf(id), ty));
     }
     if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
         let name = Spanned::new(name.to_owned(), from.span.clone());
         let id = of_kind(&name, scope, "buffer", found)?;
-        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        let ty = ValueType::scalar(Scalar::U32);
         return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
     }
     if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
-        return Some(Feed::From(Source::Round(index), ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1))));
+        return Some(Feed::From(Source::Round(index), ValueType::scalar(Scalar::U32)));
     }
     if let Some(name) = word.strip_prefix("material.").filter(|name| !name.is_empty()) {
         let mut materials = scope.materials.borrow_mut();
         materials.push(Material { name: name.to_owned(), place: from.span.clone() });
-        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
+        let ty = ValueType::scalar(Scalar::U32);
         return Some(Feed::From(Source::Material(index32(materials.len()) - 1), ty));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
-        let (scalar, shape) = builtin.ty();
-        return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
+        return Some(Feed::From(Source::Builtin(*builtin), builtin.ty()));
     }
     if let Some((name, word)) = word.strip_prefix("clock.").and_then(|rest| rest.rsplit_once('.'))
         && let Some((value, _)) = ClockValue::ALL.iter().find(|(_, known)| *known == word)
     {
         let id = scope.clock(name, &from.span, found)?;
         let scalar = match value {
-            ClockValue::Tick => raxel_shader::interface::Scalar::U32,
-            ClockValue::Delta | ClockValue::Phase => raxel_shader::interface::Scalar::F32,
+            ClockValue::Tick => Scalar::U32,
+            ClockValue::Delta | ClockValue::Phase => Scalar::F32,
         };
-        return Some(Feed::From(Source::Clock(id, *value), ValueType::new(scalar, (1, 1))));
+        return Some(Feed::From(Source::Clock(id, *value), ValueType::scalar(scalar)));
     }
     found.push(unknown_source(word, &from.span, scope));
     None

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use raxel_layouts::lights::{LIGHT_WORDS, LightGroup, TileLights};
 use raxel_layouts::{TileBlock, TileNode};
-use raxel_world::{Cause, Content, Side, Unavailable};
+use raxel_world::{Bounds, Cause, Content, Side, Unavailable};
 
 use super::threads::{caught, planted};
 use super::{Job, Shared};
@@ -105,8 +105,8 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     let (lamps, groups) = place_lights(shared, &lights, stale);
     let lamp_bytes = if lamps.block.is_some() { 4 * u64::from(lights.words()) } else { 0 };
     let cells = match &content {
-        Content::Chunk(chunk) => chunk.bounds().into(),
-        Content::Empty | Content::Full(_) => [[0; 3], [63; 3]],
+        Content::Chunk(chunk) => chunk.bounds(),
+        Content::Empty | Content::Full(_) => Bounds { min: [0; 3], max: [64; 3] },
     };
     let live = LiveTile { node, cells, children, lights: groups };
     Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes, outdated: None }
