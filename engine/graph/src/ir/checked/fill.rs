@@ -73,7 +73,7 @@ impl ClockValue {
 }
 
 macro_rules! builtins {
-    ($($variant:ident = $name:literal, $scalar:ident $rows:literal x $columns:literal, $about:literal;)*) => {
+    ($($variant:ident = $name:literal, $scalar:ident, ($rows:literal, $columns:literal), $about:literal;)*) => {
         /// A value that the runtime knows: the `from = "…"` words of a graph file.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
         pub enum Builtin { $(#[doc = $about] $variant),* }
@@ -101,34 +101,34 @@ macro_rules! builtins {
 }
 
 builtins! {
-    CameraCell = "camera.cell", I32 3 x 1, "Voxel that holds the camera.";
-    CameraFrac = "camera.frac", F32 3 x 1, "Camera's place in its voxel, each component in [0, 1).";
-    CameraViewToWorld = "camera.view_to_world", F32 4 x 4, "Rotation from view space (x right, y up, looking along −z) to world space; no translation.";
-    CameraWorldToView = "camera.world_to_view", F32 4 x 4, "The inverse rotation.";
-    CameraFov = "camera.fov", F32 1 x 1, "Vertical field of view in radians.";
-    CameraTanHalfFov = "camera.tan_half_fov", F32 2 x 1, "Tangent of half the field of view, horizontal and vertical.";
-    CameraPreviousCell = "camera.previous.cell", I32 3 x 1, "`camera.cell` of the last frame.";
-    CameraPreviousFrac = "camera.previous.frac", F32 3 x 1, "`camera.frac` of the last frame.";
-    CameraPreviousViewToWorld = "camera.previous.view_to_world", F32 4 x 4, "`camera.view_to_world` of the last frame.";
-    CameraPreviousWorldToView = "camera.previous.world_to_view", F32 4 x 4, "`camera.world_to_view` of the last frame.";
-    FrameIndex = "frame.index", U32 1 x 1, "Frames since the last reset.";
-    FrameTime = "frame.time", F32 1 x 1, "Seconds since the last reset.";
-    FrameDelta = "frame.delta", F32 1 x 1, "Seconds since the last frame.";
-    FrameStill = "frame.still", U32 1 x 1, "Frames since something other than time changed: camera, params, graph, world, size, cursor, or an input that the graph reads. 0 in the frame of a change, 65,535 at most.";
-    HistoryValid = "history.valid", U32 1 x 1, "1 when every history holds what earlier frames wrote. 0 in the first frame, and after a reset, a cut, or a size or an edit that cleared a history.";
-    OutputSize = "output.size", I32 2 x 1, "Extent of the output in pixels.";
-    OutputAspect = "output.aspect", F32 1 x 1, "Width of the output over its height.";
-    CursorPosition = "cursor.position", I32 2 x 1, "Pixel under the cursor, from the top left; (−1, −1) without one.";
-    InputButtons = "input.buttons", U32 1 x 1, "Mouse buttons that are held: bit 0 left, 1 right, 2 middle, 3 back, 4 forward. A click lasts for one frame at least.";
-    InputPressed = "input.pressed", U32 1 x 1, "Mouse buttons that went down since the last frame, with the bits of `input.buttons`.";
-    InputDrag = "input.drag", I32 4 x 1, "Drag with the left button: pixel where it is or ended, and pixel where it began. (−1, −1, −1, −1) before the first.";
-    InputWheel = "input.wheel", F32 2 x 1, "Lines that the wheel was turned since the last reset: to the right, and away from the user.";
-    InputTimeOfDay = "input.time_of_day", F32 1 x 1, "Seconds since midnight, in local time. Without a window and in demos: since the midnight at which the session or `[inputs]` begins.";
-    WorldMin = "world.min", I32 3 x 1, "Smallest voxel coordinate of the world's bounds.";
-    WorldMax = "world.max", I32 3 x 1, "Largest voxel coordinate of the world's bounds, plus one.";
-    WorldVoxels = "world.voxels", U32 1 x 1, "Number of solid voxels, at most the largest `u32`.";
-    WorldSerial = "world.serial", U32 1 x 1, "Number of changes of the world since the start.";
-    WorldEdited = "world.edited", U32 1 x 1, "Number of edits and of changes of the world file since the start; chunks that a streamed world loads and drops do not count.";
-    WorldChangedMin = "world.changed_min", I32 3 x 1, "Smallest coordinate of a box around the voxels that changed since the last frame. The box is empty if none changed, and everything if raxel cannot tell.";
-    WorldChangedMax = "world.changed_max", I32 3 x 1, "Largest coordinate of this box, plus one.";
+    CameraCell = "camera.cell", I32, (3, 1), "Voxel that holds the camera.";
+    CameraFrac = "camera.frac", F32, (3, 1), "Camera's place in its voxel, each component in [0, 1).";
+    CameraViewToWorld = "camera.view_to_world", F32, (4, 4), "Rotation from view space (x right, y up, looking along −z) to world space; no translation.";
+    CameraWorldToView = "camera.world_to_view", F32, (4, 4), "The inverse rotation.";
+    CameraFov = "camera.fov", F32, (1, 1), "Vertical field of view in radians.";
+    CameraTanHalfFov = "camera.tan_half_fov", F32, (2, 1), "Tangent of half the field of view, horizontal and vertical.";
+    CameraPreviousCell = "camera.previous.cell", I32, (3, 1), "`camera.cell` of the last frame.";
+    CameraPreviousFrac = "camera.previous.frac", F32, (3, 1), "`camera.frac` of the last frame.";
+    CameraPreviousViewToWorld = "camera.previous.view_to_world", F32, (4, 4), "`camera.view_to_world` of the last frame.";
+    CameraPreviousWorldToView = "camera.previous.world_to_view", F32, (4, 4), "`camera.world_to_view` of the last frame.";
+    FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
+    FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
+    FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
+    FrameStill = "frame.still", U32, (1, 1), "Frames since something other than time changed: camera, params, graph, world, size, cursor, or an input that the graph reads. 0 in the frame of a change, 65,535 at most.";
+    HistoryValid = "history.valid", U32, (1, 1), "1 when every history holds what earlier frames wrote. 0 in the first frame, and after a reset, a cut, or a size or an edit that cleared a history.";
+    OutputSize = "output.size", I32, (2, 1), "Extent of the output in pixels.";
+    OutputAspect = "output.aspect", F32, (1, 1), "Width of the output over its height.";
+    CursorPosition = "cursor.position", I32, (2, 1), "Pixel under the cursor, from the top left; (−1, −1) without one.";
+    InputButtons = "input.buttons", U32, (1, 1), "Mouse buttons that are held: bit 0 left, 1 right, 2 middle, 3 back, 4 forward. A click lasts for one frame at least.";
+    InputPressed = "input.pressed", U32, (1, 1), "Mouse buttons that went down since the last frame, with the bits of `input.buttons`.";
+    InputDrag = "input.drag", I32, (4, 1), "Drag with the left button: pixel where it is or ended, and pixel where it began. (−1, −1, −1, −1) before the first.";
+    InputWheel = "input.wheel", F32, (2, 1), "Lines that the wheel was turned since the last reset: to the right, and away from the user.";
+    InputTimeOfDay = "input.time_of_day", F32, (1, 1), "Seconds since midnight, in local time. Without a window and in demos: since the midnight at which the session or `[inputs]` begins.";
+    WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
+    WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";
+    WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, at most the largest `u32`.";
+    WorldSerial = "world.serial", U32, (1, 1), "Number of changes of the world since the start.";
+    WorldEdited = "world.edited", U32, (1, 1), "Number of edits and of changes of the world file since the start; chunks that a streamed world loads and drops do not count.";
+    WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that changed since the last frame. The box is empty if none changed, and everything if raxel cannot tell.";
+    WorldChangedMax = "world.changed_max", I32, (3, 1), "Largest coordinate of this box, plus one.";
 }
