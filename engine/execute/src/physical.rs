@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use raxel_gpu::{Backing, Buffer, Device, Image, ImageView, MemoryBlock, ViewInfo, vk};
 use raxel_graph::checked::{Clear, Interval, ResourceId};
-use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
+use raxel_graph::plan::{BlockOffset, Lifetime, Plan, ResourceDesc, ResourcePlan};
 use raxel_shader::format::Format;
 
 use super::device::{buffer_info, image_info, vulkan_format};
@@ -198,7 +198,7 @@ pub(super) fn make(
         }
         let block = match at {
             None => None,
-            Some(Place { block, offset }) => {
+            Some(BlockOffset { block, offset }) => {
                 if let Some(shared) = blocks.get(&block) {
                     Some((shared.clone(), offset))
                 } else {
@@ -303,7 +303,7 @@ fn is_written(plan: &Plan, resource: ResourceId) -> bool {
     accesses.any(|access| access.resource == resource && access.age == 0 && access.access.writes())
 }
 
-fn placed(planned: &ResourcePlan) -> Option<Place> {
+fn placed(planned: &ResourcePlan) -> Option<BlockOffset> {
     match planned.lifetime {
         Lifetime::Transient { place, .. } => place,
         Lifetime::Persistent => None,
@@ -313,7 +313,7 @@ fn placed(planned: &ResourcePlan) -> Option<Place> {
 fn block_keys(plan: &Plan) -> Vec<BlockKey> {
     let mut keys: Vec<String> = plan.blocks.iter().map(|block| format!("{block:?}")).collect();
     for planned in &plan.resources {
-        if let Some(Place { block, offset }) = placed(planned) {
+        if let Some(BlockOffset { block, offset }) = placed(planned) {
             let name = &plan.graph.resource(planned.resource).name;
             let occupant = format!("; {name} at {offset}: {:?}", planned.desc);
             keys[block as usize].push_str(&occupant);

@@ -2,13 +2,13 @@
 //! file appears under its name only when it is complete.
 //!
 //! ```no_run
-//! use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Shoot};
+//! use raxel_output::{Coding, Compression, Layers, Mode, Output, Destination, Shoot};
 //! use raxel_runtime::{Options, Session};
 //!
 //! let demo = Some("worlds/valley.demo.toml".into());
 //! let mut session = Session::open(Options { demo, size: [640, 360], step: Some(1.0 / 30.0), ..Options::default() })?;
 //! let output = Output::parse("valley.mp4", None)?;
-//! let place = Place::prepare(&output, [640, 360], 30.0, 0)?;
+//! let place = Destination::prepare(&output, [640, 360], 30.0, 0)?;
 //! let shoot = Shoot {
 //!     run: 0..90,
 //!     wanted: 0..90,
@@ -61,7 +61,7 @@ pub use self::folders::{Folders, Scratch};
 pub use self::frame_list::FrameList;
 pub use self::leftovers::{Listed, on_stop, watch_signals};
 pub use self::pending::Pending;
-pub use self::place::Place;
+pub use self::place::Destination;
 pub use self::png::Compression;
 pub use self::replace::replace;
 pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use raxel_cache::{Cache, Place, SWITCH};
+use raxel_cache::{Cache, CacheLocation, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
@@ -166,13 +166,13 @@ fn counted(count: usize, one: &str, many: &str) -> String {
 
 /// Where compiled shaders and pipelines are kept.
 fn cache() -> String {
-    match Place::of_environment() {
-        Place::Folder(folder) => {
+    match CacheLocation::of_environment() {
+        CacheLocation::Folder(folder) => {
             let (files, bytes) = Cache::at(&folder).size();
             format!("{}: {files} files, {:.1} MiB", folder.display(), bytes as f64 / f64::from(1 << 20))
         }
-        Place::Off => format!("off, by {SWITCH}"),
-        Place::Unknown => format!("off, since there is no home; {SWITCH} may name a folder"),
+        CacheLocation::Off => format!("off, by {SWITCH}"),
+        CacheLocation::Unknown => format!("off, since there is no home; {SWITCH} may name a folder"),
     }
 }
 

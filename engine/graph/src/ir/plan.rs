@@ -246,13 +246,13 @@ pub enum Lifetime {
         /// Last step that accesses it.
         last: u32,
         /// Its place, or `None` when it has memory of its own.
-        place: Option<Place>,
+        place: Option<BlockOffset>,
     },
 }
 
 /// A place in a shared memory block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Place {
+pub struct BlockOffset {
     /// Index into [`Plan::blocks`].
     pub block: u32,
     /// Byte offset in it.
