@@ -50,7 +50,7 @@ pub(super) fn open(
     }))
 }
 
-/// What a device says of itself.
+/// What a device says of itself. The pointers from structure to structure lead nowhere any more.
 struct Offered {
     properties: vk::PhysicalDeviceProperties,
     subgroup: vk::PhysicalDeviceSubgroupProperties<'static>,
