@@ -61,7 +61,7 @@ pub mod gpu {
     pub use raxel_gpu::{
         Candidate, Capabilities, Device, DeviceKind, DeviceOptions, Error, Message, OverlayFrame, OverlayMesh,
         OverlayVertex, Packets, PipelineCounts, Presented, Result, Severity, TexturePatch, TimelineValue, Validation,
-        ValidationLog, Verdict, choose, has_abandoned_device,
+        ValidationLog, Verdict, Version, choose, has_abandoned_device,
     };
 }
 

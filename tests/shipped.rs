@@ -6,7 +6,7 @@ use std::time::Duration;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Observe, Options, Project, Session, Validation};
 use raxel_graph::needs;
-use raxel_graph::plan::{BindingLimits, Limits};
+use raxel_graph::plan::{BindingLimits, DeviceLimits};
 
 /// A small picture that is no multiple of a workgroup.
 const SIZE: [u32; 2] = [50, 29];
@@ -81,12 +81,12 @@ fn differs(rgba: &[u8]) -> bool {
 }
 
 /// What a pass of raxel's own graphs may need: as much as a small device with a driver of its own has, such as that of a Raspberry Pi 5.
-const SMALL: Limits = Limits {
+const SMALL: DeviceLimits = DeviceLimits {
     workgroup_invocations: 256,
     shared_memory: 16384,
     push_constants: 128,
-    bindings: BindingLimits { storage_buffers: 8, storage_images: 4, ..Limits::PORTABLE.bindings },
-    ..Limits::PORTABLE
+    bindings: BindingLimits { storage_buffers: 8, storage_images: 4, ..DeviceLimits::PORTABLE.bindings },
+    ..DeviceLimits::PORTABLE
 };
 
 /// Stops the test if a pass needs more than a small device has. Graphs that raxel is compared with may.

@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 
-use raxel_cache::Place;
+use raxel_cache::CacheLocation;
 use raxel_output::{Folders, Pending, Scratch};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::Result;
@@ -18,7 +18,7 @@ pub(crate) struct Unpacked {
 impl Unpacked {
     /// In the user's cache, or for this process alone where there is none. A file that is there stays as it is: it may have been edited.
     pub(crate) fn new(console: &Console) -> Result<Self> {
-        if let Place::Folder(cache) = Place::of_environment() {
+        if let CacheLocation::Folder(cache) = CacheLocation::of_environment() {
             let root = cache.join(format!("shipped-{:016x}", fingerprint()));
             match write(&root) {
                 Ok(()) => return Ok(Self { root, scratch: None }),

@@ -6,7 +6,7 @@ use raxel_world::{ChunkPos, ChunkProvider};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 use crate::metadata::{self, Baked, Unreadable};
-use crate::part::Part;
+use crate::part::BakePart;
 use crate::plan::{CHUNK, Plan, ShardKey};
 use crate::retry::retried;
 use crate::seal::Seals;
@@ -77,7 +77,7 @@ pub enum BakeError {
 pub fn bake(
     source: &dyn ChunkProvider,
     plan: &Plan,
-    part: Part,
+    part: BakePart,
     store: &dyn Store,
     progress: &mut dyn FnMut(ShardKey, &Report),
 ) -> Result<Report, BakeError> {

@@ -24,7 +24,7 @@ pub use bake::{BakeError, Report, bake};
 pub use directory::Directory;
 #[cfg(feature = "cloud")]
 pub use object::{ObjectStore, Patience};
-pub use part::Part;
+pub use part::BakePart;
 pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, ShardKey};
 pub use shard::Damage;
 pub use source::{SourceError, ZarrSource};

@@ -6,7 +6,7 @@ use crate::plan::{BakedLevel, Plan, ShardKey};
 
 /// A part of the shards of a plan. All parts of one division together are every shard once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum BakePart {
     /// All of them.
     Whole,
     /// `I/N`: part I of N, counted from 1, of the list of shards, as parts of films are.
@@ -25,7 +25,7 @@ pub enum Part {
     },
 }
 
-impl FromStr for Part {
+impl FromStr for BakePart {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -43,7 +43,7 @@ impl FromStr for Part {
     }
 }
 
-impl Part {
+impl BakePart {
     /// The shards of a plan that are in this part, in the order of the levels and of their places: z last, x first.
     #[expect(clippy::cast_possible_truncation, reason = "each is below a number of shards, which has 32 bits")]
     pub fn shards(self, plan: &Plan) -> impl Iterator<Item = ShardKey> + '_ {
@@ -92,10 +92,10 @@ mod tests {
     fn parts_are_every_shard_once() {
         let region = Bounds { min: [-700, -10, 5], max: [1300, 500, 700] };
         let plan = Plan::new("test", "0", vec![Material::air()], region, 256, 3).unwrap();
-        let all: Vec<ShardKey> = Part::Whole.shards(&plan).collect();
+        let all: Vec<ShardKey> = BakePart::Whole.shards(&plan).collect();
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len());
         for of in [1, 2, 3, 5, 400] {
-            let parts = (1..=of).flat_map(|part| Part::OfList { part, of }.shards(&plan));
+            let parts = (1..=of).flat_map(|part| BakePart::OfList { part, of }.shards(&plan));
             assert_eq!(parts.collect::<Vec<_>>(), all, "of {of}");
         }
         for of in [1, 2, 3] {
@@ -103,7 +103,7 @@ mod tests {
             for x in 0..of {
                 for y in 0..of {
                     for z in 0..of {
-                        found.extend(Part::OfBoxes { at: [x, y, z], of }.shards(&plan));
+                        found.extend(BakePart::OfBoxes { at: [x, y, z], of }.shards(&plan));
                     }
                 }
             }
@@ -116,11 +116,11 @@ mod tests {
 
     #[test]
     fn what_is_no_part_is_refused() {
-        assert_eq!("2/16".parse(), Ok(Part::OfList { part: 2, of: 16 }));
-        assert_eq!("1,0,2/3".parse(), Ok(Part::OfBoxes { at: [1, 0, 2], of: 3 }));
+        assert_eq!("2/16".parse(), Ok(BakePart::OfList { part: 2, of: 16 }));
+        assert_eq!("1,0,2/3".parse(), Ok(BakePart::OfBoxes { at: [1, 0, 2], of: 3 }));
         for wrong in ["", "1", "0/4", "5/4", "1/0", "1,2/4", "1,2,3,0/4", "4,0,0/4", "-1,0,0/4", "a/b", "1//2", "1/2/3"]
         {
-            assert!(wrong.parse::<Part>().unwrap_err().contains("I/N"), "{wrong}");
+            assert!(wrong.parse::<BakePart>().unwrap_err().contains("I/N"), "{wrong}");
         }
     }
 }

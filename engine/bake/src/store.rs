@@ -62,8 +62,13 @@ pub enum OpenError {
     #[error("`{0}` is not an address of a store: a folder, `file:///…`, `s3://BUCKET/…`, `http://…` or `https://…`")]
     Unknown(String),
     /// What it takes to reach it is missing or wrong.
-    #[error("the store `{0}` cannot be opened: {1}")]
-    Failed(String, String),
+    #[error("the store `{address}` cannot be opened: {reason}")]
+    Failed {
+        /// The address.
+        address: String,
+        /// What is missing or wrong.
+        reason: String,
+    },
 }
 
 /// Opens the store at an address: a folder, relative to `root`, or a URL.
@@ -84,7 +89,7 @@ pub fn open(address: &str, root: &Path) -> Result<Arc<dyn Store>, OpenError> {
 #[cfg(feature = "cloud")]
 fn open_remote(address: &str) -> Result<Arc<dyn Store>, OpenError> {
     let opened = crate::object::ObjectStore::open(address);
-    opened.map(|store| Arc::new(store) as _).map_err(|reason| OpenError::Failed(address.to_owned(), reason))
+    opened.map(|store| Arc::new(store) as _).map_err(|reason| OpenError::Failed { address: address.to_owned(), reason })
 }
 
 #[cfg(not(feature = "cloud"))]

@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use common::{expected, land, plan, solid_tile};
-use raxel_bake::{BakeError, Directory, Part, Plan, Store, StoreError, Wanted, ZarrSource, bake};
+use raxel_bake::{BakeError, BakePart, Directory, Plan, Store, StoreError, Wanted, ZarrSource, bake};
 use raxel_testing::files;
 use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 fn bake_to(folder: &Path, land: &dyn ChunkProvider, plan: &Plan, part: &str) -> raxel_bake::Report {
-    let part = if part.is_empty() { Part::Whole } else { part.parse().unwrap() };
+    let part = if part.is_empty() { BakePart::Whole } else { part.parse().unwrap() };
     bake(land, plan, part, &Directory::new(folder.to_owned()), &mut |_, _| {}).unwrap()
 }
 
@@ -72,7 +72,7 @@ fn parts_are_the_whole() {
     bake_to(&inside("whole"), &*land, &plan, "");
     assert!(files(&inside("whole")) == wanted);
     replace("\"format\": 2", "\"format\": 1");
-    let error = bake(&*land, &plan, Part::Whole, &Directory::new(inside("whole")), &mut |_, _| {}).unwrap_err();
+    let error = bake(&*land, &plan, BakePart::Whole, &Directory::new(inside("whole")), &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, BakeError::OtherFormat(_)), "{error}");
 }
 
@@ -193,7 +193,7 @@ fn baking_goes_on_when_the_store_does() {
     let store = Directory::new(folder.path().join("store"));
     let failing =
         Failing { store, calls: AtomicUsize::new(0), plan: Mutex::new(vec![(2, Fault::Busy), (5, Fault::Busy)]) };
-    bake(&*land, &plan, Part::Whole, &failing, &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &failing, &mut |_, _| {}).unwrap();
     bake_to(&folder.path().join("whole"), &*land, &plan, "");
     assert!(files(&folder.path().join("store")) == files(&folder.path().join("whole")));
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use common::s3::{AWAY, Server, restarted};
 use common::{expected, land, plan, tiles};
-use raxel_bake::{Directory, ObjectStore, Part, Patience, ZarrSource, bake};
+use raxel_bake::{BakePart, Directory, ObjectStore, Patience, ZarrSource, bake};
 use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
@@ -34,11 +34,11 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     let server = Server::start();
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    bake(&*land, &plan, Part::Whole, &Directory::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &Directory::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
     let whole: BTreeMap<_, _> = files(folder.path()).into_iter().collect();
 
     // Two tasks at once; after each shard the server is away for a while.
-    let slowly = |part: Part| {
+    let slowly = |part: BakePart| {
         let store = open(&server, Patience::default());
         bake(&*land, &plan, part, &store, &mut |_, _| std::thread::sleep(2 * AWAY)).map(|done| done.written)
     };
@@ -53,7 +53,7 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     assert_eq!(written.iter().sum::<u64>(), 16);
     assert!(objects(&server) == whole);
     // What is there is not made again.
-    let again = bake(&*land, &plan, Part::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
+    let again = bake(&*land, &plan, BakePart::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
     assert_eq!((again.written, again.skipped), (0, 16));
 
     let source = ZarrSource::of(Arc::new(open(&server, Patience::default())), "s3://worlds/land").unwrap();
@@ -76,7 +76,7 @@ fn a_server_that_is_away_is_an_error_until_it_is_back() {
     let server = Server::start();
     let land = land();
     let plan = plan(&*land);
-    bake(&*land, &plan, Part::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
     let [answer, request, pause] = [400, 500, 1].map(Duration::from_millis);
     let patience = || Patience { answer, request, pause, pauses: vec![pause] };
     let source = ZarrSource::of(Arc::new(open(&server, patience())), "s3://worlds/land").unwrap();
@@ -87,10 +87,10 @@ fn a_server_that_is_away_is_an_error_until_it_is_back() {
         assert_eq!((error.level, error.pos), solid);
         assert!(error.reason.contains("s3://worlds/land"), "{error}");
         // Nothing is written, and nothing is lost.
-        let refused = bake(&*land, &plan, Part::Whole, &open(&server, patience()), &mut |_, _| {});
+        let refused = bake(&*land, &plan, BakePart::Whole, &open(&server, patience()), &mut |_, _| {});
         assert!(refused.is_err());
     }
     assert!(source.try_chunk(solid.0, solid.1).unwrap() == expected(&*land, &plan, solid));
-    let again = bake(&*land, &plan, Part::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
+    let again = bake(&*land, &plan, BakePart::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
     assert_eq!((again.written, again.skipped), (0, 16));
 }

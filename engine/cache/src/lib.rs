@@ -19,7 +19,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime};
 
 use entry::{decode, encode};
-pub use place::{Place, SWITCH};
+pub use place::{CacheLocation, SWITCH};
 
 /// Most bytes of one entry. What is larger is not kept.
 pub const MAX_ENTRY: u64 = 64 << 20;

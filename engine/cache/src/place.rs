@@ -7,7 +7,7 @@ pub const SWITCH: &str = "RAXEL_CACHE";
 
 /// Where the cache of the user who runs this process is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum CacheLocation {
     /// In this folder.
     Folder(PathBuf),
     /// Nowhere: [`SWITCH`] says `off`.
@@ -16,7 +16,7 @@ pub enum Place {
     Unknown,
 }
 
-impl Place {
+impl CacheLocation {
     /// As the environment says: [`SWITCH`] if it is set, else `raxel` in the folder that the system has for caches: `XDG_CACHE_HOME` or
     /// `~/.cache`, `~/Library/Caches`, `%LOCALAPPDATA%`.
     pub fn of_environment() -> Self {
@@ -46,18 +46,20 @@ impl Place {
 mod tests {
     use super::*;
 
-    fn place(variables: &[(&str, &str)]) -> Place {
-        Place::by(|name| variables.iter().find(|(known, _)| *known == name).map(|(_, value)| PathBuf::from(value)))
+    fn place(variables: &[(&str, &str)]) -> CacheLocation {
+        CacheLocation::by(|name| {
+            variables.iter().find(|(known, _)| *known == name).map(|(_, value)| PathBuf::from(value))
+        })
     }
 
     #[test]
     fn the_switch_wins_then_the_system_and_a_home_is_not_needed() {
-        let folder = |path: &str| Place::Folder(PathBuf::from(path));
+        let folder = |path: &str| CacheLocation::Folder(PathBuf::from(path));
         assert_eq!(place(&[("HOME", "/home/a")]), folder("/home/a/.cache/raxel"));
         assert_eq!(place(&[("HOME", "/home/a"), ("XDG_CACHE_HOME", "/var/b")]), folder("/var/b/raxel"));
         assert_eq!(place(&[("HOME", "/home/a"), ("XDG_CACHE_HOME", "b")]), folder("/home/a/.cache/raxel"));
         assert_eq!(place(&[("HOME", "/home/a"), (SWITCH, "kept")]), folder("kept"));
-        assert_eq!(place(&[("HOME", "/home/a"), (SWITCH, "off")]), Place::Off);
-        assert_eq!(place(&[]), Place::Unknown);
+        assert_eq!(place(&[("HOME", "/home/a"), (SWITCH, "off")]), CacheLocation::Off);
+        assert_eq!(place(&[]), CacheLocation::Unknown);
     }
 }

@@ -9,7 +9,7 @@ use raxel_execute::{Captured, PassOutcome, Texels};
 use raxel_graph::checked::{Param, Pass, PassId, ResourceKind, Value as ParamValue};
 use raxel_graph::index32;
 use raxel_graph::plan::Present;
-use raxel_output::{Coding, Compression, Kind, Output, OutputError, Pending, Shot};
+use raxel_output::{Coding, Compression, Output, OutputError, Pending, PictureFormat, Shot};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::inputs::{BUTTONS, Key, KeySet, button_named, button_names};
@@ -505,7 +505,7 @@ fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
     let coding = Coding { kind, compression: Compression::default(), quality: 90 };
     pending.finish(&coding.encode(shot)?)?;
     Ok(
-        json!({ "path": Path::new(path), "size": size, "kind": match kind { Kind::Jpg => "jpg", other => other.extension() } }),
+        json!({ "path": Path::new(path), "size": size, "kind": match kind { PictureFormat::Jpg => "jpg", other => other.extension() } }),
     )
 }
 

@@ -6,14 +6,14 @@ use std::time::Duration;
 use raxel_gpu::{BufferInfo, ClearColor, Device, DeviceKind, Image, ImageInfo, Location, Scope, vk};
 use raxel_graph::checked::Clear;
 use raxel_graph::plan::{
-    self, AccessMask, BindingLimits, BufferDesc, ImageDesc, ImageUsage, Limits, MemoryModel, Requirements, Stages,
+    self, AccessMask, BindingLimits, BufferDesc, DeviceLimits, ImageDesc, ImageUsage, MemoryModel, Requirements, Stages,
 };
 use raxel_shader::format::Format;
 
 /// The limits of a device that a plan is checked against.
-pub fn limits(device: &Device) -> Limits {
+pub fn limits(device: &Device) -> DeviceLimits {
     let limits = &device.capabilities().limits;
-    Limits {
+    DeviceLimits {
         image_2d: limits.max_image_dimension2_d,
         image_3d: limits.max_image_dimension3_d,
         image_layers: limits.max_image_array_layers,

@@ -167,7 +167,7 @@ impl Push {
         };
         match variant.source {
             SourceKind::Buffer => Some(Mismatch::Buffer),
-            _ if shown != reference.extent => Some(Mismatch::Extent(shown, reference.extent)),
+            _ if shown != reference.extent => Some(Mismatch::Extent { shown, kept: reference.extent }),
             _ if !same => Some(Mismatch::Values),
             _ => None,
         }

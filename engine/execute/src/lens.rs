@@ -67,8 +67,13 @@ pub enum Comparison {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Mismatch {
     /// They have different extents.
-    #[error("the shown target is {}×{}, the kept picture {}×{}", .0[0], .0[1], .1[0], .1[1])]
-    Extent([u32; 2], [u32; 2]),
+    #[error("the shown target is {}×{}, the kept picture {}×{}", shown[0], shown[1], kept[0], kept[1])]
+    Extent {
+        /// Of the shown target, in texels.
+        shown: [u32; 2],
+        /// Of the kept picture, in texels.
+        kept: [u32; 2],
+    },
     /// One holds floats, the other integers.
     #[error("the shown target and the kept picture do not both hold floats, or both integers")]
     Values,

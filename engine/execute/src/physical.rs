@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use raxel_gpu::{Backing, Block, Buffer, Device, Image, ImageView, ViewInfo, vk};
+use raxel_gpu::{Backing, Buffer, Device, Image, ImageView, MemoryBlock, ViewInfo, vk};
 use raxel_graph::checked::{Clear, Interval, ResourceId};
-use raxel_graph::plan::{Lifetime, Place, Plan, ResourceDesc, ResourcePlan};
+use raxel_graph::plan::{BlockOffset, Lifetime, Plan, ResourceDesc, ResourcePlan};
 use raxel_shader::format::Format;
 
 use super::device::{buffer_info, image_info, vulkan_format};
@@ -171,7 +171,7 @@ pub(super) fn make(
     sources: &Sources,
 ) -> Result<Vec<Arc<Physical>>, ExecuteError> {
     let keys = block_keys(plan);
-    let mut blocks: HashMap<u32, Arc<Block>> = HashMap::new();
+    let mut blocks: HashMap<u32, Arc<MemoryBlock>> = HashMap::new();
     let mut made = Vec::with_capacity(plan.resources.len());
     for planned in &plan.resources {
         let name = &plan.graph.resource(planned.resource).name;
@@ -198,13 +198,13 @@ pub(super) fn make(
         }
         let block = match at {
             None => None,
-            Some(Place { block, offset }) => {
+            Some(BlockOffset { block, offset }) => {
                 if let Some(shared) = blocks.get(&block) {
                     Some((shared.clone(), offset))
                 } else {
                     let desc = plan.blocks[block as usize];
                     let label = format!("shared block {block}");
-                    let new = Block::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
+                    let new = MemoryBlock::new(device, &label, desc.size, desc.alignment, desc.type_bits)?;
                     blocks.insert(block, new.clone());
                     Some((new, offset))
                 }
@@ -303,7 +303,7 @@ fn is_written(plan: &Plan, resource: ResourceId) -> bool {
     accesses.any(|access| access.resource == resource && access.age == 0 && access.access.writes())
 }
 
-fn placed(planned: &ResourcePlan) -> Option<Place> {
+fn placed(planned: &ResourcePlan) -> Option<BlockOffset> {
     match planned.lifetime {
         Lifetime::Transient { place, .. } => place,
         Lifetime::Persistent => None,
@@ -313,7 +313,7 @@ fn placed(planned: &ResourcePlan) -> Option<Place> {
 fn block_keys(plan: &Plan) -> Vec<BlockKey> {
     let mut keys: Vec<String> = plan.blocks.iter().map(|block| format!("{block:?}")).collect();
     for planned in &plan.resources {
-        if let Some(Place { block, offset }) = placed(planned) {
+        if let Some(BlockOffset { block, offset }) = placed(planned) {
             let name = &plan.graph.resource(planned.resource).name;
             let occupant = format!("; {name} at {offset}: {:?}", planned.desc);
             keys[block as usize].push_str(&occupant);
@@ -331,15 +331,15 @@ pub(super) fn view(
     layers: Interval,
 ) -> Result<Arc<ImageView>, ExecuteError> {
     let rest = |part: Interval, all: u32| {
-        (part.first, if part.count == 0 { all.saturating_sub(part.first) } else { part.count })
+        if part.count == 0 { all.saturating_sub(part.first) } else { part.count }
     };
-    let mips = rest(mips, image.info().mips);
-    let layers = match ty {
+    let (first_layer, layers) = match ty {
         vk::ImageViewType::TYPE_3D => (0, 1),
         vk::ImageViewType::TYPE_2D => (layers.first, 1),
-        _ => rest(layers, image.info().layers),
+        _ => (layers.first, rest(layers, image.info().layers)),
     };
-    Ok(Arc::new(ImageView::new(device, image, &ViewInfo { ty, mips, layers })?))
+    let info = ViewInfo { ty, first_mip: mips.first, mips: rest(mips, image.info().mips), first_layer, layers };
+    Ok(Arc::new(ImageView::new(device, image, &info)?))
 }
 
 /// Whether a device can sample a format with linear filtering.

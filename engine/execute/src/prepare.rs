@@ -256,7 +256,11 @@ impl Builder {
                         }
                     }
                     if let (Some(place), Some(buffers)) = (places.iter().find(|p| p.binding == b as u32), uniforms) {
-                        bound.push(Resource::Buffer(buffers[slot].clone(), place.offset, place.size));
+                        bound.push(Resource::Buffer {
+                            buffer: buffers[slot].clone(),
+                            offset: place.offset,
+                            size: place.size,
+                        });
                     }
                     elements.push(bound);
                 }
@@ -289,7 +293,7 @@ impl Builder {
     ) -> Result<Option<Resource>, ExecuteError> {
         let copy = copy_of(rotation, access.age, physical.count());
         if let Some(buffer) = physical.buffer(copy) {
-            return Ok(Some(Resource::Buffer(buffer.clone(), 0, buffer.size())));
+            return Ok(Some(Resource::whole(buffer)));
         }
         let Some(image) = physical.image(copy) else { return Ok(None) };
         let device = &self.shared.device;
@@ -349,7 +353,7 @@ impl Builder {
                         let view = physical::view(device, image, ty, Interval::one(shown.mip), Interval::ALL)?;
                         Resource::SampledImage(view, self.shared.pipelines.sampler(device, false, false)?)
                     }
-                    (None, Some(buffer)) => Resource::Buffer(buffer.clone(), 0, buffer.size()),
+                    (None, Some(buffer)) => Resource::whole(buffer),
                     (None, None) => return Err(ExecuteError::NotLive { resource: physical.name.clone() }),
                 })
             })
@@ -388,7 +392,7 @@ pub(super) fn display_sets(
     target: &Resource,
     reference: &Arc<Buffer>,
 ) -> Result<Vec<Descriptors>, ExecuteError> {
-    let reference = Resource::Buffer(reference.clone(), 0, reference.size());
+    let reference = Resource::whole(reference);
     let set = |source: &Resource| {
         let elements = [vec![source.clone()], vec![target.clone()], vec![reference.clone()]];
         Ok(Descriptors::new(device, "display", pipeline, &elements)?)

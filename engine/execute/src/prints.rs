@@ -108,7 +108,7 @@ impl PrintReadback {
     pub(super) fn binding(&self, planned: usize) -> Option<Resource> {
         let pass = self.passes.iter().find(|pass| pass.planned == planned)?;
         let (buffer, _) = self.memory.as_ref()?;
-        Some(Resource::Buffer(buffer.clone(), pass.offset, pass.bytes))
+        Some(Resource::Buffer { buffer: buffer.clone(), offset: pass.offset, size: pass.bytes })
     }
 
     /// Fills a new buffer with zeros, before the passes of a frame.

@@ -1,5 +1,6 @@
 //! Writes typed values into the bytes of push-constant and uniform blocks.
 
+use raxel_graph::ValueType;
 use raxel_graph::checked::{Fill, Value};
 use raxel_shader::interface::Scalar;
 
@@ -7,16 +8,14 @@ use raxel_shader::interface::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     offset: u32,
-    scalar: Scalar,
-    /// Rows and columns.
-    shape: (u32, u32),
+    ty: ValueType,
     /// Bytes from column to column.
     stride: u32,
 }
 
 impl Member {
     pub(super) fn of(fill: &Fill) -> Member {
-        Member { offset: fill.offset, scalar: fill.scalar, shape: fill.shape, stride: fill.stride }
+        Member { offset: fill.offset, ty: fill.ty, stride: fill.stride }
     }
 }
 
@@ -31,11 +30,11 @@ enum Component {
 /// Writes a value at its member's place. Components are converted to the member's type where they differ; components that the value
 /// lacks, and bytes past the end of the block, are left alone.
 pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
-    let (rows, columns) = member.shape;
+    let ValueType { scalar, rows, columns } = member.ty;
     for column in 0..columns {
         let offset = (member.offset + column * member.stride) as usize;
         // Nearly every value has the type of its member.
-        if let Some(bytes) = same_bytes(value, column as usize, member.scalar) {
+        if let Some(bytes) = same_bytes(value, column as usize, scalar) {
             let count = bytes.len().min(4 * rows as usize);
             if let Some(place) = block.get_mut(offset..offset + count) {
                 place.copy_from_slice(&bytes[..count]);
@@ -44,7 +43,7 @@ pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
         }
         for row in 0..rows {
             let Some(component) = component(value, column as usize, row as usize) else { continue };
-            put(block, offset + (row * size(member.scalar)) as usize, member.scalar, component);
+            put(block, offset + (row * size(scalar)) as usize, scalar, component);
         }
     }
 }
@@ -157,20 +156,20 @@ pub(super) fn specialization(value: &Value) -> u32 {
 mod tests {
     use super::*;
 
-    fn member(offset: u32, scalar: Scalar, shape: (u32, u32), stride: u32) -> Member {
-        Member { offset, scalar, shape, stride }
+    fn member(offset: u32, ty: ValueType, stride: u32) -> Member {
+        Member { offset, ty, stride }
     }
 
     #[test]
     fn vectors_matrices_and_conversions() {
         let mut block = [0u8; 96];
-        write(&mut block, &member(4, Scalar::I32, (3, 1), 0), &Value::IVec3([-1, 2, 3]));
-        write(&mut block, &member(16, Scalar::F32, (1, 1), 0), &Value::I32(-2));
-        write(&mut block, &member(20, Scalar::Bool, (1, 1), 0), &Value::Bool(true));
+        write(&mut block, &member(4, ValueType::vector(Scalar::I32, 3), 0), &Value::IVec3([-1, 2, 3]));
+        write(&mut block, &member(16, ValueType::scalar(Scalar::F32), 0), &Value::I32(-2));
+        write(&mut block, &member(20, ValueType::scalar(Scalar::Bool), 0), &Value::Bool(true));
         let matrix = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0], [0.0; 4]];
-        write(&mut block, &member(32, Scalar::F32, (3, 3), 16), &Value::Mat4(matrix));
+        write(&mut block, &member(32, ValueType::matrix(Scalar::F32, 3, 3), 16), &Value::Mat4(matrix));
         // A vector that reaches past the end is written as far as there is room for whole components.
-        write(&mut block, &member(88, Scalar::F32, (4, 1), 0), &Value::Vec4([9.0; 4]));
+        write(&mut block, &member(88, ValueType::vector(Scalar::F32, 4), 0), &Value::Vec4([9.0; 4]));
         let word = |at: usize| u32::from_le_bytes([block[at], block[at + 1], block[at + 2], block[at + 3]]);
         assert_eq!([word(4) as i32, word(8) as i32, word(12) as i32], [-1, 2, 3]);
         assert_eq!(f32::from_bits(word(16)), -2.0);
@@ -179,6 +178,6 @@ mod tests {
         assert_eq!(word(32 + 12), 0, "the padding of a column is left alone");
         assert_eq!([f32::from_bits(word(88)), f32::from_bits(word(92))], [9.0; 2]);
         // Past the end: nothing is written, nothing panics.
-        write(&mut block, &member(94, Scalar::F32, (1, 1), 0), &Value::F32(1.0));
+        write(&mut block, &member(94, ValueType::scalar(Scalar::F32), 0), &Value::F32(1.0));
     }
 }

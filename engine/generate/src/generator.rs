@@ -70,7 +70,7 @@ impl Generator {
         }
         let stamp = |operation: &Operation| match operation {
             Operation::Place(placed) => Some(Stamp::of(&placed.model)),
-            Operation::Jittered(jittered) => Some(Stamp::of(&jittered.model)),
+            Operation::Jittered(jittered) => Some(Stamp::of(&jittered.scattered.model)),
             _ => None,
         };
         let stamps = operations.iter().map(stamp).collect();
@@ -136,10 +136,15 @@ impl Generator {
                         }
                     } else if tile.can_have(jittered, self.height_range()) {
                         for placement in self.placements(index, jittered, level, pos).iter() {
-                            if level > 0 && jittered.mode == Mode::Add {
-                                tile.stamp_where_thick(stamp.as_ref(), &jittered.materials, placement);
+                            if level > 0 && jittered.scattered.mode == Mode::Add {
+                                tile.stamp_where_thick(stamp.as_ref(), &jittered.scattered.materials, placement);
                             } else {
-                                tile.stamp(stamp.as_ref(), &jittered.materials, placement, jittered.mode);
+                                tile.stamp(
+                                    stamp.as_ref(),
+                                    &jittered.scattered.materials,
+                                    placement,
+                                    jittered.scattered.mode,
+                                );
                             }
                         }
                     }
@@ -183,8 +188,8 @@ impl ChunkProvider for Generator {
         // Models stand on the land, sunk into it at most.
         let above = self.operations.iter().filter_map(|operation| match operation {
             Operation::Jittered(jittered) => {
-                let size = jittered.model.bounds()?.size();
-                Some(size[0].max(size[1]).max(size[2]).cast_signed().saturating_sub(jittered.sink.min(0)))
+                let size = jittered.scattered.model.bounds()?.size();
+                Some(size[0].max(size[1]).max(size[2]).cast_signed().saturating_sub(jittered.scattered.sink.min(0)))
             }
             _ => None,
         });
@@ -293,7 +298,7 @@ impl Tile<'_> {
         let Some([low, high]) = range else { return false };
         let edge = 64 * cell_edge(self.level);
         let y = i64::from(self.pos.y) * edge;
-        y < high && y + edge > low.saturating_sub(jittered.sink.max(0)).saturating_sub(jittered.depth())
+        y < high && y + edge > low.saturating_sub(jittered.scattered.sink.max(0)).saturating_sub(jittered.depth())
     }
 
     fn cells(&self) -> Cells {
@@ -331,7 +336,9 @@ impl Tile<'_> {
             of_grid.iter_mut().zip(middle).for_each(|(to, (local, from))| {
                 *to = ((from + local) * edge + edge / 2).div_euclid(jittered.cell);
             });
-            if (jittered.on.is_empty() || jittered.on.contains(&ground)) && jittered.candidate(of_grid).is_some() {
+            if (jittered.scattered.on.is_empty() || jittered.scattered.on.contains(&ground))
+                && jittered.candidate(of_grid).is_some()
+            {
                 self.dense.apply(block, 1 << bit, Mode::Paint, material);
             }
         }

@@ -22,9 +22,9 @@ pub use maze::{Maze, MazePlan};
 pub use menger::Menger;
 pub use noise::Noise;
 pub use place::Placed;
-pub use scatter::{Jittered, Scatter, place_anchor};
+pub use scatter::{Jittered, Scatter, Scattered, place_anchor};
 pub use shape::{Ball, Box3, Cylinder, Shape, Solid, Span3};
-pub use stage::{BuildError, Limits, Reach, Shortfall, build, build_within, reach};
+pub use stage::{BuildError, BuildLimits, Reach, Shortfall, build, build_within, reach};
 pub use terrain::{Band, Layer, River, Terrain, Water};
 
 use raxel_world::DenseChunk;
@@ -51,11 +51,19 @@ pub(crate) fn chunk_ranges(bounds: &Bounds) -> [std::ops::Range<i64>; 3] {
 }
 
 /// The part of a box inside one chunk, in chunk-local coordinates; `None` when they do not meet.
-pub(crate) fn local_part(bounds: &Bounds, pos: ChunkPos) -> Option<([i32; 3], [i32; 3])> {
+pub(crate) fn local_part(bounds: &Bounds, pos: ChunkPos) -> Option<LocalBox> {
     let origin = pos.origin().to_array();
     let low = std::array::from_fn(|i| (bounds.min[i] - i64::from(origin[i])).clamp(0, 64) as i32);
     let high = std::array::from_fn(|i| (bounds.max[i] - i64::from(origin[i])).clamp(0, 64) as i32);
-    (0..3).all(|i| low[i] < high[i]).then_some((low, high))
+    (0..3).all(|i| low[i] < high[i]).then_some(LocalBox { low, high })
+}
+
+/// A half-open box in chunk-local coordinates.
+pub(crate) struct LocalBox {
+    /// Smallest coordinates inside.
+    pub low: [i32; 3],
+    /// One past the largest coordinates inside.
+    pub high: [i32; 3],
 }
 
 /// What an operation needs of a chunk while it is being built.

@@ -39,13 +39,7 @@ impl Placed {
     /// Chunks that are touched and by what; `None` when they are more than `limit`.
     pub(crate) fn touching(&self, limit: u64) -> Option<Touching> {
         let boxes: Vec<_> = (self.model.chunks())
-            .map(|(pos, chunk)| {
-                let (low, high) = chunk.bounds();
-                let origin = pos.origin().to_array().map(i64::from);
-                let min = std::array::from_fn(|i| origin[i] + i64::from(low[i]));
-                let max = std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1);
-                (pos, Bounds { min, max })
-            })
+            .map(|(pos, chunk)| (pos, chunk.bounds().moved(pos.origin().to_array().map(i64::from))))
             .collect();
         let mut touching = Touching::new();
         let mut count = 0;

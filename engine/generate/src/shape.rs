@@ -5,7 +5,7 @@ use raxel_world::{Bounds, ChunkPos};
 use raxel_world::{DenseChunk, Mode};
 use raxel_world::{child_cell, child_index};
 
-use crate::{Draft, local_part};
+use crate::{Draft, LocalBox, local_part};
 
 /// How a cube of voxels lies to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Solid {
     }
 
     pub(crate) fn apply(&self, draft: &mut Draft<'_>) {
-        let Some((low, high)) = local_part(&self.shape.bounds(), draft.pos) else { return };
+        let Some(LocalBox { low, high }) = local_part(&self.shape.bounds(), draft.pos) else { return };
         let origin = draft.pos.origin().to_array().map(i64::from);
         for ny in low[1] >> 4..=(high[1] - 1) >> 4 {
             for nz in low[2] >> 4..=(high[2] - 1) >> 4 {

@@ -18,14 +18,14 @@ use crate::{Draft, Operation, Placed, chunk_ranges, local_part};
 
 /// How large a world may become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct BuildLimits {
     /// Chunks that its operations reach over.
     pub chunks: u64,
     /// Bytes of all different chunks in main memory.
     pub bytes: u64,
 }
 
-impl Default for Limits {
+impl Default for BuildLimits {
     /// 4096³ voxels, 4 GiB.
     fn default() -> Self {
         Self { chunks: 1 << 18, bytes: 4 << 30 }
@@ -66,14 +66,14 @@ pub struct Shortfall {
 
 /// Builds a world from operations in order.
 pub fn build(materials: Vec<Material>, operations: &[Operation]) -> Result<(World, Vec<Shortfall>), BuildError> {
-    build_within(materials, operations, &Limits::default())
+    build_within(materials, operations, &BuildLimits::default())
 }
 
 /// The same, within other limits.
 pub fn build_within(
     materials: Vec<Material>,
     operations: &[Operation],
-    limits: &Limits,
+    limits: &BuildLimits,
 ) -> Result<(World, Vec<Shortfall>), BuildError> {
     reach(operations, limits)?;
     let mut chunks = BTreeMap::new();
@@ -116,7 +116,7 @@ pub struct Reach {
 }
 
 /// What operations reach over. An error where it is more than the limits allow.
-pub fn reach(operations: &[Operation], limits: &Limits) -> Result<Reach, BuildError> {
+pub fn reach(operations: &[Operation], limits: &BuildLimits) -> Result<Reach, BuildError> {
     let mut chunks: u128 = 0;
     let mut bounds: Option<Bounds> = None;
     for (index, operation) in operations.iter().enumerate() {
@@ -155,7 +155,7 @@ enum Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(index: usize, operation: &'a Operation, limits: &Limits) -> Result<Self, BuildError> {
+    fn new(index: usize, operation: &'a Operation, limits: &BuildLimits) -> Result<Self, BuildError> {
         match operation {
             Operation::Solid(solid) => Ok(Self::Solid(solid, solid.shape.bounds())),
             Operation::Terrain(terrain) => Ok(Self::Terrain(terrain, terrain.bounds())),
@@ -164,7 +164,7 @@ impl<'a> Step<'a> {
         }
     }
 
-    fn place(index: usize, placed: &'a Placed, limits: &Limits) -> Result<Self, BuildError> {
+    fn place(index: usize, placed: &'a Placed, limits: &BuildLimits) -> Result<Self, BuildError> {
         let touching = placed.touching(limits.chunks).ok_or(BuildError::TooManyChunks {
             operation: index,
             chunks: u128::from(limits.chunks) + 1,
@@ -209,7 +209,11 @@ impl<'a> Step<'a> {
 }
 
 /// Applies one stage to the chunks so far.
-fn run(chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>, steps: &[Step<'_>], limits: &Limits) -> Result<(), BuildError> {
+fn run(
+    chunks: &mut BTreeMap<ChunkPos, Arc<Chunk>>,
+    steps: &[Step<'_>],
+    limits: &BuildLimits,
+) -> Result<(), BuildError> {
     let mut touched: HashSet<ChunkPos> = steps.iter().flat_map(Step::makes).collect();
     touched.extend(chunks.keys().filter(|pos| steps.iter().any(|step| step.touches(**pos))));
     // Heights are worked out once for all chunks above each other.

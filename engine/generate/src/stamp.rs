@@ -57,12 +57,8 @@ impl Stamp {
     #[expect(clippy::cast_possible_truncation, reason = "a chunk has 4096 blocks")]
     pub(crate) fn of(model: &World) -> Self {
         let part = |(pos, chunk): (ChunkPos, &Arc<Chunk>)| {
-            let (low, high) = chunk.bounds();
             let origin = pos.origin().to_array().map(i64::from);
-            let bounds = Bounds {
-                min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
-                max: std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1),
-            };
+            let bounds = chunk.bounds().moved(origin);
             let blocks = chunk.masks().iter().enumerate().filter(|(_, mask)| **mask != 0);
             Part { chunk: chunk.clone(), origin, bounds, blocks: blocks.map(|(block, _)| block as u16).collect() }
         };

@@ -8,7 +8,7 @@ use raxel_world::block_index;
 use crate::caves::{CaveChunk, Caves};
 use crate::noise::{AT_ONCE, Noise, Sampler};
 use crate::shape::Span3;
-use crate::{Draft, local_part};
+use crate::{Draft, LocalBox, local_part};
 
 /// A material of the ground, from the surface down.
 #[derive(Clone, Debug)]
@@ -331,7 +331,7 @@ impl Terrain {
 
     #[expect(clippy::cast_possible_truncation, reason = "places in a tile are below 64, and casts of floats saturate")]
     pub(crate) fn apply(&self, draft: &mut Draft<'_>, surface: &Surface) {
-        let Some((low, high)) = local_part(&self.bounds(), draft.pos) else { return };
+        let Some(LocalBox { low, high }) = local_part(&self.bounds(), draft.pos) else { return };
         let origin = draft.pos.origin().to_array().map(i64::from);
         let origin_y = origin[1];
         let strata = Strata::of(self);

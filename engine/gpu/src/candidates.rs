@@ -4,7 +4,7 @@ use std::ffi::CStr;
 
 use ash::{khr, vk};
 
-use crate::choice::{Candidate, DeviceKind};
+use crate::choice::{Candidate, DeviceKind, Version};
 use crate::instance::Instance;
 use crate::result::{Named, Result};
 
@@ -43,9 +43,9 @@ fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> R
             raw.enumerate_device_extension_properties(physical).named("vkEnumerateDeviceExtensionProperties")?,
         )
     };
-    let version = properties.api_version;
+    let version = Version::from_packed(properties.api_version);
     let mut missing = Vec::new();
-    let at_least = |minor| (vk::api_version_major(version), vk::api_version_minor(version)) >= (1, minor);
+    let at_least = |minor| version >= Version { major: 1, minor, patch: 0 };
     let core13 = at_least(3);
     if at_least(2) {
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
@@ -96,7 +96,7 @@ fn look_at(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> R
             vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
             _ => DeviceKind::Other,
         },
-        version: (vk::api_version_major(version), vk::api_version_minor(version)),
+        version,
         missing,
         memory,
     };

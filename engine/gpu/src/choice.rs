@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use ash::vk;
+
 /// What a device says of itself, as far as the choice depends on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
@@ -11,12 +13,32 @@ pub struct Candidate {
     pub name: String,
     /// Kind.
     pub kind: DeviceKind,
-    /// Vulkan version (major, minor).
-    pub version: (u32, u32),
+    /// Vulkan version.
+    pub version: Version,
     /// What raxel needs and the device lacks, by Vulkan's names.
     pub missing: Vec<&'static str>,
     /// Bytes of device-local memory.
     pub memory: u64,
+}
+
+/// A version of Vulkan. They compare as versions do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the parts of a version")]
+pub struct Version {
+    pub major: u32,
+    pub minor: u32,
+    pub patch: u32,
+}
+
+impl Version {
+    /// The version that Vulkan packs into one number.
+    pub(crate) fn from_packed(packed: u32) -> Self {
+        Self {
+            major: vk::api_version_major(packed),
+            minor: vk::api_version_minor(packed),
+            patch: vk::api_version_patch(packed),
+        }
+    }
 }
 
 /// Kind of a device, best first.
@@ -57,7 +79,7 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Candidate { index, name, kind, version, .. } = &self.candidate;
         let mark = if self.chosen { '*' } else { ' ' };
-        write!(f, "{mark} {index}: {name} ({kind}, Vulkan {}.{}): {}", version.0, version.1, self.reason)
+        write!(f, "{mark} {index}: {name} ({kind}, Vulkan {}.{}): {}", version.major, version.minor, self.reason)
     }
 }
 
@@ -107,7 +129,14 @@ mod tests {
     use super::*;
 
     fn device(index: usize, name: &str, kind: DeviceKind, memory: u64) -> Candidate {
-        Candidate { index, name: name.to_owned(), kind, version: (1, 3), missing: Vec::new(), memory }
+        Candidate {
+            index,
+            name: name.to_owned(),
+            kind,
+            version: Version { major: 1, minor: 3, patch: 0 },
+            missing: Vec::new(),
+            memory,
+        }
     }
 
     fn chosen(verdicts: &[Verdict]) -> Option<usize> {

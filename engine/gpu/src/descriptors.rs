@@ -19,8 +19,22 @@ pub enum Resource {
     StorageImage(Arc<ImageView>),
     /// A sampled image in `GENERAL` with its sampler.
     SampledImage(Arc<ImageView>, Arc<Sampler>),
-    /// A buffer, or a part of it: offset and bytes.
-    Buffer(Arc<Buffer>, u64, u64),
+    /// A buffer, or a part of it.
+    Buffer {
+        /// The buffer.
+        buffer: Arc<Buffer>,
+        /// Bytes from its begin.
+        offset: u64,
+        /// Bytes of the part.
+        size: u64,
+    },
+}
+
+impl Resource {
+    /// All of a buffer.
+    pub fn whole(buffer: &Arc<Buffer>) -> Self {
+        Self::Buffer { buffer: buffer.clone(), offset: 0, size: buffer.size() }
+    }
 }
 
 /// The descriptor sets of one pipeline, and everything they point to.
@@ -59,7 +73,7 @@ impl Descriptors {
     ) -> Result<Descriptors> {
         let mut uses = UploadUses::default();
         for resource in resources.iter().flatten() {
-            if let Resource::Buffer(buffer, offset, range) = resource {
+            if let Resource::Buffer { buffer, offset, size: range } = resource {
                 buffer.require(*offset, *range, 1);
                 uses.add(buffer.last_use());
             }
@@ -111,10 +125,10 @@ impl Descriptors {
         let images = match resource {
             Resource::StorageImage(view) => image(view, vk::Sampler::null()),
             Resource::SampledImage(view, sampler) => image(view, sampler.raw),
-            Resource::Buffer(..) => [vk::DescriptorImageInfo::default()],
+            Resource::Buffer { .. } => [vk::DescriptorImageInfo::default()],
         };
         let buffers = match resource {
-            Resource::Buffer(buffer, offset, range) => {
+            Resource::Buffer { buffer, offset, size: range } => {
                 [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: *offset, range: *range }]
             }
             _ => [vk::DescriptorBufferInfo::default()],
@@ -125,7 +139,7 @@ impl Descriptors {
             .dst_array_element(element)
             .descriptor_type(ty);
         let write = match resource {
-            Resource::Buffer(..) => write.buffer_info(&buffers),
+            Resource::Buffer { .. } => write.buffer_info(&buffers),
             _ => write.image_info(&images),
         };
         // SAFETY: the set is new, so no command buffer uses it; all handles are alive and held by `_held`.

@@ -1,26 +1,25 @@
 //! The logical device: one queue, its timeline, its memory, and what it can do.
 
+mod open;
+
 use std::collections::BTreeSet;
-use std::ffi::{CStr, CString, c_void};
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ash::{amd, ext, khr, vk};
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::Allocator;
 use raxel_cache::Cache;
 
-use crate::candidates::{Seen, look_at_all, text};
-use crate::choice::{DeviceKind, Verdict, choose};
+use crate::candidates::look_at_all;
+use crate::choice::{DeviceKind, Verdict, Version, choose};
 use crate::instance::{Instance, Validation};
 use crate::log::ValidationLog;
-use crate::modules::{self, Enabled};
 use crate::pipeline_cache::{PipelineCache, PipelineCounts};
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
 use crate::retire::Retired;
-use crate::subgroups;
 
 /// How a device is opened.
 #[derive(Clone, Debug, Default)]
@@ -41,8 +40,8 @@ pub struct Capabilities {
     pub driver: String,
     /// Kind of the device.
     pub kind: DeviceKind,
-    /// Vulkan version of the device: major, minor, patch.
-    pub version: (u32, u32, u32),
+    /// Vulkan version of the device.
+    pub version: Version,
     /// Bytes of device-local memory.
     pub memory: u64,
     /// `VkPhysicalDeviceLimits`.
@@ -131,7 +130,7 @@ impl Device {
                 _ => Error::NoDriver { candidates },
             });
         };
-        open(instance, &looked_at[chosen], verdicts, cache)
+        open::open(instance, &looked_at[chosen], verdicts, cache)
     }
 
     /// Another device of the same hardware; see [`Device::beside`].
@@ -305,213 +304,4 @@ static ABANDONED: AtomicBool = AtomicBool::new(false);
 /// work that does not end: `_exit` rather than `exit`.
 pub fn has_abandoned_device() -> bool {
     ABANDONED.load(Ordering::Relaxed)
-}
-
-static NEXT_ID: AtomicU64 = AtomicU64::new(1);
-
-fn open(
-    instance: Arc<Instance>,
-    seen: &Seen,
-    verdicts: Vec<Verdict>,
-    cache: Option<Arc<Cache>>,
-) -> Result<Arc<Device>> {
-    let physical = seen.physical;
-    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-    let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
-    let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut floats = vk::PhysicalDeviceFloatControlsProperties::default();
-    let mut properties =
-        vk::PhysicalDeviceProperties2::default().push_next(&mut subgroup).push_next(&mut driver).push_next(&mut floats);
-    if seen.core13 {
-        properties = properties.push_next(&mut sizes);
-    }
-    let (mut can12, mut can13) =
-        (vk::PhysicalDeviceVulkan12Features::default(), vk::PhysicalDeviceVulkan13Features::default());
-    let mut can_render = vk::PhysicalDeviceDynamicRenderingFeatures::default();
-    let mut can = vk::PhysicalDeviceFeatures2::default().push_next(&mut can12);
-    if seen.core13 {
-        can = can.push_next(&mut can13);
-    } else if seen.has(khr::dynamic_rendering::NAME) {
-        can = can.push_next(&mut can_render);
-    }
-    // SAFETY: plain queries; the chains live until the calls return.
-    let families = unsafe {
-        instance.raw.get_physical_device_properties2(physical, &mut properties);
-        instance.raw.get_physical_device_features2(physical, &mut can);
-        instance.raw.get_physical_device_queue_family_properties(physical)
-    };
-    let (can, properties) = (can.features, properties.properties);
-    let dynamic_rendering = if seen.core13 { can13.dynamic_rendering } else { can_render.dynamic_rendering };
-
-    let features = vk::PhysicalDeviceFeatures {
-        shader_int64: can.shader_int64,
-        shader_int16: can.shader_int16,
-        shader_float64: can.shader_float64,
-        robust_buffer_access: can.robust_buffer_access,
-        shader_storage_image_read_without_format: can.shader_storage_image_read_without_format,
-        shader_storage_image_write_without_format: can.shader_storage_image_write_without_format,
-        shader_storage_image_extended_formats: can.shader_storage_image_extended_formats,
-        shader_storage_image_array_dynamic_indexing: can.shader_storage_image_array_dynamic_indexing,
-        shader_sampled_image_array_dynamic_indexing: can.shader_sampled_image_array_dynamic_indexing,
-        shader_storage_buffer_array_dynamic_indexing: can.shader_storage_buffer_array_dynamic_indexing,
-        ..Default::default()
-    };
-    let mut on12 = vk::PhysicalDeviceVulkan12Features {
-        timeline_semaphore: vk::TRUE,
-        scalar_block_layout: can12.scalar_block_layout,
-        shader_int8: can12.shader_int8,
-        shader_float16: can12.shader_float16,
-        storage_buffer8_bit_access: can12.storage_buffer8_bit_access,
-        shader_buffer_int64_atomics: can12.shader_buffer_int64_atomics,
-        vulkan_memory_model: can12.vulkan_memory_model,
-        vulkan_memory_model_device_scope: can12.vulkan_memory_model_device_scope,
-        ..Default::default()
-    };
-    let mut on13 = vk::PhysicalDeviceVulkan13Features {
-        synchronization2: vk::TRUE,
-        maintenance4: vk::TRUE,
-        robust_image_access: can13.robust_image_access,
-        subgroup_size_control: can13.subgroup_size_control,
-        compute_full_subgroups: can13.compute_full_subgroups,
-        shader_integer_dot_product: can13.shader_integer_dot_product,
-        dynamic_rendering,
-        ..Default::default()
-    };
-    // The same on a device of Vulkan 1.2, by the structures of the extensions that became a part of 1.3.
-    let mut on_synchronization = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
-    let mut on_maintenance = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
-    let mut on_rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
-    let renders_by_extension = !seen.core13 && dynamic_rendering == vk::TRUE;
-    let present = instance.surface.is_some() && seen.has(khr::swapchain::NAME);
-    let marker = seen.has(amd::buffer_marker::NAME);
-    let plain_ballots = seen.has(ext::shader_subgroup_ballot::NAME) && seen.has(ext::shader_subgroup_vote::NAME);
-    let optional = [
-        (!seen.core13, khr::synchronization2::NAME),
-        (!seen.core13, khr::maintenance4::NAME),
-        (renders_by_extension, khr::dynamic_rendering::NAME),
-        (present, khr::swapchain::NAME),
-        (marker, amd::buffer_marker::NAME),
-        (plain_ballots, ext::shader_subgroup_ballot::NAME),
-        (plain_ballots, ext::shader_subgroup_vote::NAME),
-        // The specification demands it of whoever uses a device that has it (MoltenVK).
-        (seen.has(khr::portability_subset::NAME), khr::portability_subset::NAME),
-    ];
-    let extensions: Vec<_> = optional.iter().filter(|(on, _)| *on).map(|(_, name)| name.as_ptr()).collect();
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(seen.family).queue_priorities(&[1.0])];
-    let mut info = vk::DeviceCreateInfo::default()
-        .queue_create_infos(&queues)
-        .enabled_extension_names(&extensions)
-        .enabled_features(&features)
-        .push_next(&mut on12);
-    if seen.core13 {
-        info = info.push_next(&mut on13);
-    } else {
-        info = info.push_next(&mut on_synchronization).push_next(&mut on_maintenance);
-        if renders_by_extension {
-            info = info.push_next(&mut on_rendering);
-        }
-    }
-    // SAFETY: everything asked for was offered, and `info` lives until the call returns.
-    let mut raw = unsafe { instance.raw.create_device(physical, &info, None) }.named("vkCreateDevice")?;
-    if !seen.core13 {
-        raw = with_functions_of_extensions(&instance, &raw);
-    }
-
-    let allocator = Allocator::new(&AllocatorCreateDesc {
-        instance: instance.raw.clone(),
-        device: raw.clone(),
-        physical_device: physical,
-        debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
-        buffer_device_address: false,
-        allocation_sizes: gpu_allocator::AllocationSizes::default(),
-    });
-    let cache = PipelineCache::new(&raw, &properties, cache);
-    let queue = Queue::new(&raw, seen.family);
-    let (allocator, pipelines, queue) = match (allocator, cache, queue) {
-        (Ok(allocator), Ok(cache), Ok(queue)) => (allocator, cache, queue),
-        (allocator, cache, queue) => {
-            drop(allocator);
-            // SAFETY: nothing else was made on the device but these.
-            unsafe {
-                if let Ok(cache) = &cache {
-                    raw.destroy_pipeline_cache(cache.raw, None);
-                }
-                if let Ok(queue) = &queue {
-                    queue.destroy(&raw);
-                }
-                raw.destroy_device(None);
-            }
-            cache?;
-            queue?;
-            return Err(Error::OutOfMemory { name: "memory allocator".to_owned(), size: 0 });
-        }
-    };
-    let version = properties.api_version;
-    let operations = if subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE) {
-        subgroup.supported_operations
-    } else {
-        vk::SubgroupFeatureFlags::empty()
-    };
-    let enabled = Enabled { core: &features, on12: &on12, on13: &on13, operations, plain_ballots, floats: &floats };
-    let capabilities = Capabilities {
-        name: seen.candidate.name.clone(),
-        driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
-        kind: seen.candidate.kind,
-        version: (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version)),
-        memory: seen.candidate.memory,
-        limits: properties.limits,
-        subgroup_size: subgroup.subgroup_size,
-        subgroup_sizes: (on13.subgroup_size_control == vk::TRUE)
-            .then(|| subgroups::sizes(&sizes, &properties.limits))
-            .flatten(),
-        subgroup_operations: operations,
-        shaders: modules::allowed(&enabled),
-        int64: features.shader_int64 == vk::TRUE,
-        robust_buffers: features.robust_buffer_access == vk::TRUE,
-        robust_images: on13.robust_image_access == vk::TRUE,
-        read_without_format: features.shader_storage_image_read_without_format == vk::TRUE,
-        write_without_format: features.shader_storage_image_write_without_format == vk::TRUE,
-        timestamp_period: match families[seen.family as usize].timestamp_valid_bits {
-            0 => 0.0,
-            _ => properties.limits.timestamp_period,
-        },
-        present,
-        plain_ballots,
-        buffer_markers: marker,
-        graphics: families[seen.family as usize].queue_flags.contains(vk::QueueFlags::GRAPHICS)
-            && on13.dynamic_rendering == vk::TRUE,
-        validated: instance.validated,
-    };
-    Ok(Arc::new(Device {
-        swapchain: present.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
-        debug: instance.labels.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
-        marker: marker.then(|| amd::buffer_marker::Device::new(&instance.raw, &raw)),
-        allocator: Mutex::new(Some(allocator)),
-        retired: Mutex::default(),
-        pipelines,
-        lost: AtomicBool::new(false),
-        hung: AtomicBool::new(false),
-        capabilities,
-        verdicts,
-        id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
-        raw,
-        physical,
-        queue,
-        instance,
-    }))
-}
-
-/// The device with the functions of extensions in the place of those that became core in Vulkan 1.3: the same functions, and their names end in
-/// `KHR` (Vulkan specification, "Promotion").
-fn with_functions_of_extensions(instance: &Instance, device: &ash::Device) -> ash::Device {
-    let find = |name: &CStr| {
-        // SAFETY: the device is alive, and the name ends with a zero.
-        unsafe { (instance.raw.fp_v1_0().get_device_proc_addr)(device.handle(), name.as_ptr()) }
-    };
-    let load = |name: &CStr| {
-        let promoted = CString::new([name.to_bytes(), b"KHR"].concat()).ok().and_then(|name| find(&name));
-        promoted.or_else(|| find(name)).map_or(std::ptr::null(), |function| function as *const c_void)
-    };
-    // SAFETY: each function is of this device, and has the type of its name.
-    unsafe { ash::Device::load_with(load, device.handle()) }
 }

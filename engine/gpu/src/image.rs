@@ -175,10 +175,19 @@ fn texel_bytes(format: vk::Format) -> Option<u64> {
 pub struct ViewInfo {
     /// Dimension and arrayness that the shader declares.
     pub ty: vk::ImageViewType,
-    /// First mip and number of mips.
-    pub mips: (u32, u32),
-    /// First layer and number of layers.
-    pub layers: (u32, u32),
+    /// First mip.
+    pub first_mip: u32,
+    /// Number of mips.
+    pub mips: u32,
+    /// First layer.
+    pub first_layer: u32,
+    /// Number of layers.
+    pub layers: u32,
+}
+
+impl ViewInfo {
+    /// A 2-D image of one mip and one layer.
+    pub const FLAT: Self = Self { ty: vk::ImageViewType::TYPE_2D, first_mip: 0, mips: 1, first_layer: 0, layers: 1 };
 }
 
 /// A view of a part of an image; holds the image.
@@ -197,10 +206,10 @@ impl ImageView {
             .format(image.info.format)
             .subresource_range(vk::ImageSubresourceRange {
                 aspect_mask: vk::ImageAspectFlags::COLOR,
-                base_mip_level: info.mips.0,
-                level_count: info.mips.1,
-                base_array_layer: info.layers.0,
-                layer_count: info.layers.1,
+                base_mip_level: info.first_mip,
+                level_count: info.mips,
+                base_array_layer: info.first_layer,
+                layer_count: info.layers,
             });
         // SAFETY: the image is alive and held by the view.
         let raw = unsafe { device.raw.create_image_view(&create, None) }.named("vkCreateImageView")?;

@@ -66,30 +66,74 @@ impl Instance {
     fn create(validation: Validation) -> Result<Instance> {
         let entry = load()?;
         let log = Arc::new(ValidationLog::default());
+        let offered = Offered::of(&entry, validation)?;
+        let validated = offered.validated;
+        let raw = make(&entry, &offered, &log)?;
+        let messenger = (validated && offered.labels()).then(|| messenger(&entry, &raw, &log)).transpose()?;
+        let surface = offered.has(khr::surface::NAME).then(|| khr::surface::Instance::new(&entry, &raw));
+        Ok(Instance { raw, entry, surface, validated, labels: offered.labels(), messenger, log })
+    }
+}
 
+/// What the loader and the validation layer offer.
+struct Offered {
+    extensions: Vec<vk::ExtensionProperties>,
+    /// Of the validation layer, if it is used.
+    extensions_of_layer: Vec<vk::ExtensionProperties>,
+    /// The validation layer is used.
+    validated: bool,
+}
+
+impl Offered {
+    fn of(entry: &ash::Entry, validation: Validation) -> Result<Self> {
         // SAFETY: plain queries, no handle is involved.
         let layers =
             unsafe { entry.enumerate_instance_layer_properties() }.named("vkEnumerateInstanceLayerProperties")?;
-        let layer = layers.iter().find(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION));
+        let installed = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION));
         let validated = match validation {
             Validation::Off => false,
-            Validation::IfInstalled => layer.is_some(),
-            Validation::Required if layer.is_none() => return Err(Error::NoValidationLayer),
+            Validation::IfInstalled => installed,
+            Validation::Required if !installed => return Err(Error::NoValidationLayer),
             Validation::Required => true,
         };
-
         // SAFETY: as above.
-        let offered = unsafe { entry.enumerate_instance_extension_properties(None) }
+        let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .named("vkEnumerateInstanceExtensionProperties")?;
         // SAFETY: as above; the layer was listed.
-        let offered_by_layer = validated
+        let extensions_of_layer = validated
             .then(|| unsafe { entry.enumerate_instance_extension_properties(Some(VALIDATION)) })
             .transpose()
             .named("vkEnumerateInstanceExtensionProperties")?
             .unwrap_or_default();
-        let has = |name: &CStr| offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-        let layer_has = |name: &CStr| offered_by_layer.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        Ok(Self { extensions, extensions_of_layer, validated })
+    }
 
+    fn has(&self, name: &CStr) -> bool {
+        self.extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+    }
+
+    fn layer_has(&self, name: &CStr) -> bool {
+        self.extensions_of_layer.iter().any(|e| e.extension_name_as_c_str() == Ok(name))
+    }
+
+    /// Handles can be named.
+    fn labels(&self) -> bool {
+        self.has(ext::debug_utils::NAME) || self.layer_has(ext::debug_utils::NAME)
+    }
+
+    /// MoltenVK is only listed with portability enumeration. Untested: no machine with it was at hand.
+    fn portability(&self) -> bool {
+        self.has(khr::portability_enumeration::NAME)
+    }
+
+    /// The extension by which the validation layer is told what to check.
+    fn settings(&self) -> Option<&'static CStr> {
+        let known = [ext::layer_settings::NAME, ext::validation_features::NAME];
+        known.into_iter().find(|name| self.validated && self.layer_has(name))
+    }
+
+    /// The extensions that raxel enables.
+    fn enabled(&self) -> Vec<&'static CStr> {
         // Surfaces of every window system that is there: the instance is made before anybody knows whether a window will come.
         let windowing = [
             khr::surface::NAME,
@@ -101,85 +145,78 @@ impl Instance {
         ];
         // Where there is no Wayland, Mesa's device-selection layer complains on stderr when it is asked for it.
         let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| std::env::var_os(name).is_some());
-        let usable = |name: &CStr| has(name) && (wayland || name != khr::wayland_surface::NAME);
-        let mut extensions: Vec<&CStr> = windowing.into_iter().filter(|name| usable(name)).collect();
-        let labels = has(ext::debug_utils::NAME) || layer_has(ext::debug_utils::NAME);
-        let debug = validated && labels;
-        if labels {
-            extensions.push(ext::debug_utils::NAME);
-        }
-        // MoltenVK is only listed with portability enumeration. Untested: no machine with it was at hand.
-        let portability = has(khr::portability_enumeration::NAME);
-        if portability {
-            extensions.push(khr::portability_enumeration::NAME);
-        }
-        let by_settings = layer_has(ext::layer_settings::NAME);
-        let by_features = layer_has(ext::validation_features::NAME);
-        if validated && by_settings {
-            extensions.push(ext::layer_settings::NAME);
-        } else if validated && by_features {
-            extensions.push(ext::validation_features::NAME);
-        }
+        let usable = |name: &CStr| self.has(name) && (wayland || name != khr::wayland_surface::NAME);
+        let labels = self.labels().then_some(ext::debug_utils::NAME);
+        let portability = self.portability().then_some(khr::portability_enumeration::NAME);
+        windowing
+            .into_iter()
+            .filter(|name| usable(name))
+            .chain(labels)
+            .chain(portability)
+            .chain(self.settings())
+            .collect()
+    }
+}
 
-        let extension_names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
-        let layer_names: Vec<_> = validated.then_some(VALIDATION.as_ptr()).into_iter().collect();
-        let application = vk::ApplicationInfo::default()
-            .application_name(c"raxel")
-            .engine_name(c"raxel")
-            .api_version(vk::API_VERSION_1_3);
-        let mut messenger_info = messenger_info(&log);
-        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
-        let on = vk::TRUE.to_ne_bytes();
-        let setting = |name| {
-            vk::LayerSettingEXT::default()
-                .layer_name(VALIDATION)
-                .setting_name(name)
-                .ty(vk::LayerSettingTypeEXT::BOOL32)
-                .values(&on)
-        };
-        // Since 1.3.290 synchronization validation looks at shader accesses only when told to.
-        let settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
-        let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
-        let mut info = vk::InstanceCreateInfo::default()
-            .application_info(&application)
-            .enabled_layer_names(&layer_names)
-            .enabled_extension_names(&extension_names);
-        if portability {
-            info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
-        }
-        if debug {
-            info = info.push_next(&mut messenger_info);
-        }
-        if validated && by_settings {
-            info = info.push_next(&mut settings);
-        } else if validated && by_features {
-            info = info.push_next(&mut features);
-        }
-        // SAFETY: everything `info` points to lives until the call returns; `log` outlives the instance (field order).
-        let raw = match unsafe { entry.create_instance(&info, None) } {
-            Ok(raw) => raw,
-            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => return Err(Error::NoDriver { candidates: Vec::new() }),
-            Err(result) => return Err(Error::Vulkan { call: "vkCreateInstance", result }),
-        };
+fn make(entry: &ash::Entry, offered: &Offered, log: &Arc<ValidationLog>) -> Result<ash::Instance> {
+    let extensions: Vec<_> = offered.enabled().into_iter().map(CStr::as_ptr).collect();
+    let layers: Vec<_> = offered.validated.then_some(VALIDATION.as_ptr()).into_iter().collect();
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"raxel")
+        .engine_name(c"raxel")
+        .api_version(vk::API_VERSION_1_3);
+    let mut messenger_info = messenger_info(log);
+    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+    let on = vk::TRUE.to_ne_bytes();
+    let setting = |name| {
+        vk::LayerSettingEXT::default()
+            .layer_name(VALIDATION)
+            .setting_name(name)
+            .ty(vk::LayerSettingTypeEXT::BOOL32)
+            .values(&on)
+    };
+    // Since 1.3.290 synchronization validation looks at shader accesses only when told to.
+    let settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
+    let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_layer_names(&layers)
+        .enabled_extension_names(&extensions);
+    if offered.portability() {
+        info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+    }
+    if offered.validated && offered.labels() {
+        info = info.push_next(&mut messenger_info);
+    }
+    info = match offered.settings() {
+        Some(name) if name == ext::layer_settings::NAME => info.push_next(&mut settings),
+        Some(_) => info.push_next(&mut features),
+        None => info,
+    };
+    // SAFETY: everything `info` points to lives until the call returns; the caller keeps `log` as long as the instance.
+    match unsafe { entry.create_instance(&info, None) } {
+        Ok(raw) => Ok(raw),
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(Error::NoDriver { candidates: Vec::new() }),
+        Err(result) => Err(Error::Vulkan { call: "vkCreateInstance", result }),
+    }
+}
 
-        let messenger = if debug {
-            let functions = ext::debug_utils::Instance::new(&entry, &raw);
-            let info = self::messenger_info(&log);
-            // SAFETY: the callback's user pointer is `log`, which outlives the messenger (field order and `Drop`).
-            match unsafe { functions.create_debug_utils_messenger(&info, None) } {
-                Ok(messenger) => Some((functions, messenger)),
-                Err(result) => {
-                    // SAFETY: the instance was just made and has no children.
-                    unsafe { raw.destroy_instance(None) };
-                    return Err(Error::Vulkan { call: "vkCreateDebugUtilsMessengerEXT", result });
-                }
-            }
-        } else {
-            None
-        };
-        let surface = has(khr::surface::NAME).then(|| khr::surface::Instance::new(&entry, &raw));
-        Ok(Instance { raw, entry, surface, validated, labels, messenger, log })
+/// Brings the messages of the validation layer to the log. If that fails, the instance is destroyed.
+fn messenger(
+    entry: &ash::Entry,
+    raw: &ash::Instance,
+    log: &Arc<ValidationLog>,
+) -> Result<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)> {
+    let functions = ext::debug_utils::Instance::new(entry, raw);
+    // SAFETY: the callback's user pointer is `log`, which outlives the messenger (field order and `Drop` of `Instance`).
+    match unsafe { functions.create_debug_utils_messenger(&messenger_info(log), None) } {
+        Ok(messenger) => Ok((functions, messenger)),
+        Err(result) => {
+            // SAFETY: the instance was just made and has no children.
+            unsafe { raw.destroy_instance(None) };
+            Err(Error::Vulkan { call: "vkCreateDebugUtilsMessengerEXT", result })
+        }
     }
 }
 

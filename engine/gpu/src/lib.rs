@@ -45,7 +45,7 @@ mod xlib;
 pub use ash::vk;
 
 pub use buffer::{Buffer, BufferInfo};
-pub use choice::{Candidate, DeviceKind, Verdict, choose};
+pub use choice::{Candidate, DeviceKind, Verdict, Version, choose};
 pub use command::{Barrier, ClearColor, CommandBuffer, Recording, Scope};
 pub use descriptors::{Descriptors, Resource};
 pub use device::{Capabilities, Device, DeviceOptions, has_abandoned_device};
@@ -53,7 +53,7 @@ pub use heap::trim_heaps;
 pub use image::{Image, ImageInfo, ImageView, ViewInfo};
 pub use instance::Validation;
 pub use log::{Message, Severity, ValidationLog};
-pub use memory::{Backing, Block, Location};
+pub use memory::{Backing, Location, MemoryBlock};
 pub use overlay::{Overlay, OverlayFrame, OverlayMesh, OverlayShaders, OverlayVertex, TexturePatch};
 pub use pipeline::{ComputePipeline, PipelineInfo, Sampler, Slot};
 pub use pipeline_cache::PipelineCounts;

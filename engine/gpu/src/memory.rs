@@ -72,14 +72,20 @@ impl Drop for Memory {
 }
 
 /// A block of device-local memory that images and buffers are placed in at chosen offsets, over each other if need be.
-pub struct Block {
+pub struct MemoryBlock {
     pub(crate) memory: Memory,
     size: u64,
 }
 
-impl Block {
+impl MemoryBlock {
     /// Allocates a block. `type_bits` are the memory types that suit every occupant.
-    pub fn new(device: &Arc<Device>, name: &str, size: u64, alignment: u64, type_bits: u32) -> Result<Arc<Block>> {
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        size: u64,
+        alignment: u64,
+        type_bits: u32,
+    ) -> Result<Arc<MemoryBlock>> {
         // Occupants may be linear and optimal: pages at both ends are the block's own.
         let page = device.capabilities().limits.buffer_image_granularity.max(1);
         let requirements = vk::MemoryRequirements {
@@ -88,7 +94,7 @@ impl Block {
             memory_type_bits: type_bits,
         };
         let memory = Memory::new(device, name, requirements, Location::Device, false)?;
-        Ok(Arc::new(Block { memory, size }))
+        Ok(Arc::new(MemoryBlock { memory, size }))
     }
 
     /// Bytes.
@@ -103,13 +109,13 @@ pub enum Backing<'a> {
     /// Its own.
     Own,
     /// A place in a block: the block and the byte offset.
-    Placed(&'a Arc<Block>, u64),
+    Placed(&'a Arc<MemoryBlock>, u64),
 }
 
 /// What holds the memory while the object lives.
 pub(crate) enum Held {
     Own(Memory),
-    Block(#[allow(dead_code, reason = "held for its lifetime")] Arc<Block>),
+    Block(#[allow(dead_code, reason = "held for its lifetime")] Arc<MemoryBlock>),
 }
 
 impl Held {

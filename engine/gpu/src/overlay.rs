@@ -184,8 +184,7 @@ impl Overlay {
             usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
         };
         let image = Arc::new(Image::new(&self.device, &format!("overlay texture {id}"), &info, Backing::Own)?);
-        let view = ViewInfo { ty: vk::ImageViewType::TYPE_2D, mips: (0, 1), layers: (0, 1) };
-        let view = Arc::new(ImageView::new(&self.device, &image, &view)?);
+        let view = Arc::new(ImageView::new(&self.device, &image, &ViewInfo::FLAT)?);
         let sampler = Arc::new(Sampler::new(&self.device, linear, false)?);
         let elements = [vec![Resource::SampledImage(view, sampler)]];
         let descriptors = Descriptors::with_layout(&self.device, "overlay", &self.layout, &elements)?;

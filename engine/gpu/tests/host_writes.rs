@@ -83,7 +83,7 @@ fn a_buffer_that_submitted_work_uses_is_not_written() {
         (buffer(&device, 64, from, Location::Upload), Arc::new(buffer(&device, 64, uniform, Location::Upload)));
     let unused = buffer(&device, 64, from, Location::Upload);
     let pipeline = pipeline(&device);
-    let resources = [vec![Resource::Buffer(bound.clone(), 0, 64)]];
+    let resources = [vec![Resource::Buffer { buffer: bound.clone(), offset: 0, size: 64 }]];
     let sets = Descriptors::new(&device, "sets", &pipeline, &resources).expect("there is room");
     let mut commands = CommandBuffer::new(&device, "uses").expect("a pool");
     let mut refused = [0, 0];
@@ -240,9 +240,14 @@ fn nothing_is_recorded_that_reaches_beyond_an_image_or_other_sets() {
     let small = upload(&device, "small", &[7; 64], PATIENCE).expect("it fits");
     let uniform = Arc::new(buffer(&device, 64, vk::BufferUsageFlags::UNIFORM_BUFFER, Location::Upload));
     let [one, other] = [pipeline(&device), pipeline(&device)];
-    let sets = Descriptors::new(&device, "sets", &one, &[vec![Resource::Buffer(uniform.clone(), 0, 64)]]);
+    let sets = Descriptors::new(
+        &device,
+        "sets",
+        &one,
+        &[vec![Resource::Buffer { buffer: uniform.clone(), offset: 0, size: 64 }]],
+    );
     let sets = sets.expect("there is room");
-    let too_long = [vec![Resource::Buffer(uniform, 32, 64)]];
+    let too_long = [vec![Resource::Buffer { buffer: uniform, offset: 32, size: 64 }]];
     assert!(catch_unwind(AssertUnwindSafe(|| Descriptors::new(&device, "sets", &one, &too_long))).is_err());
 
     let mut commands = CommandBuffer::new(&device, "beyond").expect("a pool");

@@ -10,7 +10,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
 use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::Graph;
-use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{DeviceLimits, Observe, Plan, PlanInput, Present, WorldInput};
 use raxel_graphfile::compile;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
@@ -154,7 +154,7 @@ fn planned(graph: &Arc<Graph>) -> Plan {
         memory: &EstimatedMemory,
         alias: true,
         poison: false,
-        limits: Limits::PORTABLE,
+        limits: DeviceLimits::PORTABLE,
     };
     raxel_graph::plan(graph.clone(), &input).expect("the benchmark's own graph can be planned")
 }

@@ -12,7 +12,7 @@ use raxel_diagnostics::Span;
 use raxel_graph::checked::{
     Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, Source, UniformBlock, Value, Warning,
 };
-use raxel_graph::plan::Limits;
+use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::Format;
 use raxel_shader::interface::Block;
 
@@ -55,7 +55,7 @@ fn everything_is_said_at_once() {
 #[test]
 fn passes_have_limits_too() {
     let mut hand = Hand::new("passes");
-    hand.limits = Limits { workgroup_count: [20, 100, 1], ..Limits::PORTABLE };
+    hand.limits = DeviceLimits { workgroup_count: [20, 100, 1], ..DeviceLimits::PORTABLE };
     hand.target("color", Format::R32f, |_, _| {});
     hand.pass("wide", &["w color"]);
     hand.pass("layers", &["x color"]).dispatch = Dispatch::Groups([1, 1, 2]);

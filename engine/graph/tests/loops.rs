@@ -118,8 +118,7 @@ fn counts_follow_params_and_mips() {
     let number = Fill {
         member: "round".to_owned(),
         offset: 0,
-        scalar: raxel_shader::interface::Scalar::U32,
-        shape: (1, 1),
+        ty: raxel_graph::ValueType::scalar(raxel_shader::interface::Scalar::U32),
         stride: 0,
         from: Source::Round(RoundIndex::Index),
     };

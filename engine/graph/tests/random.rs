@@ -9,7 +9,9 @@ use std::collections::BTreeSet;
 use checker::graphs::{case, random, text};
 use checker::sync::{self, Run};
 use raxel_graph::checked::{Every, Pass};
-use raxel_graph::plan::{Activation, CullReason, Culled, Lifetime, Place, Plan, ResourceDesc, ResourcePlan, Step};
+use raxel_graph::plan::{
+    Activation, BlockOffset, CullReason, Culled, Lifetime, Plan, ResourceDesc, ResourcePlan, Step,
+};
 
 /// Graphs of the normal test run.
 const GRAPHS: u64 = 3000;
@@ -279,7 +281,7 @@ fn broken_plans_are_found_out() {
                     _ => None,
                 })
                 .collect();
-            let met = |a: &(usize, u32, u32, Place), b: &(usize, u32, u32, Place)| {
+            let met = |a: &(usize, u32, u32, BlockOffset), b: &(usize, u32, u32, BlockOffset)| {
                 a.0 != b.0 && a.3.block == b.3.block && a.1 <= b.2 && b.1 <= a.2
             };
             let (a, b) = lives.iter().find_map(|a| Some((a, lives.iter().find(|b| met(a, b))?)))?;

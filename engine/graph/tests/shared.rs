@@ -7,7 +7,7 @@ mod hand;
 use std::sync::Arc;
 
 use hand::Hand;
-use raxel_graph::plan::Limits;
+use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::{Format, ScalarKind};
 use raxel_shader::interface::{Access, Binding, BindingKind, ByteRanges, Dim};
 
@@ -19,9 +19,9 @@ fn shared_variables_must_fit() {
     let mut shader = (*pass.shader).clone();
     shader.interface.shared_bytes = 20_000;
     pass.shader = Arc::new(shader);
-    hand.limits = Limits { shared_memory: 20_000, ..Limits::PORTABLE };
+    hand.limits = DeviceLimits { shared_memory: 20_000, ..DeviceLimits::PORTABLE };
     assert!(hand.plan("color").is_ok());
-    hand.limits = Limits::PORTABLE;
+    hand.limits = DeviceLimits::PORTABLE;
     let found = hand.plan("color").unwrap_err();
     assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0180"));
     assert_eq!(found[0].message, "pass `tile` shares 20000 bytes in a workgroup, but the device allows 16384");

@@ -19,24 +19,24 @@ pub fn describe(literal: &Literal) -> String {
 /// The value of a literal as type `ty`: a number, a boolean, an array of as many numbers as the vector has, or 4 columns of 4.
 /// Integers stand for floats too; nothing else is converted. `None` when it is none of that type.
 pub fn typed(literal: &Literal, ty: ValueType) -> Option<Value> {
-    Some(match (ty.scalar, ty.shape) {
-        (Scalar::Bool, (1, 1)) => match literal.data {
+    Some(match (ty.scalar, ty.rows, ty.columns) {
+        (Scalar::Bool, 1, 1) => match literal.data {
             Data::Bool(value) => Value::Bool(value),
             _ => return None,
         },
-        (Scalar::F32, (1, 1)) => Value::F32(float(literal)?),
-        (Scalar::F32, (2, 1)) => Value::Vec2(components(literal, float)?),
-        (Scalar::F32, (3, 1)) => Value::Vec3(components(literal, float)?),
-        (Scalar::F32, (4, 1)) => Value::Vec4(components(literal, float)?),
-        (Scalar::F32, (4, 4)) => Value::Mat4(components(literal, |column| components(column, float))?),
-        (Scalar::I32, (1, 1)) => Value::I32(integer(literal)?),
-        (Scalar::I32, (2, 1)) => Value::IVec2(components(literal, integer)?),
-        (Scalar::I32, (3, 1)) => Value::IVec3(components(literal, integer)?),
-        (Scalar::I32, (4, 1)) => Value::IVec4(components(literal, integer)?),
-        (Scalar::U32, (1, 1)) => Value::U32(integer(literal)?),
-        (Scalar::U32, (2, 1)) => Value::UVec2(components(literal, integer)?),
-        (Scalar::U32, (3, 1)) => Value::UVec3(components(literal, integer)?),
-        (Scalar::U32, (4, 1)) => Value::UVec4(components(literal, integer)?),
+        (Scalar::F32, 1, 1) => Value::F32(float(literal)?),
+        (Scalar::F32, 2, 1) => Value::Vec2(components(literal, float)?),
+        (Scalar::F32, 3, 1) => Value::Vec3(components(literal, float)?),
+        (Scalar::F32, 4, 1) => Value::Vec4(components(literal, float)?),
+        (Scalar::F32, 4, 4) => Value::Mat4(components(literal, |column| components(column, float))?),
+        (Scalar::I32, 1, 1) => Value::I32(integer(literal)?),
+        (Scalar::I32, 2, 1) => Value::IVec2(components(literal, integer)?),
+        (Scalar::I32, 3, 1) => Value::IVec3(components(literal, integer)?),
+        (Scalar::I32, 4, 1) => Value::IVec4(components(literal, integer)?),
+        (Scalar::U32, 1, 1) => Value::U32(integer(literal)?),
+        (Scalar::U32, 2, 1) => Value::UVec2(components(literal, integer)?),
+        (Scalar::U32, 3, 1) => Value::UVec3(components(literal, integer)?),
+        (Scalar::U32, 4, 1) => Value::UVec4(components(literal, integer)?),
         _ => return None,
     })
 }

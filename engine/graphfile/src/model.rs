@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Span, Spanned, codes};
 use raxel_graph::checked::DisplayMap;
-use raxel_language::{Describe, Keys, Limits, Shape};
+use raxel_language::{Describe, Keys, NumberRange, Shape};
 use serde_json::json;
 
 use crate::extends::{settle_buffer, settle_target};
@@ -225,7 +225,7 @@ pub const WORLD: &str = "world";
 
 /// A part of another target, of the world, or of the output.
 #[derive(Keys)]
-pub struct Part {
+pub struct RelativeSize {
     /// The other target, or `world`: a 3-D image with a texel for each voxel of the world's bounds. The output when left out.
     pub of: Option<Spanned<String>>,
     /// The part, as a multiple; the extent is rounded up. One number for every axis, or two for width and height of the output.
@@ -292,10 +292,10 @@ pub struct Buffer {
     /// `model.NAME.octree`. Nothing when left out.
     pub copy: Option<Spanned<String>>,
     /// 32-bit pattern that fills it at the start of each frame. Nothing when left out.
-    #[keys(shape = i64::shape(&Limits::default()), excludes("init", why = "`clear` fills the buffer each frame, `init` once"))]
+    #[keys(shape = i64::shape(&NumberRange::default()), excludes("init", why = "`clear` fills the buffer each frame, `init` once"))]
     pub clear: Option<Literal>,
     /// 32-bit pattern that fills it at creation and on reset. Contents then stay from frame to frame. Nothing when left out.
-    #[keys(shape = i64::shape(&Limits::default()))]
+    #[keys(shape = i64::shape(&NumberRange::default()))]
     pub init: Option<Literal>,
     /// How many earlier frames are kept.
     #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]

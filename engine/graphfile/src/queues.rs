@@ -11,7 +11,7 @@ use raxel_graph::checked::{
     BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Interval, Origin, Pass, Resource, ResourceId,
     ResourceKind, Source, Usage, Value,
 };
-use raxel_graph::index32;
+use raxel_graph::{ValueType, index32};
 
 /// Path that the shader of the arguments has in messages; it is in the library, not in the project.
 const PATH: &str = "shaders/raxel/arguments.comp";
@@ -66,8 +66,7 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
         push: vec![Fill {
             member: "word".to_owned(),
             offset: 0,
-            scalar: Scalar::U32,
-            shape: (1, 1),
+            ty: ValueType::scalar(Scalar::U32),
             stride: 0,
             from: Source::Value(Value::U32(u32::try_from(queue.offset / 4).unwrap_or(u32::MAX))),
         }],

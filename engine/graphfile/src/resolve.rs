@@ -2,13 +2,17 @@
 //! wrong is reported here. What is wrong is kept with a stand-in and `sound: false`, so that later phases can go on and report the
 //! rest; a graph with any error is never handed on.
 
+mod clears;
+mod conditions;
+mod displays;
 mod loops;
 mod params;
 mod passes;
 mod resources;
 mod supplied;
+mod values;
 
-pub use passes::FACTS;
+pub use conditions::FACTS;
 pub use supplied::supplied_image;
 
 use std::cell::RefCell;
@@ -195,7 +199,7 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     };
     let loops = model.loops.iter().map(|repeated| loops::loop_(repeated, &scope, found)).collect();
     check_names("block", model.blocks.iter().map(|block| &block.fills.name), found);
-    let blocks = model.blocks.iter().map(|block| passes::fills(&block.fills, &scope, found)).collect();
+    let blocks = model.blocks.iter().map(|block| values::fills(&block.fills, &scope, found)).collect();
     let of = |pass: &model::Pass| arguments.get(pass.name.value.as_str()).copied();
     let passes = model.passes.iter().map(|pass| passes::pass(pass, &scope, of(pass), found)).collect();
     let present = present(&model, &scope, &start, found);

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::model::{
     Bind, Buffer, BufferSize, Choices, Clock, Dispatch, Display, Elements, Every, File, Literal, Loop, Member, Mip,
-    MipSteps, Param, Part, Pass, Rhythm, Rounds, Scale, Size, Target, Warning,
+    MipSteps, Param, Pass, RelativeSize, Rhythm, Rounds, Scale, Size, Target, Warning,
 };
 use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
@@ -152,7 +152,7 @@ describe! {
     Size => either(&[
         f64::shape(&SCALES.into()).schema(),
         json!({ "type": "array", "items": u32::shape(&(1..=LONGEST_AXIS).into()).schema(), "minItems": 2, "maxItems": 3 }),
-        Part::form().definition(),
+        RelativeSize::form().definition(),
     ]);
     Scale => either(&[f64::shape(&SCALES.into()).schema(), <[f64; 2]>::shape(&SCALES.into()).schema()]);
     BufferSize => either(&[json!({ "type": "integer", "minimum": 4 }), Elements::form().definition()]);
@@ -242,10 +242,8 @@ fn member() -> Value {
 
 fn from() -> Value {
     let typed = |ty: ValueType, about: &str| format!("`{}`: {about}", ty.word());
-    let of_builtin = |builtin: &Builtin| {
-        let (scalar, shape) = builtin.ty();
-        json!({ "const": builtin.name(), "description": typed(ValueType::new(scalar, shape), builtin.about()) })
-    };
+    let of_builtin =
+        |builtin: &Builtin| json!({ "const": builtin.name(), "description": typed(builtin.ty(), builtin.about()) });
     let builtins: Vec<Value> = Builtin::ALL.iter().map(of_builtin).collect();
     let mut any = vec![
         json!({ "type": "string", "pattern": "^param\\.[A-Za-z0-9_-]+$", "description": "Value of a param." }),

@@ -136,4 +136,4 @@ pub use raxel_diagnostics::table::{Node, Table};
 pub use raxel_diagnostics::{Code, Diagnostic, Spanned};
 pub use raxel_language_derive::Keys;
 pub use serde_json::Value as Json;
-pub use value::{ByName, Describe, Keys, Limits, Named, ReadKeys, Value, read_key};
+pub use value::{ByName, Describe, Keys, Named, NumberRange, ReadKeys, Value, read_key};

@@ -127,25 +127,25 @@ impl<C: ?Sized, T: Named<C>> Value<C> for ByName<T> {
 
 /// Numbers from one to another. Those of a declaration are told in the schema, those of a type are not.
 #[derive(Clone, Debug)]
-pub struct Limits<T> {
+pub struct NumberRange<T> {
     range: RangeInclusive<T>,
     told: bool,
 }
 
-impl<T> From<RangeInclusive<T>> for Limits<T> {
+impl<T> From<RangeInclusive<T>> for NumberRange<T> {
     fn from(range: RangeInclusive<T>) -> Self {
         Self { range, told: true }
     }
 }
 
-impl Default for Limits<f64> {
+impl Default for NumberRange<f64> {
     fn default() -> Self {
         Self { range: f64::MIN..=f64::MAX, told: false }
     }
 }
 
 impl Describe for f64 {
-    type Limits = Limits<f64>;
+    type Limits = NumberRange<f64>;
 
     fn shape(limits: &Self::Limits) -> Shape {
         let (least, most) = (*limits.range.start(), *limits.range.end());
@@ -167,7 +167,7 @@ impl<C: ?Sized> Value<C> for f64 {
 }
 
 impl<const N: usize> Describe for [f64; N] {
-    type Limits = Limits<f64>;
+    type Limits = NumberRange<f64>;
 
     fn shape(limits: &Self::Limits) -> Shape {
         Shape::array(f64::shape(limits), N..=N)
@@ -186,14 +186,14 @@ impl<C: ?Sized, const N: usize> Value<C> for [f64; N] {
 
 macro_rules! integers {
     ($($integer:ty),*) => {$(
-        impl Default for Limits<$integer> {
+        impl Default for NumberRange<$integer> {
             fn default() -> Self {
                 Self { range: <$integer>::MIN..=<$integer>::MAX, told: false }
             }
         }
 
         impl Describe for $integer {
-            type Limits = Limits<$integer>;
+            type Limits = NumberRange<$integer>;
 
             fn shape(limits: &Self::Limits) -> Shape {
                 let told = |end: $integer| i64::try_from(end).ok().filter(|_| limits.told);
@@ -215,7 +215,7 @@ macro_rules! integers {
         }
 
         impl<const N: usize> Describe for [$integer; N] {
-            type Limits = Limits<$integer>;
+            type Limits = NumberRange<$integer>;
 
             fn shape(limits: &Self::Limits) -> Shape {
                 Shape::array(<$integer>::shape(limits), N..=N)

@@ -27,7 +27,7 @@ pub struct Encoded {
 
 /// What a device can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct EncodingLimits {
     /// Bytes of the largest storage buffer.
     pub buffer_bytes: u64,
     /// Texels along an axis of the largest 3-D image.
@@ -36,7 +36,7 @@ pub struct Limits {
     pub image_bytes: u64,
 }
 
-impl From<u64> for Limits {
+impl From<u64> for EncodingLimits {
     /// Buffers of so many bytes, and images as most devices have them: 2048 texels a side, 4 GiB.
     fn from(buffer_bytes: u64) -> Self {
         Self { buffer_bytes, image_side: 2048, image_bytes: 4 << 30 }

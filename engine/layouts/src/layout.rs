@@ -7,14 +7,14 @@ use std::hash::{Hash, Hasher};
 use raxel_world::World;
 
 use super::hashed_chunks::Form;
-use super::{Access, BlockMember, Encoded, EncodedImage, LayoutError, Limits};
+use super::{Access, BlockMember, Encoded, EncodedImage, EncodingLimits, LayoutError};
 
 /// A way to lay out a world in a buffer. Layouts are told apart by their names.
 #[derive(Clone, Copy)]
 pub struct Layout(&'static Encoding);
 
 /// Encodes the voxels of a world as texels of an image.
-pub type EncodeImage = fn(&World, Limits) -> Result<EncodedImage, LayoutError>;
+pub type EncodeImage = fn(&World, EncodingLimits) -> Result<EncodedImage, LayoutError>;
 
 /// What a layout is: its name, its buffer, and what can be done with it.
 pub struct Encoding {
@@ -23,7 +23,7 @@ pub struct Encoding {
     /// The members of the buffer block that a shader must declare for it, in order; the last is the runtime array.
     pub block: fn() -> Vec<BlockMember>,
     /// Encodes a world.
-    pub encode: fn(&World, Limits, Access) -> Result<Encoded, LayoutError>,
+    pub encode: fn(&World, EncodingLimits, Access) -> Result<Encoded, LayoutError>,
     /// Encodes the image beside the buffer, if the voxels are in one: texels of 16-bit unsigned integers.
     pub image: Option<EncodeImage>,
     /// Whether its shaders can set single voxels of a writable copy: `rx_set` in its GLSL.
@@ -77,7 +77,7 @@ impl Layout {
     }
 
     /// Encodes a world for a buffer of at most so many bytes, or for a device of these limits.
-    pub fn encode(self, world: &World, limits: impl Into<Limits>) -> Result<Encoded, LayoutError> {
+    pub fn encode(self, world: &World, limits: impl Into<EncodingLimits>) -> Result<Encoded, LayoutError> {
         (self.0.encode)(world, limits.into(), Access::Read)
     }
 
@@ -98,7 +98,7 @@ impl Layout {
 
     /// Encodes a world for a copy that shaders write. Where [`Layout::has_set`], equal chunks are stored as often as they stand in
     /// the world, and the bounds of the solid voxels are those of all voxels that can be set. Otherwise it is [`Layout::encode`].
-    pub fn encode_writable(self, world: &World, limits: impl Into<Limits>) -> Result<Encoded, LayoutError> {
+    pub fn encode_writable(self, world: &World, limits: impl Into<EncodingLimits>) -> Result<Encoded, LayoutError> {
         (self.0.encode)(world, limits.into(), Access::Write)
     }
 
@@ -108,7 +108,7 @@ impl Layout {
     }
 
     /// The image of a layout that has one.
-    pub fn encode_image(self, world: &World, limits: Limits) -> Result<Option<EncodedImage>, LayoutError> {
+    pub fn encode_image(self, world: &World, limits: EncodingLimits) -> Result<Option<EncodedImage>, LayoutError> {
         self.0.image.map(|encode| encode(world, limits)).transpose()
     }
 }

@@ -10,7 +10,7 @@ use raxel_world::World;
 use raxel_world::{block_cell, child_cell};
 pub use tile::{LightGroup, LightPowers, TileLights, grouped_header, grouped_words};
 
-use crate::{BlockMember, LayoutError, Limits, QUADS_STRIDE};
+use crate::{BlockMember, EncodingLimits, LayoutError, QUADS_STRIDE};
 
 /// Words in front of the lights: their number, the sum of their powers as a float, and where the groups of a streamed world are and how many;
 /// a whole world has none.
@@ -88,7 +88,7 @@ fn is_bare(world: &World, voxel: IVec3, face: u32) -> bool {
 
 /// The content of the buffer of `source = "world.lights"`.
 #[expect(clippy::cast_possible_truncation, reason = "a list of lamps has 32-bit floats and is addressed in 32 bits")]
-pub fn encode(world: &World, limits: impl Into<Limits>) -> Result<Vec<u32>, LayoutError> {
+pub fn encode(world: &World, limits: impl Into<EncodingLimits>) -> Result<Vec<u32>, LayoutError> {
     let lights = lights(world);
     let limit = limits.into().buffer_bytes;
     let bytes = 4 * (HEADER_WORDS + LIGHT_WORDS * lights.len().max(1)) as u64;

@@ -1,212 +1,57 @@
-//! The functions and variables of GLSL that a compute shader has, with what they are: the GLSL specification 4.60, chapters 7 and 8, in a line each.
+//! The functions and variables of GLSL that a compute shader has, with what they are: the GLSL specification 4.60, chapters 7 and 8.
 
-/// Name, declaration, meaning. `T` is `float` or a vector of floats, `I` an integer or a vector of them, `B` a vector of booleans; `g` before a name
-/// of a type stands for nothing, `i` or `u`.
-pub(super) const BUILTINS: &[(&str, &str, &str)] = &[
-    ("gl_GlobalInvocationID", "uvec3 gl_GlobalInvocationID", "The thread among all of the dispatch."),
-    ("gl_LocalInvocationID", "uvec3 gl_LocalInvocationID", "The thread in its workgroup."),
-    ("gl_LocalInvocationIndex", "uint gl_LocalInvocationIndex", "The thread in its workgroup, as one number."),
-    ("gl_WorkGroupID", "uvec3 gl_WorkGroupID", "The workgroup in the dispatch."),
-    ("gl_WorkGroupSize", "uvec3 gl_WorkGroupSize", "Threads of a workgroup along each axis."),
-    ("gl_NumWorkGroups", "uvec3 gl_NumWorkGroups", "Workgroups of the dispatch along each axis."),
-    ("radians", "T radians(T degrees)", "Degrees as radians."),
-    ("degrees", "T degrees(T radians)", "Radians as degrees."),
-    ("sin", "T sin(T angle)", "Sine of an angle in radians."),
-    ("cos", "T cos(T angle)", "Cosine of an angle in radians."),
-    ("tan", "T tan(T angle)", "Tangent of an angle in radians."),
-    ("asin", "T asin(T x)", "Arc sine, from −π/2 to π/2. Undefined where |x| > 1."),
-    ("acos", "T acos(T x)", "Arc cosine, from 0 to π. Undefined where |x| > 1."),
-    (
-        "atan",
-        "T atan(T y, T x)\nT atan(T y_over_x)",
-        "Arc tangent. With two arguments the angle of (x, y), from −π to π.",
-    ),
-    ("sinh", "T sinh(T x)", "Hyperbolic sine."),
-    ("cosh", "T cosh(T x)", "Hyperbolic cosine."),
-    ("tanh", "T tanh(T x)", "Hyperbolic tangent."),
-    ("asinh", "T asinh(T x)", "Inverse hyperbolic sine."),
-    ("acosh", "T acosh(T x)", "Inverse hyperbolic cosine. Undefined where x < 1."),
-    ("atanh", "T atanh(T x)", "Inverse hyperbolic tangent. Undefined where |x| ≥ 1."),
-    ("pow", "T pow(T x, T y)", "x to the power of y. Undefined where x < 0, and where x = 0 and y ≤ 0."),
-    ("exp", "T exp(T x)", "e to the power of x."),
-    ("log", "T log(T x)", "Natural logarithm. Undefined where x ≤ 0."),
-    ("exp2", "T exp2(T x)", "2 to the power of x."),
-    ("log2", "T log2(T x)", "Logarithm to base 2. Undefined where x ≤ 0."),
-    ("sqrt", "T sqrt(T x)", "Square root. Undefined where x < 0."),
-    ("inversesqrt", "T inversesqrt(T x)", "1 / √x. Undefined where x ≤ 0."),
-    ("abs", "T abs(T x)\nI abs(I x)", "x without its sign."),
-    ("sign", "T sign(T x)\nI sign(I x)", "−1, 0 or 1."),
-    ("floor", "T floor(T x)", "The largest whole number that is not above x."),
-    ("ceil", "T ceil(T x)", "The smallest whole number that is not below x."),
-    ("trunc", "T trunc(T x)", "x without its fraction, towards 0."),
-    ("round", "T round(T x)", "The nearest whole number; which one from a half is not defined."),
-    ("roundEven", "T roundEven(T x)", "The nearest whole number; from a half the even one."),
-    ("fract", "T fract(T x)", "x − floor(x)."),
-    ("mod", "T mod(T x, T y)\nT mod(T x, float y)", "x − y · floor(x / y): it has the sign of y."),
-    ("modf", "T modf(T x, out T whole)", "Fraction of x; both parts have its sign."),
-    ("min", "T min(T x, T y)\nI min(I x, I y)", "The smaller one, component by component."),
-    ("max", "T max(T x, T y)\nI max(I x, I y)", "The larger one, component by component."),
-    (
-        "clamp",
-        "T clamp(T x, T low, T high)\nI clamp(I x, I low, I high)",
-        "min(max(x, low), high). Undefined where low > high.",
-    ),
-    ("mix", "T mix(T x, T y, T a)\nT mix(T x, T y, B a)", "x · (1 − a) + y · a; with booleans y where a is true."),
-    ("step", "T step(T edge, T x)", "0 where x < edge, else 1."),
-    (
-        "smoothstep",
-        "T smoothstep(T low, T high, T x)",
-        "0 below low, 1 above high, and smooth between. Undefined where low ≥ high.",
-    ),
-    ("isnan", "B isnan(T x)", "Whether x is not a number."),
-    ("isinf", "B isinf(T x)", "Whether x is infinite."),
-    ("floatBitsToInt", "I floatBitsToInt(T x)", "The bits of a float as a signed integer."),
-    ("floatBitsToUint", "I floatBitsToUint(T x)", "The bits of a float as an unsigned integer."),
-    ("intBitsToFloat", "T intBitsToFloat(I x)", "The float of these bits."),
-    ("uintBitsToFloat", "T uintBitsToFloat(I x)", "The float of these bits."),
-    ("fma", "T fma(T a, T b, T c)", "a · b + c."),
-    ("frexp", "T frexp(T x, out I exponent)", "Significand of x from 0.5 to 1, and its exponent."),
-    ("ldexp", "T ldexp(T x, I exponent)", "x · 2^exponent."),
-    ("packUnorm2x16", "uint packUnorm2x16(vec2 v)", "Two numbers from 0 to 1 in 16 bits each; x is in the low bits."),
-    ("packSnorm2x16", "uint packSnorm2x16(vec2 v)", "Two numbers from −1 to 1 in 16 bits each; x is in the low bits."),
-    ("packUnorm4x8", "uint packUnorm4x8(vec4 v)", "Four numbers from 0 to 1 in 8 bits each; x is in the low bits."),
-    ("packSnorm4x8", "uint packSnorm4x8(vec4 v)", "Four numbers from −1 to 1 in 8 bits each; x is in the low bits."),
-    ("packHalf2x16", "uint packHalf2x16(vec2 v)", "Two floats of 16 bits; x is in the low bits."),
-    ("unpackUnorm2x16", "vec2 unpackUnorm2x16(uint p)", "What packUnorm2x16 has packed."),
-    ("unpackSnorm2x16", "vec2 unpackSnorm2x16(uint p)", "What packSnorm2x16 has packed."),
-    ("unpackUnorm4x8", "vec4 unpackUnorm4x8(uint p)", "What packUnorm4x8 has packed."),
-    ("unpackSnorm4x8", "vec4 unpackSnorm4x8(uint p)", "What packSnorm4x8 has packed."),
-    ("unpackHalf2x16", "vec2 unpackHalf2x16(uint p)", "What packHalf2x16 has packed."),
-    ("length", "float length(T x)", "Length of a vector."),
-    ("distance", "float distance(T a, T b)", "length(a − b)."),
-    ("dot", "float dot(T a, T b)", "Dot product."),
-    ("cross", "vec3 cross(vec3 a, vec3 b)", "Cross product."),
-    (
-        "normalize",
-        "T normalize(T x)",
-        "The vector of length 1 in the same direction. Undefined for a vector without length.",
-    ),
-    ("faceforward", "T faceforward(T n, T i, T reference)", "n where dot(reference, i) < 0, else −n."),
-    ("reflect", "T reflect(T i, T n)", "The direction i mirrored at a surface of normal n: i − 2 · dot(n, i) · n."),
-    (
-        "refract",
-        "T refract(T i, T n, float eta)",
-        "The direction i behind a surface of normal n; 0 for total reflection. eta is the ratio of the indices.",
-    ),
-    ("matrixCompMult", "mat matrixCompMult(mat a, mat b)", "Product component by component."),
-    ("outerProduct", "mat outerProduct(T column, T row)", "Matrix of the products of all components."),
-    ("transpose", "mat transpose(mat m)", "Columns become rows."),
-    ("determinant", "float determinant(mat m)", "Determinant."),
-    ("inverse", "mat inverse(mat m)", "Inverse. Undefined for a singular matrix."),
-    ("lessThan", "B lessThan(T a, T b)", "a < b, component by component."),
-    ("lessThanEqual", "B lessThanEqual(T a, T b)", "a ≤ b, component by component."),
-    ("greaterThan", "B greaterThan(T a, T b)", "a > b, component by component."),
-    ("greaterThanEqual", "B greaterThanEqual(T a, T b)", "a ≥ b, component by component."),
-    ("equal", "B equal(T a, T b)", "a = b, component by component."),
-    ("notEqual", "B notEqual(T a, T b)", "a ≠ b, component by component."),
-    ("any", "bool any(B x)", "Whether a component is true."),
-    ("all", "bool all(B x)", "Whether all components are true."),
-    ("not", "B not(B x)", "The other truth of each component."),
-    ("uaddCarry", "I uaddCarry(I a, I b, out I carry)", "Sum modulo 2³², and its carry."),
-    ("usubBorrow", "I usubBorrow(I a, I b, out I borrow)", "Difference modulo 2³², and its borrow."),
-    ("umulExtended", "void umulExtended(I a, I b, out I high, out I low)", "Product of 64 bits."),
-    ("imulExtended", "void imulExtended(I a, I b, out I high, out I low)", "Product of 64 bits, with signs."),
-    (
-        "bitfieldExtract",
-        "I bitfieldExtract(I x, int offset, int bits)",
-        "Bits of x from offset on, sign-extended if signed.",
-    ),
-    ("bitfieldInsert", "I bitfieldInsert(I base, I insert, int offset, int bits)", "base with these bits from insert."),
-    ("bitfieldReverse", "I bitfieldReverse(I x)", "The bits in reverse order."),
-    ("bitCount", "I bitCount(I x)", "Number of bits that are set."),
-    ("findLSB", "I findLSB(I x)", "Lowest bit that is set; −1 for 0."),
-    (
-        "findMSB",
-        "I findMSB(I x)",
-        "Highest bit that is set, of a negative number that is not set; −1 if there is none.",
-    ),
-    ("textureSize", "ivec textureSize(gsampler s, int lod)", "Extent of a mip in texels."),
-    ("textureQueryLevels", "int textureQueryLevels(gsampler s)", "Number of mips."),
-    (
-        "texture",
-        "gvec4 texture(gsampler s, P at)",
-        "Filtered texel, of mip 0 in a compute shader; coordinates from 0 to 1.",
-    ),
-    (
-        "textureLod",
-        "gvec4 textureLod(gsampler s, P at, float lod)",
-        "Filtered texel of a mip; coordinates from 0 to 1.",
-    ),
-    ("textureOffset", "gvec4 textureOffset(gsampler s, P at, ivec offset)", "texture, so many texels away."),
-    (
-        "textureGrad",
-        "gvec4 textureGrad(gsampler s, P at, P dx, P dy)",
-        "Filtered texel; the derivatives choose the mip.",
-    ),
-    (
-        "textureGather",
-        "gvec4 textureGather(gsampler s, P at, int component)",
-        "One component of the four texels that a filter would mix.",
-    ),
-    (
-        "texelFetch",
-        "gvec4 texelFetch(gsampler s, ivec at, int lod)",
-        "Texel of a mip, unfiltered; coordinates in texels.",
-    ),
-    (
-        "texelFetchOffset",
-        "gvec4 texelFetchOffset(gsampler s, ivec at, int lod, ivec offset)",
-        "texelFetch, so many texels away.",
-    ),
-    ("imageSize", "ivec imageSize(gimage image)", "Extent in texels."),
-    ("imageLoad", "gvec4 imageLoad(gimage image, ivec at)", "Texel of a storage image."),
-    ("imageStore", "void imageStore(gimage image, ivec at, gvec4 texel)", "Writes a texel of a storage image."),
-    ("imageAtomicAdd", "I imageAtomicAdd(gimage image, ivec at, I x)", "Adds to a texel, and gives what it was."),
-    ("imageAtomicMin", "I imageAtomicMin(gimage image, ivec at, I x)", "Minimum with a texel, and what it was."),
-    ("imageAtomicMax", "I imageAtomicMax(gimage image, ivec at, I x)", "Maximum with a texel, and what it was."),
-    ("imageAtomicAnd", "I imageAtomicAnd(gimage image, ivec at, I x)", "Bits that both have, and what the texel was."),
-    ("imageAtomicOr", "I imageAtomicOr(gimage image, ivec at, I x)", "Bits that one has, and what the texel was."),
-    ("imageAtomicXor", "I imageAtomicXor(gimage image, ivec at, I x)", "Bits that differ, and what the texel was."),
-    (
-        "imageAtomicExchange",
-        "I imageAtomicExchange(gimage image, ivec at, I x)",
-        "Replaces a texel, and gives what it was.",
-    ),
-    (
-        "imageAtomicCompSwap",
-        "I imageAtomicCompSwap(gimage image, ivec at, I compare, I x)",
-        "Replaces a texel that equals compare, and gives what it was.",
-    ),
-    ("atomicAdd", "I atomicAdd(inout I memory, I x)", "Adds, and gives what was there. In buffers and shared memory."),
-    ("atomicMin", "I atomicMin(inout I memory, I x)", "Minimum, and what was there."),
-    ("atomicMax", "I atomicMax(inout I memory, I x)", "Maximum, and what was there."),
-    ("atomicAnd", "I atomicAnd(inout I memory, I x)", "Bits that both have, and what was there."),
-    ("atomicOr", "I atomicOr(inout I memory, I x)", "Bits that one has, and what was there."),
-    ("atomicXor", "I atomicXor(inout I memory, I x)", "Bits that differ, and what was there."),
-    ("atomicExchange", "I atomicExchange(inout I memory, I x)", "Replaces, and gives what was there."),
-    (
-        "atomicCompSwap",
-        "I atomicCompSwap(inout I memory, I compare, I x)",
-        "Replaces what equals compare, and gives what was there.",
-    ),
-    (
-        "barrier",
-        "void barrier()",
-        "Waits for all threads of the workgroup; what they wrote to shared memory is seen behind it.",
-    ),
-    ("memoryBarrier", "void memoryBarrier()", "Orders all memory accesses of the thread."),
-    ("memoryBarrierBuffer", "void memoryBarrierBuffer()", "Orders the accesses of the thread to buffers."),
-    ("memoryBarrierImage", "void memoryBarrierImage()", "Orders the accesses of the thread to images."),
-    ("memoryBarrierShared", "void memoryBarrierShared()", "Orders the accesses of the thread to shared memory."),
-    (
-        "groupMemoryBarrier",
-        "void groupMemoryBarrier()",
-        "Orders all memory accesses of the thread, as seen by its workgroup.",
-    ),
-];
+use std::sync::LazyLock;
 
-/// A builtin in Markdown.
-pub(super) fn about(name: &str) -> Option<String> {
-    let (_, declaration, meaning) = BUILTINS.iter().find(|(known, _, _)| *known == name)?;
-    Some(format!("```glsl\n{declaration}\n```\n{meaning}"))
+/// A function or a variable of GLSL.
+#[derive(Clone, Copy)]
+pub(super) struct Builtin {
+    pub(super) name: &'static str,
+    /// One for each set of parameters, a line each. `T` is `float` or a vector of floats, `I` an integer or a vector of them, `B` a vector of
+    /// booleans; `g` before a name of a type stands for nothing, `i` or `u`.
+    pub(super) declarations: &'static str,
+    pub(super) meaning: &'static str,
+}
+
+impl Builtin {
+    /// In Markdown.
+    pub(super) fn about(&self) -> String {
+        format!("```glsl\n{}\n```\n{}", self.declarations, self.meaning)
+    }
+}
+
+/// All of them: in the file, the lines of declarations come before the line of their meaning, which is indented.
+pub(super) static BUILTINS: LazyLock<Vec<Builtin>> = LazyLock::new(|| {
+    let mut rest = include_str!("builtins.txt");
+    let mut found = Vec::new();
+    while let Some((declarations, after)) = rest.split_once("\n    ") {
+        let (meaning, after) = after.split_once('\n').unwrap_or((after, ""));
+        let head = declarations.split(['(', '\n']).next().unwrap_or(declarations);
+        let name = head.rsplit(' ').next().unwrap_or(head);
+        found.push(Builtin { name, declarations, meaning });
+        rest = after;
+    }
+    found
+});
+
+/// The builtin of that name.
+pub(super) fn named(name: &str) -> Option<Builtin> {
+    BUILTINS.iter().find(|builtin| builtin.name == name).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_has_a_name_its_declarations_and_a_meaning() {
+        assert_eq!(BUILTINS.len(), include_str!("builtins.txt").matches("\n    ").count());
+        for Builtin { name, declarations, meaning } in BUILTINS.iter() {
+            let declares = |line: &str| line.split('(').next().is_some_and(|head| head.ends_with(&format!(" {name}")));
+            assert!(declarations.lines().all(declares), "{declarations}");
+            assert!(meaning.ends_with('.') && !meaning.starts_with(' '), "{name}: {meaning}");
+        }
+        let atan = named("atan").unwrap();
+        assert_eq!(atan.declarations.lines().count(), 2);
+        assert!(atan.about().contains("T atan(T y_over_x)\n```\nArc tangent"), "{}", atan.about());
+    }
 }

@@ -144,7 +144,9 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     }
     if !toml {
         let texts = shader(documents, document, &document.path);
-        return builtins::about(found).or_else(|| hover_declared(documents, document, &texts, found));
+        return builtins::named(found)
+            .map(|builtin| builtin.about())
+            .or_else(|| hover_declared(documents, document, &texts, found));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == found) {
         return Some(format!("`{found}`: {}", builtin.about()));
@@ -423,9 +425,10 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
             found.push(item(&declared.name, symbols::completion_kind(declared.kind), &about));
         }
     }
-    for (name, _, _) in builtins::BUILTINS {
-        let kind = if name.starts_with("gl_") { CompletionItemKind::VARIABLE } else { CompletionItemKind::FUNCTION };
-        found.push(item(name, kind, &builtins::about(name).unwrap_or_default()));
+    for builtin in builtins::BUILTINS.iter() {
+        let variable = builtin.name.starts_with("gl_");
+        let kind = if variable { CompletionItemKind::VARIABLE } else { CompletionItemKind::FUNCTION };
+        found.push(item(builtin.name, kind, &builtin.about()));
     }
     for library::Item { file, name, declaration, about } in library::items() {
         if found.iter().any(|item| item.label == name) {

@@ -31,7 +31,7 @@ fn is_of_glsl(name: &str) -> bool {
         dimension.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase()))
     };
     let reserved = name.starts_with("gl_") || name.contains("__");
-    let known = builtins::about(name).is_some() || KEYWORDS.split_whitespace().any(|word| word == name);
+    let known = builtins::named(name).is_some() || KEYWORDS.split_whitespace().any(|word| word == name);
     reserved || known || opaque(name) || name.strip_prefix(['i', 'u']).is_some_and(opaque)
 }
 

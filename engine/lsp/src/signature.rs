@@ -35,10 +35,9 @@ pub(super) fn help(documents: &Documents, document: &Document, at: usize) -> Opt
         );
     }
     if found.is_empty() {
-        let of_glsl =
-            builtins::BUILTINS.iter().filter(|(known, declaration, _)| *known == name && declaration.contains('('));
-        found.extend(of_glsl.flat_map(|(_, declarations, about)| {
-            declarations.lines().map(|declaration| (declaration.to_owned(), (*about).to_owned()))
+        let of_glsl = builtins::named(name).filter(|builtin| builtin.declarations.contains('('));
+        found.extend(of_glsl.into_iter().flat_map(|builtin| {
+            builtin.declarations.lines().map(move |line| (line.to_owned(), builtin.meaning.to_owned()))
         }));
     }
     if found.is_empty() {

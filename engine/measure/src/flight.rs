@@ -14,7 +14,7 @@ use raxel_stream::{PoolStats, Stats, ThreadTime};
 use serde::Serialize;
 
 pub use edits::{EditLatency, Edits, Rate};
-pub use part::Part;
+pub use part::FlightPart;
 pub use passes::Passes;
 
 use part::Path;
@@ -73,7 +73,7 @@ pub struct Frame {
     /// Seconds since the flight began.
     pub time: f64,
     /// The part of the path that the camera is on.
-    pub part: Part,
+    pub part: FlightPart,
     /// Seconds since that part began.
     pub since: f64,
     /// Milliseconds from the start of the frame to the end of its picture on the device.
@@ -216,8 +216,8 @@ impl Flown {
     }
 
     /// The parts of the path in the order in which they were flown, with the frames of each.
-    pub fn parts(&self) -> Vec<(Part, Vec<&Frame>)> {
-        let mut parts: Vec<(Part, Vec<&Frame>)> = Vec::new();
+    pub fn parts(&self) -> Vec<(FlightPart, Vec<&Frame>)> {
+        let mut parts: Vec<(FlightPart, Vec<&Frame>)> = Vec::new();
         for frame in &self.frames {
             match parts.last_mut().filter(|(part, _)| *part == frame.part) {
                 Some((_, frames)) => frames.push(frame),
@@ -238,7 +238,7 @@ impl Flown {
 fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     let jump = |n: u32| {
         let after = |is: fn(&Frame) -> bool| {
-            let there = |frame: &&Frame| frame.part == Part::Jump(n) && frame.looked && is(frame);
+            let there = |frame: &&Frame| frame.part == FlightPart::Jump(n) && frame.looked && is(frame);
             frames.iter().find(there).map(|frame| frame.since * 1e3 + frame.milliseconds)
         };
         Arrival {

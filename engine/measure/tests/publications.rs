@@ -230,7 +230,7 @@ fn trace(publications: u64, rays: u64) {
     let (mut errors, mut judged, mut dropped) = (Errors::default(), 0, 0);
     for (staged, levels) in [(false, false), (true, false), (false, true), (true, true)] {
         let memory = Memory::new(&device, WORDS, staged);
-        let on_device = DeviceWorld::of_buffer(memory.buffer.clone());
+        let on_device = DeviceWorld::of_buffer(&memory.buffer);
         let source = Arc::new(EditedChunks::new(endless(), materials()));
         let mut shape = if levels { reach(64, 256) } else { reach(192, 192) };
         let streamer = streamer(source.clone(), &memory, shape.clone(), levels);
@@ -406,7 +406,7 @@ impl OwnBuffers {
                 "ranges" => &ranges,
                 _ => &sums,
             };
-            vec![Resource::Buffer(buffer.clone(), 0, buffer.size())]
+            vec![Resource::whole(buffer)]
         };
         let resources: Vec<Vec<Resource>> = names.iter().map(of).collect();
         let descriptors = Descriptors::new(device, "sums", pipeline, &resources).unwrap();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{I64Vec3, IVec3};
-use raxel_layouts::instances::{Frame, Instances, Rotation};
+use raxel_layouts::instances::{Frame, Instances, ModelPlace, Rotation};
 use raxel_ray::{FACE_INSIDE, Lattice, ONE, Ray};
 use raxel_world::World;
 
@@ -208,7 +208,7 @@ fn turned(body: &Body, lattice: &Lattice, own: Option<(usize, [i32; 3], [f32; 3]
     let (cell, fraction) = if let Some((_, cell, frac)) = own {
         (cell.map(i64::from), frac)
     } else {
-        let (cell, fraction) = body.frame.into_model(lattice.cell, lattice.frac)?;
+        let ModelPlace { cell, fraction } = body.frame.into_model(lattice.cell, lattice.frac)?;
         (cell, fraction.map(|f| f as f32 / ONE as f32))
     };
     // Exact: a component has 24 significant bits at most.

@@ -40,6 +40,15 @@ pub struct PeriodHit {
     pub time: u64,
 }
 
+/// A coordinate of a hit on its face, 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceCoordinate {
+    /// Its exact value.
+    pub value: f64,
+    /// By how much a tracer in `f32` may be off: what 1 / period loses on the way there.
+    pub tolerance: f64,
+}
+
 impl PeriodRay {
     /// The period ray next to a ray, by the rule of `rx_period_ray`; `None` if the ray has no direction. `t_max` is not kept.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is clamped")]
@@ -153,14 +162,14 @@ impl PeriodRay {
         self.crossed_at(self.planes(hit), hit.time.cast_signed()).count() > 1
     }
 
-    /// Where it hits the face, along its two axes, and by how much a tracer in `f32` may be off: what 1 / period loses on the way there.
-    pub fn place(&self, hit: &PeriodHit) -> [(f64, f64); 2] {
+    /// Where it hits the face, along its two axes.
+    pub fn place(&self, hit: &PeriodHit) -> [FaceCoordinate; 2] {
         let planes = self.planes(hit);
         let along = |axis: usize| {
             let crossed = (hit.time as f64 - f64::from(self.first[axis])) / f64::from(self.period[axis]);
             let within = (crossed + 1.0 - planes[axis] as f64).clamp(0.0, 1.0);
-            let error = (crossed.abs() + 1.0) * 4.0 * 2f64.powi(-23);
-            (if self.sign(axis) < 0 { 1.0 - within } else { within }, error)
+            let value = if self.sign(axis) < 0 { 1.0 - within } else { within };
+            FaceCoordinate { value, tolerance: (crossed.abs() + 1.0) * 4.0 * 2f64.powi(-23) }
         };
         [[1, 2], [0, 2], [0, 1], [0, 1]][(hit.face / 2) as usize].map(along)
     }
@@ -192,7 +201,7 @@ impl PeriodRay {
         };
         let wrong = self.judge_face(exact, found.map(|hit| (hit.voxel, hit.face)));
         let (None, Some(exact), Some(found)) = (wrong, exact, found) else { return wrong };
-        let off = |(found, (place, error)): (&f32, (f64, f64))| (f64::from(*found) - place).abs() > error;
+        let off = |(found, exact): (&f32, FaceCoordinate)| (f64::from(*found) - exact.value).abs() > exact.tolerance;
         if found.material != u32::from(exact.material) {
             Some(Wrong::Material)
         } else if (f64::from(found.t) * f64::from(UNIT) - exact.time as f64).abs() > 0.0 {

@@ -2,7 +2,7 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 use raxel_execute::Picture;
-use raxel_runtime::timeline::{CaptionText, Place};
+use raxel_runtime::timeline::{CaptionEdge, CaptionText};
 
 /// Draws a line into a picture. A line that is too long becomes smaller.
 #[expect(
@@ -17,7 +17,7 @@ pub(super) fn draw(picture: &mut Picture, line: &CaptionText) {
     let long = length(&font, wanted, &line.text);
     let size = wanted * (width * 0.94 / long.max(1.0)).min(1.0);
     let band = (wanted * 1.6).ceil();
-    let top = if line.place == Place::Top { 0.0 } else { (height - band).max(0.0) };
+    let top = if line.place == CaptionEdge::Top { 0.0 } else { (height - band).max(0.0) };
     darken(picture, top as u32, (top + band) as u32);
 
     let scale = PxScale::from(size);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     fn line(text: &str, top: bool) -> CaptionText {
-        CaptionText { text: text.to_owned(), place: if top { Place::Top } else { Place::Bottom } }
+        CaptionText { text: text.to_owned(), place: if top { CaptionEdge::Top } else { CaptionEdge::Bottom } }
     }
 
     #[test]

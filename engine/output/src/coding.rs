@@ -8,7 +8,7 @@ use crate::error::{OutputError, Result};
 
 /// The form of one picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Kind {
+pub enum PictureFormat {
     /// 8 bits a channel, as the display map shows it.
     Png,
     /// As PNG, with losses: see --quality.
@@ -21,25 +21,30 @@ pub enum Kind {
     Raw,
 }
 
-impl Kind {
+impl PictureFormat {
     /// Extensions with their kinds.
-    pub const EXTENSIONS: [(&str, Kind); 5] =
-        [("png", Kind::Png), ("jpg", Kind::Jpg), ("jpeg", Kind::Jpg), ("exr", Kind::Exr), ("hdr", Kind::Hdr)];
+    pub const EXTENSIONS: [(&str, PictureFormat); 5] = [
+        ("png", PictureFormat::Png),
+        ("jpg", PictureFormat::Jpg),
+        ("jpeg", PictureFormat::Jpg),
+        ("exr", PictureFormat::Exr),
+        ("hdr", PictureFormat::Hdr),
+    ];
 
     /// The extension of files of this form.
     pub fn extension(self) -> &'static str {
         match self {
-            Kind::Png => "png",
-            Kind::Jpg => "jpg",
-            Kind::Exr => "exr",
-            Kind::Hdr => "hdr",
-            Kind::Raw => "rgba",
+            PictureFormat::Png => "png",
+            PictureFormat::Jpg => "jpg",
+            PictureFormat::Exr => "exr",
+            PictureFormat::Hdr => "hdr",
+            PictureFormat::Raw => "rgba",
         }
     }
 
     /// Whether this form takes texels of targets instead of the displayed picture.
     pub fn wants_texels(self) -> bool {
-        matches!(self, Kind::Exr | Kind::Hdr)
+        matches!(self, PictureFormat::Exr | PictureFormat::Hdr)
     }
 }
 
@@ -47,7 +52,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coding {
     /// The form.
-    pub kind: Kind,
+    pub kind: PictureFormat,
     /// Effort of PNG compression.
     pub compression: Compression,
     /// Quality of JPEG, 1 to 100.
@@ -80,16 +85,16 @@ impl Coding {
             OutputError::new(format!("the {} could not be made: {error}", self.kind.extension().to_uppercase()))
         };
         match (self.kind, shot) {
-            (Kind::Png, Shot::Picture(picture)) => {
+            (PictureFormat::Png, Shot::Picture(picture)) => {
                 png::encode(&picture, self.compression).map_err(|error| failed(&error))
             }
-            (Kind::Jpg, Shot::Picture(picture)) => {
+            (PictureFormat::Jpg, Shot::Picture(picture)) => {
                 raxel_picture::jpeg(&rgb(&picture), [picture.width, picture.height], self.quality)
                     .map_err(|error| failed(&error))
             }
-            (Kind::Raw, Shot::Picture(picture)) => Ok(picture.rgba),
-            (Kind::Exr, Shot::Texels(layers)) => exr::encode(&layers).map_err(|error| failed(&error)),
-            (Kind::Hdr, Shot::Texels(layers)) => {
+            (PictureFormat::Raw, Shot::Picture(picture)) => Ok(picture.rgba),
+            (PictureFormat::Exr, Shot::Texels(layers)) => exr::encode(&layers).map_err(|error| failed(&error)),
+            (PictureFormat::Hdr, Shot::Texels(layers)) => {
                 let Some((_, texels)) = layers.first() else { return Err(failed(&"there is no target")) };
                 raxel_picture::hdr(&radiance(texels), [texels.width, texels.height]).map_err(|error| failed(&error))
             }
@@ -126,7 +131,7 @@ mod tests {
         Picture { width: 64, height: 48, rgba }
     }
 
-    fn coding(kind: Kind) -> Coding {
+    fn coding(kind: PictureFormat) -> Coding {
         Coding { kind, compression: Compression::Fast, quality: 90 }
     }
 
@@ -134,7 +139,7 @@ mod tests {
     fn every_compression_of_a_png_has_the_same_pixels() {
         let all = [Compression::Fast, Compression::Balanced, Compression::High];
         let decoded = all.map(|compression| {
-            let bytes = Coding { compression, ..coding(Kind::Png) }.encode(Shot::Picture(picture())).unwrap();
+            let bytes = Coding { compression, ..coding(PictureFormat::Png) }.encode(Shot::Picture(picture())).unwrap();
             let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
             let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
             reader.next_frame(&mut pixels).unwrap();
@@ -145,7 +150,8 @@ mod tests {
 
     #[test]
     fn a_jpeg_is_close_and_smaller_with_less_quality() {
-        let encode = |quality| Coding { quality, ..coding(Kind::Jpg) }.encode(Shot::Picture(picture())).unwrap();
+        let encode =
+            |quality| Coding { quality, ..coding(PictureFormat::Jpg) }.encode(Shot::Picture(picture())).unwrap();
         let (good, bad) = (encode(95), encode(20));
         assert!(bad.len() < good.len());
         let decoded = image::load_from_memory_with_format(&good, image::ImageFormat::Jpeg).unwrap().into_rgb8();
@@ -158,7 +164,7 @@ mod tests {
         let values = [0.25_f32, 1000.0, -1.0, f32::NAN];
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         let texels = Texels { format: Format::R32f, width: 2, height: 2, bytes };
-        let bytes = coding(Kind::Hdr).encode(Shot::Texels(vec![("depth".to_owned(), texels)])).unwrap();
+        let bytes = coding(PictureFormat::Hdr).encode(Shot::Texels(vec![("depth".to_owned(), texels)])).unwrap();
         let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Hdr).unwrap().into_rgb32f();
         let found: Vec<f32> = decoded.pixels().map(|pixel| pixel.0[1]).collect();
         assert!((found[0] - 0.25).abs() < 0.01 && (found[1] - 1000.0).abs() < 8.0, "{found:?}");

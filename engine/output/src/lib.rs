@@ -2,13 +2,13 @@
 //! file appears under its name only when it is complete.
 //!
 //! ```no_run
-//! use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Shoot};
+//! use raxel_output::{Coding, Compression, Layers, Mode, Output, Destination, Shoot};
 //! use raxel_runtime::{Options, Session};
 //!
 //! let demo = Some("worlds/valley.demo.toml".into());
 //! let mut session = Session::open(Options { demo, size: [640, 360], step: Some(1.0 / 30.0), ..Options::default() })?;
 //! let output = Output::parse("valley.mp4", None)?;
-//! let place = Place::prepare(&output, [640, 360], 30.0, 0)?;
+//! let place = Destination::prepare(&output, [640, 360], 30.0, 0)?;
 //! let shoot = Shoot {
 //!     run: 0..90,
 //!     wanted: 0..90,
@@ -53,7 +53,7 @@ use std::path::{Path, PathBuf};
 use raxel_execute::Picture;
 
 use self::coding::rgb;
-pub use self::coding::{Coding, Kind, Shot};
+pub use self::coding::{Coding, PictureFormat, Shot};
 pub use self::csv::Table;
 pub use self::error::{OutputError, Result};
 pub use self::film::version as ffmpeg_version;
@@ -61,7 +61,7 @@ pub use self::folders::{Folders, Scratch};
 pub use self::frame_list::FrameList;
 pub use self::leftovers::{Listed, on_stop, watch_signals};
 pub use self::pending::Pending;
-pub use self::place::Place;
+pub use self::place::Destination;
 pub use self::png::Compression;
 pub use self::replace::replace;
 pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
@@ -71,13 +71,13 @@ pub use self::take::{free_take, write_take};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
     /// One picture, of the last frame.
-    Single(Kind, PathBuf),
+    Single(PictureFormat, PathBuf),
     /// One picture for each frame.
-    Frames(Kind, Pattern),
+    Frames(PictureFormat, Pattern),
     /// A film of all frames.
     Film(PathBuf),
     /// stdout (`-o -`): frame after frame.
-    Stream(Kind),
+    Stream(PictureFormat),
 }
 
 /// A file name with a place for the number of the frame, e.g. `frames/%04d.png`.
@@ -90,9 +90,9 @@ pub struct Pattern {
 
 impl Output {
     /// Reads the argument of `-o`. `kind` is the form of a picture if the name does not say it.
-    pub fn parse(argument: &str, kind: Option<Kind>) -> Result<Self> {
+    pub fn parse(argument: &str, kind: Option<PictureFormat>) -> Result<Self> {
         if argument == "-" {
-            return Ok(Output::Stream(kind.unwrap_or(Kind::Png)));
+            return Ok(Output::Stream(kind.unwrap_or(PictureFormat::Png)));
         }
         let folder = argument.trim_end_matches(['/', '\\']);
         let path = PathBuf::from(argument);
@@ -104,7 +104,7 @@ impl Output {
                     .help(format!("`.{extension}` says what to write")));
             }
             let before = if folder.is_empty() { "/".to_owned() } else { format!("{folder}/") };
-            let kind = kind.unwrap_or(Kind::Png);
+            let kind = kind.unwrap_or(PictureFormat::Png);
             return Ok(Output::Frames(kind, Pattern { before, digits: 4, after: format!(".{}", kind.extension()) }));
         }
         let pattern = Pattern::parse(argument)?;
@@ -116,9 +116,9 @@ impl Output {
                     .help("leave `--as` out; it is for `-o -`, folders and names without an extension"));
             }
             (Some((_, None)), None) => return Ok(Output::Film(path)),
-            (None, Some(kind)) if path.extension().is_none() || kind == Kind::Raw => kind,
+            (None, Some(kind)) if path.extension().is_none() || kind == PictureFormat::Raw => kind,
             (None, _) => {
-                let pictures = Kind::EXTENSIONS.map(|(extension, _)| extension).join(", .");
+                let pictures = PictureFormat::EXTENSIONS.map(|(extension, _)| extension).join(", .");
                 return Err(OutputError::new(format!("`{argument}` does not say what to write")).help(format!(
                     "a name that ends in .{pictures}, one with a number such as frames/%04d.png, a folder (frames/), `-` for stdout, or a \
                      film: .{}",
@@ -135,7 +135,7 @@ impl Output {
     /// Numbered PNG files for the frames of a film, in a folder beside it: `a.frames/` for `a.mp4`.
     pub fn frames_of(film: &Path) -> Self {
         let before = format!("{}/", film.with_extension("frames").display());
-        Output::Frames(Kind::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
+        Output::Frames(PictureFormat::Png, Pattern { before, digits: 5, after: ".png".to_owned() })
     }
 
     /// Removes the numbered files.
@@ -144,10 +144,10 @@ impl Output {
     }
 
     /// The form of a frame before it goes to the output. A film takes raw frames.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> PictureFormat {
         match self {
             Output::Single(kind, _) | Output::Frames(kind, _) | Output::Stream(kind) => *kind,
-            Output::Film(_) => Kind::Raw,
+            Output::Film(_) => PictureFormat::Raw,
         }
     }
 
@@ -162,9 +162,9 @@ impl Output {
 }
 
 /// The extension of a name, in lower case, if it says what to write, with the form of a picture; a film has none.
-fn written(path: &Path) -> Option<(String, Option<Kind>)> {
+fn written(path: &Path) -> Option<(String, Option<PictureFormat>)> {
     let extension = path.extension()?.to_string_lossy().to_lowercase();
-    let kind = Kind::EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|(_, kind)| *kind);
+    let kind = PictureFormat::EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|(_, kind)| *kind);
     (kind.is_some() || film::EXTENSIONS.contains(&extension.as_str())).then_some((extension, kind))
 }
 
@@ -239,21 +239,24 @@ mod tests {
     #[test]
     fn outputs_are_told_apart_by_name() {
         let parse = |argument: &str| Output::parse(argument, None);
-        assert_eq!(parse("a.PNG").unwrap(), Output::Single(Kind::Png, "a.PNG".into()));
-        assert_eq!(parse("b/d.exr").unwrap(), Output::Single(Kind::Exr, "b/d.exr".into()));
-        assert_eq!(parse("b/d.jpeg").unwrap(), Output::Single(Kind::Jpg, "b/d.jpeg".into()));
+        assert_eq!(parse("a.PNG").unwrap(), Output::Single(PictureFormat::Png, "a.PNG".into()));
+        assert_eq!(parse("b/d.exr").unwrap(), Output::Single(PictureFormat::Exr, "b/d.exr".into()));
+        assert_eq!(parse("b/d.jpeg").unwrap(), Output::Single(PictureFormat::Jpg, "b/d.jpeg".into()));
         assert_eq!(parse("film.mp4").unwrap(), Output::Film("film.mp4".into()));
-        assert_eq!(parse("-").unwrap(), Output::Stream(Kind::Png));
-        assert_eq!(Output::parse("-", Some(Kind::Raw)).unwrap(), Output::Stream(Kind::Raw));
-        let Output::Frames(Kind::Exr, pattern) = parse("out/f%03d.exr").unwrap() else { panic!() };
+        assert_eq!(parse("-").unwrap(), Output::Stream(PictureFormat::Png));
+        assert_eq!(Output::parse("-", Some(PictureFormat::Raw)).unwrap(), Output::Stream(PictureFormat::Raw));
+        let Output::Frames(PictureFormat::Exr, pattern) = parse("out/f%03d.exr").unwrap() else { panic!() };
         assert_eq!(pattern.file(7), Path::new("out/f007.exr"));
         assert_eq!(pattern.file(12345), Path::new("out/f12345.exr"));
-        let Output::Frames(Kind::Png, pattern) = parse("frames/").unwrap() else { panic!() };
+        let Output::Frames(PictureFormat::Png, pattern) = parse("frames/").unwrap() else { panic!() };
         assert_eq!(pattern.file(3), Path::new("frames/0003.png"));
         assert_eq!(pattern.describe(), "frames/%04d.png");
-        let Output::Frames(Kind::Jpg, pattern) = Output::parse("frames/", Some(Kind::Jpg)).unwrap() else { panic!() };
+        let Output::Frames(PictureFormat::Jpg, pattern) = Output::parse("frames/", Some(PictureFormat::Jpg)).unwrap()
+        else {
+            panic!()
+        };
         assert_eq!(pattern.file(3), Path::new("frames/0003.jpg"));
-        assert!(Output::parse("a.png", Some(Kind::Jpg)).unwrap_err().message.contains("by its `.png`"));
+        assert!(Output::parse("a.png", Some(PictureFormat::Jpg)).unwrap_err().message.contains("by its `.png`"));
         for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
             assert!(parse(wrong).unwrap_err().message.contains("is a folder"), "{wrong}");
         }

@@ -12,7 +12,7 @@ use raxel_runtime::timeline::CaptionText;
 
 use super::caption;
 use super::coding::{Coding, Shot};
-use super::place::Place;
+use super::place::Destination;
 use crate::error::{OutputError, Result};
 
 /// Encoders and a writer at work. Dropped unfinished, a film that is being made is given up; frames that are whole stay.
@@ -63,7 +63,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// When the system gives no more threads.
-    pub fn start(coding: Coding, place: Place, workers: usize) -> Result<Self> {
+    pub fn start(coding: Coding, place: Destination, workers: usize) -> Result<Self> {
         let workers = workers.max(1);
         let (jobs, queue) = channel::<Job>();
         let (done, results) = channel::<Done>();
@@ -162,7 +162,7 @@ fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: Coding,
 
 /// The writer: takes results as they come, and writes them in turn.
 #[expect(clippy::cast_possible_truncation, reason = "2⁶⁴ nanoseconds are 584 years")]
-fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place, shared: &Shared) -> Result {
+fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Destination, shared: &Shared) -> Result {
     let mut early = BTreeMap::new();
     let mut turn = 0;
     // Ends when the last worker does.
@@ -185,12 +185,12 @@ fn write_all(results: &Receiver<Done>, permits: &Receiver<()>, mut place: Place,
 mod tests {
     use raxel_execute::Picture;
 
-    use super::super::coding::Kind;
+    use super::super::coding::PictureFormat;
     use super::super::png::Compression;
     use super::super::{Output, Pattern};
     use super::*;
 
-    const CODING: Coding = Coding { kind: Kind::Png, compression: Compression::Fast, quality: 90 };
+    const CODING: Coding = Coding { kind: PictureFormat::Png, compression: Compression::Fast, quality: 90 };
 
     fn shot(value: u8) -> Shot {
         // Every other picture takes much longer than its neighbour.
@@ -209,7 +209,7 @@ mod tests {
     fn frames_are_those_of_one_worker_and_in_order() {
         let folder = tempfile::tempdir().unwrap();
         for (name, workers) in [("one", 1), ("many", 7)] {
-            let place = Place::frames(&pattern(&folder.path().join(name)), 0).unwrap();
+            let place = Destination::frames(&pattern(&folder.path().join(name)), 0).unwrap();
             let mut pipeline = Pipeline::start(CODING, place, workers).unwrap();
             for frame in 0..40 {
                 pipeline.push(frame, shot(frame as u8), None).unwrap();
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_frame_that_cannot_be_written_is_said_and_those_before_it_stay() {
         let folder = tempfile::tempdir().unwrap();
-        let place = Place::frames(&pattern(folder.path()), 0).unwrap();
+        let place = Destination::frames(&pattern(folder.path()), 0).unwrap();
         std::fs::create_dir(folder.path().join("005.png")).unwrap();
         let mut pipeline = Pipeline::start(CODING, place, 3).unwrap();
         let pushed: Result = (0..1000).try_for_each(|frame| pipeline.push(frame, shot(frame as u8), None));

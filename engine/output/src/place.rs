@@ -11,7 +11,7 @@ use super::{Output, Pattern};
 use crate::error::{OutputError, Result};
 
 /// A place that takes encoded frames, in order.
-pub enum Place {
+pub enum Destination {
     /// One file. `None` after it is written.
     Single(Option<Pending>),
     /// A file for each frame.
@@ -29,7 +29,7 @@ pub enum Place {
     Stream,
 }
 
-impl Place {
+impl Destination {
     /// Checks whether an output can be written, for frames from `first` on. `size` is the extent of a film in pixels, `rate` its frames a
     /// second.
     pub fn prepare(output: &Output, size: [u32; 2], rate: f64, first: u64) -> Result<Self> {

@@ -13,7 +13,7 @@ use raxel_runtime::{ReadError, Session};
 
 use super::coding::{Coding, Shot};
 use super::pipeline::{Busy, Pipeline};
-use super::place::Place;
+use super::place::Destination;
 use super::supersample::{Sum, offset};
 use crate::error::OutputError;
 
@@ -123,7 +123,7 @@ impl Shoot {
     pub fn run<E: From<OutputError> + From<ReadError>>(
         &self,
         session: &mut Session,
-        place: Place,
+        place: Destination,
         mut each: impl FnMut(&mut Session, u64) -> Result<(), E>,
         mut frame_of: impl FnMut(&mut Session) -> Result<(), E>,
     ) -> Result<Stages, E> {

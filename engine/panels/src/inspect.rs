@@ -118,7 +118,7 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
         ui.end_row();
         // Who looks for a NaN need not try the channels one by one.
         for (index, (name, counts)) in inspected.channels.iter().zip(&inspected.not_finite).enumerate() {
-            for (sought, count) in [Sought::Nan, Sought::Infinite].into_iter().zip(*counts) {
+            for (sought, count) in [(Sought::Nan, counts.nan), (Sought::Infinite, counts.infinite)] {
                 if count == 0 && index != chosen {
                     continue;
                 }

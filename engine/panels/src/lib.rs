@@ -32,6 +32,6 @@ pub use action::{Action, WriteTo};
 pub use docks::Panels;
 pub use layout::{Layout, Panel, Side};
 pub use samples::Samples;
-pub use statistics::{BINS, Statistics, not_finite};
+pub use statistics::{BINS, NotFinite, Statistics, not_finite};
 pub use turns::turns;
 pub use view::View;

@@ -5,7 +5,7 @@ use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slide
 use crate::action::{Action, WriteTo};
 use crate::bar::RED;
 use crate::presets;
-use crate::view::{Kind, Param, View};
+use crate::view::{ComponentKind, Param, View};
 
 /// Integers of so few values are chosen from a list.
 const LISTED: f64 = 8.0;
@@ -146,13 +146,15 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
     let hint = || hint_of(param);
     if let [component] = value {
         return match param.kind {
-            Kind::Bool => {
+            ComponentKind::Bool => {
                 let mut on = *component != 0.0;
                 let response = ui.checkbox(&mut on, &param.label).on_hover_text(hint());
                 *component = f64::from(u8::from(on));
                 response.changed()
             }
-            Kind::Int | Kind::Uint if !param.choices.is_empty() || is_short(param) => choice(ui, param, component),
+            ComponentKind::Int | ComponentKind::Uint if !param.choices.is_empty() || is_short(param) => {
+                choice(ui, param, component)
+            }
             _ => scalar(ui, param, component, hint),
         };
     }
@@ -201,24 +203,24 @@ fn slider<'v>(param: &Param, [low, high]: [f64; 2], component: &'v mut f64) -> S
     let slider = Slider::new(component, low..=high).clamping(SliderClamping::Edits).suffix(suffix(param));
     let slider = match (param.step, param.kind) {
         (Some(step), _) => slider.step_by(step),
-        (None, Kind::Int | Kind::Uint) => slider.step_by(1.0),
+        (None, ComponentKind::Int | ComponentKind::Uint) => slider.step_by(1.0),
         (None, _) => slider.smart_aim(true),
     };
-    if param.kind == Kind::Float { slider } else { slider.integer() }
+    if param.kind == ComponentKind::Float { slider } else { slider.integer() }
 }
 
 fn drag<'v>(param: &Param, component: &'v mut f64) -> DragValue<'v> {
     let step = param.step.unwrap_or(match (param.kind, param.range) {
-        (Kind::Float, Some([low, high])) => (high - low) / 400.0,
-        (Kind::Float, None) => (component.abs() * 0.01).max(0.001),
+        (ComponentKind::Float, Some([low, high])) => (high - low) / 400.0,
+        (ComponentKind::Float, None) => (component.abs() * 0.01).max(0.001),
         _ => 0.1,
     });
     let drag = DragValue::new(component).speed(step).clamp_existing_to_range(false).suffix(suffix(param));
-    let drag = if param.kind == Kind::Float { drag.max_decimals(5) } else { drag.max_decimals(0) };
+    let drag = if param.kind == ComponentKind::Float { drag.max_decimals(5) } else { drag.max_decimals(0) };
     match (param.range, param.kind) {
         (Some([low, high]), _) => drag.range(low..=high),
-        (None, Kind::Uint) => drag.range(0.0..=f64::from(u32::MAX)),
-        (None, Kind::Int) => drag.range(f64::from(i32::MIN)..=f64::from(i32::MAX)),
+        (None, ComponentKind::Uint) => drag.range(0.0..=f64::from(u32::MAX)),
+        (None, ComponentKind::Int) => drag.range(f64::from(i32::MIN)..=f64::from(i32::MAX)),
         (None, _) => drag.range(f64::from(f32::MIN)..=f64::from(f32::MAX)),
     }
 }

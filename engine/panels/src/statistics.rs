@@ -60,13 +60,22 @@ impl Statistics {
     }
 }
 
-/// Of each of the first `channels` channels, how many values are NaN and how many are infinite.
-pub fn not_finite(texels: &[[f32; 4]], channels: usize) -> Vec<[u64; 2]> {
-    let mut found = vec![[0; 2]; channels];
+/// Values of a channel that are no finite numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NotFinite {
+    /// How many are NaN.
+    pub nan: u64,
+    /// How many are infinite.
+    pub infinite: u64,
+}
+
+/// Counts the values of each of the first `channels` channels that are not finite.
+pub fn not_finite(texels: &[[f32; 4]], channels: usize) -> Vec<NotFinite> {
+    let mut found = vec![NotFinite::default(); channels];
     for texel in texels {
-        for ([nan, infinite], value) in found.iter_mut().zip(texel) {
-            *nan += u64::from(value.is_nan());
-            *infinite += u64::from(value.is_infinite());
+        for (count, value) in found.iter_mut().zip(texel) {
+            count.nan += u64::from(value.is_nan());
+            count.infinite += u64::from(value.is_infinite());
         }
     }
     found

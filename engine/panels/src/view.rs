@@ -8,7 +8,7 @@ mod magnified;
 use std::sync::Arc;
 
 use crate::samples::Samples;
-use crate::statistics::Statistics;
+use crate::statistics::{NotFinite, Statistics};
 
 pub use comparing::{Compare, CompareMode, Figures};
 pub use demo::{Lane, Timeline, Track};
@@ -359,7 +359,7 @@ pub struct Thumbnail {
 /// What components are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the type of its name")]
-pub enum Kind {
+pub enum ComponentKind {
     Bool,
     Int,
     Uint,
@@ -375,7 +375,7 @@ pub struct Param {
     /// Text beside the widget.
     pub label: String,
     /// What its components are.
-    pub kind: Kind,
+    pub kind: ComponentKind,
     /// Components of its value.
     pub value: Vec<f64>,
     /// Components of the value in the file.
@@ -490,7 +490,7 @@ pub struct Inspected {
     /// Of the chosen channel.
     pub statistics: Option<Statistics>,
     /// Of each channel, how many values are NaN and how many are infinite.
-    pub not_finite: Vec<[u64; 2]>,
+    pub not_finite: Vec<NotFinite>,
     /// Texels across and down; `[0, 0]` of a buffer.
     pub extent: [u32; 2],
     /// The texel under the cursor.

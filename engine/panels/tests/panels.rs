@@ -4,8 +4,8 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Compiling, Effect, Figures, FileKind, FirstPicture, Kind, Lane, Loading, Map, Param,
-    PassState, Preset, Problem, Shape, Shown, Sought, Thumbnail, Timeline, Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading, Map,
+    Param, PassState, Preset, Problem, Shape, Shown, Sought, Thumbnail, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 
@@ -156,8 +156,12 @@ fn params_stand_in_groups_with_units_and_named_choices() {
     window.params[0].group = Some("Camera".to_owned());
     window.params[0].unit = Some("EV".to_owned());
     let names = ["Reinhard", "AgX"].map(str::to_owned).to_vec();
-    let tone =
-        Param { kind: Kind::Uint, choices: names, range: Some([0.0, 1.0]), ..param("tone", vec![1.0], vec![1.0]) };
+    let tone = Param {
+        kind: ComponentKind::Uint,
+        choices: names,
+        range: Some([0.0, 1.0]),
+        ..param("tone", vec![1.0], vec![1.0])
+    };
     let camera = Some("Camera".to_owned());
     window.params.push(Param { group: camera, tooltip: Some("The curve of the film.".to_owned()), ..tone });
     window.params.push(Param { color: true, ..param("ground", vec![0.5; 3], vec![0.5; 3]) });

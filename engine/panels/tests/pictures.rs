@@ -28,8 +28,8 @@ use raxel_gpu::{
 };
 use raxel_overlay::{meshes, patch, texture};
 use raxel_panels::view::{
-    Compare, CompareMode, Figures, Kind, Lane, Magnified, Param, PassState, Preset, Problem, Resource, Shown, Timeline,
-    Track, Use, WorldExtent, WorldStatistics, WrittenTexel,
+    Compare, CompareMode, ComponentKind, Figures, Lane, Magnified, Param, PassState, Preset, Problem, Resource, Shown,
+    Timeline, Track, Use, WorldExtent, WorldStatistics, WrittenTexel,
 };
 use raxel_panels::{Panel, Samples, Statistics};
 use raxel_runtime::present::new_overlay;
@@ -96,8 +96,7 @@ impl Painter {
         let extent = [size[0], size[1], 1];
         let info = ImageInfo { format: FORMAT, volume: false, extent, mips: 1, layers: 1, usage };
         let image = Arc::new(Image::new(&self.device, "panels", &info, Backing::Own).expect("it fits"));
-        let view = ViewInfo { ty: vk::ImageViewType::TYPE_2D, mips: (0, 1), layers: (0, 1) };
-        let view = ImageView::new(&self.device, &image, &view).expect("a view");
+        let view = ImageView::new(&self.device, &image, &ViewInfo::FLAT).expect("a view");
         self.device.wait(self.commands.submitted(), PATIENCE).expect("it ends");
         let mut recording = self.commands.begin().expect("it has ended");
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
@@ -155,17 +154,17 @@ fn full(panel: Panel) -> Window {
         grouped(Param { unit: Some("EV".to_owned()), ..param("exposure", vec![2.5], vec![1.0]) }, "Camera"),
         grouped(
             Param {
-                kind: Kind::Uint,
+                kind: ComponentKind::Uint,
                 choices: ["Reinhard", "AgX", "ACES"].map(str::to_owned).to_vec(),
                 range: Some([0.0, 2.0]),
                 ..param("tone curve", vec![1.0], vec![1.0])
             },
             "Camera",
         ),
-        grouped(Param { kind: Kind::Bool, range: None, ..param("fog", vec![1.0], vec![0.0]) }, "Air"),
+        grouped(Param { kind: ComponentKind::Bool, range: None, ..param("fog", vec![1.0], vec![0.0]) }, "Air"),
         grouped(Param { color: true, ..param("colour of the ground", vec![0.5, 0.25, 0.1], vec![0.5; 3]) }, "Air"),
         grouped(Param { driven: true, ..param("height of the sun", vec![0.8], vec![0.8]) }, "Air"),
-        Param { kind: Kind::Int, range: None, ..param("offset", vec![-3.0, 12.0, 40.0], vec![0.0; 3]) },
+        Param { kind: ComponentKind::Int, range: None, ..param("offset", vec![-3.0, 12.0, 40.0], vec![0.0; 3]) },
     ];
     let preset = |name: &str, differing: &[&str]| Preset {
         name: name.to_owned(),

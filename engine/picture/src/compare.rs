@@ -24,8 +24,13 @@ pub struct Comparison {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
     /// They are not of one extent.
-    #[error("one is {}×{} pixels, the other {}×{}", .0[0], .0[1], .1[0], .1[1])]
-    Extent([u32; 2], [u32; 2]),
+    #[error("one is {}×{} pixels, the other {}×{}", reference[0], reference[1], other[0], other[1])]
+    Extent {
+        /// Of the reference, in pixels.
+        reference: [u32; 2],
+        /// Of the other picture, in pixels.
+        other: [u32; 2],
+    },
     /// They hold nothing.
     #[error("they have no pixels")]
     Empty,
@@ -35,7 +40,7 @@ pub enum CompareError {
 pub fn compare(reference: &Picture, other: &Picture) -> Result<Comparison, CompareError> {
     let extent = [reference.width, reference.height];
     if extent != [other.width, other.height] {
-        return Err(CompareError::Extent(extent, [other.width, other.height]));
+        return Err(CompareError::Extent { reference: extent, other: [other.width, other.height] });
     }
     if reference.pixels.is_empty() {
         return Err(CompareError::Empty);

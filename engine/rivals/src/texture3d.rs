@@ -6,8 +6,8 @@ use raxel_world::World;
 use rayon::prelude::*;
 
 use raxel_layouts::{
-    Access, Edits, Encoded, EncodedImage, Encoding, Extent, Layout, LayoutError, Limits, MATERIAL_WORDS, buffer,
-    check_size, layout_header,
+    Access, Edits, Encoded, EncodedImage, Encoding, EncodingLimits, Extent, Layout, LayoutError, MATERIAL_WORDS,
+    buffer, check_size, layout_header,
 };
 
 /// A dense 3-D image with mips.
@@ -35,7 +35,7 @@ layout_header! {
 }
 
 /// The buffer: header and materials. The bytes of the image count as geometry.
-fn encode(world: &World, limits: Limits, access: Access) -> Result<Encoded, LayoutError> {
+fn encode(world: &World, limits: EncodingLimits, access: Access) -> Result<Encoded, LayoutError> {
     let Shape { mut extent, size, mip_count, image_bytes } = shape(world, limits)?;
     if access == Access::Write {
         extent.bounds_min = extent.origin;
@@ -55,7 +55,7 @@ fn encode(world: &World, limits: Limits, access: Access) -> Result<Encoded, Layo
 }
 
 /// The image.
-fn encode_image(world: &World, limits: Limits) -> Result<EncodedImage, LayoutError> {
+fn encode_image(world: &World, limits: EncodingLimits) -> Result<EncodedImage, LayoutError> {
     let Shape { extent, size, mip_count, .. } = shape(world, limits)?;
     Ok(EncodedImage { size, mips: mips(voxels(world, extent.origin, size), size, mip_count) })
 }
@@ -70,7 +70,7 @@ struct Shape {
 }
 
 /// The image's size, if a device with these limits can hold it.
-fn shape(world: &World, limits: Limits) -> Result<Shape, LayoutError> {
+fn shape(world: &World, limits: EncodingLimits) -> Result<Shape, LayoutError> {
     let layout = LAYOUT;
     let extent = extent(world)?;
     let size = image_size(&extent);

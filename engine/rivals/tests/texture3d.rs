@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use glam::IVec3;
 use proptest::prelude::*;
-use raxel_layouts::{EncodedImage, Layout, LayoutError, Limits};
+use raxel_layouts::{EncodedImage, EncodingLimits, Layout, LayoutError};
 use raxel_rivals::Texture3dHeader;
 use raxel_world::{Material, World};
 
@@ -93,13 +93,13 @@ fn worlds_at_the_ends_of_the_coordinates_begin_where_the_cube_does() {
 #[test]
 fn what_a_device_cannot_hold_is_said_with_both_numbers() {
     let long = world(&[(IVec3::ZERO, 1), (IVec3::new(2000, 0, 0), 1)]);
-    let limits = Limits { buffer_bytes: 1 << 20, image_side: 1024, image_bytes: 1 << 30 };
+    let limits = EncodingLimits { buffer_bytes: 1 << 20, image_side: 1024, image_bytes: 1 << 30 };
     let error = LAYOUT.encode(&long, limits).expect_err("2001 voxels are more than 1024");
     assert_eq!(error, LayoutError::TooWide { layout: "texture3d", span: 2048, limit: 1024 });
     assert_eq!(LAYOUT.encode_image(&long, limits).expect_err("so is the image"), error);
 
     let exact = encode(&long).1.bytes();
-    let limits = |image_bytes| Limits { image_side: 2048, image_bytes, ..limits };
+    let limits = |image_bytes| EncodingLimits { image_side: 2048, image_bytes, ..limits };
     assert_eq!(LAYOUT.encode_image(&long, limits(exact)).unwrap().unwrap().bytes(), exact);
     let error = LAYOUT.encode_image(&long, limits(exact - 1)).expect_err("one byte too many");
     assert_eq!(error, LayoutError::ImageTooLarge { layout: "texture3d", bytes: exact, limit: exact - 1 });
@@ -107,7 +107,7 @@ fn what_a_device_cannot_hold_is_said_with_both_numbers() {
 
     // As wide as a world can be: refused by a number, not by running out of memory.
     let wide = world(&[(IVec3::splat(-(1 << 29)), 1), (IVec3::splat((1 << 29) - 1), 1)]);
-    let limits = Limits { buffer_bytes: u64::MAX, image_side: u32::MAX, image_bytes: u64::MAX };
+    let limits = EncodingLimits { buffer_bytes: u64::MAX, image_side: u32::MAX, image_bytes: u64::MAX };
     assert!(matches!(LAYOUT.encode(&wide, limits), Err(LayoutError::ImageTooLarge { .. })));
 }
 

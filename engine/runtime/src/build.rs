@@ -6,7 +6,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_execute::{self as execute, ExecuteError, Executor};
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
-use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, SourceSize};
+use raxel_graph::plan::{DeviceLimits, Observe, Plan, PlanInput, Present, SourceSize};
 use raxel_layouts::Layout;
 use raxel_world::Bounds;
 
@@ -85,7 +85,7 @@ pub struct DeviceContext {
     /// Asks the device about memory.
     pub memory: Arc<execute::DeviceMemory>,
     /// Limits of the device.
-    pub limits: Limits,
+    pub limits: DeviceLimits,
     /// What is on the device of the sources.
     pub sources: Arc<OnDevice>,
 }

@@ -31,7 +31,7 @@ pub struct Loader {
 
 /// Something loaded from files, right or wrong.
 #[derive(Debug)]
-pub struct Part<T> {
+pub struct LoadOutcome<T> {
     /// The thing, or everything that is wrong with it.
     pub result: Result<Arc<T>, Vec<Diagnostic>>,
     /// Warnings, when it is right.
@@ -42,7 +42,7 @@ pub struct Part<T> {
     pub(crate) files: BTreeMap<String, Content>,
 }
 
-impl<T> Clone for Part<T> {
+impl<T> Clone for LoadOutcome<T> {
     fn clone(&self) -> Self {
         Self {
             result: self.result.clone(),
@@ -53,7 +53,7 @@ impl<T> Clone for Part<T> {
     }
 }
 
-impl<T> Part<T> {
+impl<T> LoadOutcome<T> {
     fn new(
         result: Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
         texts: SourceMap,
@@ -133,12 +133,12 @@ impl Loader {
     }
 
     /// Parses and checks a graph, and compiles its shaders. Graphs are loaded one at a time.
-    pub fn graph(&self, path: &str) -> Part<Graph> {
+    pub fn graph(&self, path: &str) -> LoadOutcome<Graph> {
         self.graph_over(path, self.layout)
     }
 
     /// As [`Self::graph`], with another layout for its world.
-    pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> Part<Graph> {
+    pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> LoadOutcome<Graph> {
         let _span = tracing::debug_span!("load graph", path).entered();
         let mut texts = SourceMap::default();
         let replace = |source: &str| {
@@ -147,27 +147,27 @@ impl Loader {
         let files = &*self.shader_files;
         let options = raxel_graphfile::Options { replace: &replace, unused: self.unused };
         let result = raxel_graphfile::compile_with(path, files, &self.compiler, &self.sources, options, &mut texts);
-        Part::new(result, texts, self.shader_files.take())
+        LoadOutcome::new(result, texts, self.shader_files.take())
     }
 
     /// Builds a world.
-    pub fn world(&self, path: &str) -> Part<SessionWorld> {
+    pub fn world(&self, path: &str) -> LoadOutcome<SessionWorld> {
         let _span = tracing::debug_span!("load world", path).entered();
         self.recorded(|files, texts| SessionWorld::load(path, files, texts, self.effort))
     }
 
     /// Reads a demo.
-    pub fn demo(&self, path: &str) -> Part<Demo> {
+    pub fn demo(&self, path: &str) -> LoadOutcome<Demo> {
         self.recorded(|files, texts| timeline::read(files, path, texts))
     }
 
     fn recorded<T>(
         &self,
         load: impl FnOnce(&dyn Files, &mut SourceMap) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
-    ) -> Part<T> {
+    ) -> LoadOutcome<T> {
         let recorder = RecordingFiles::new(self.files.clone());
         let mut texts = SourceMap::default();
         let result = load(&recorder, &mut texts);
-        Part::new(result, texts, recorder.take())
+        LoadOutcome::new(result, texts, recorder.take())
     }
 }

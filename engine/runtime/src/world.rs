@@ -12,7 +12,7 @@ use raxel_edit::{Base, ChunkCache, ChunkCacheStats, EditedChunks, Scene};
 use raxel_graph::checked::Fact;
 use raxel_graph::plan::WorldInput;
 use raxel_layouts::instances::Instances;
-use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits};
+use raxel_layouts::{Encoded, EncodedImage, EncodingLimits, Layout, LayoutError};
 use raxel_world::{Bounds, Chunk, ChunkPos, ChunkProvider as _, Material};
 use raxel_worldfile::Streamed;
 use raxel_worldfile::{Aim, CameraHint, Effort, Loaded};
@@ -277,7 +277,7 @@ impl SessionWorld {
 
     /// The world in a layout, for reading or for a copy that passes write: the words of its buffer, and the image of a layout that has
     /// one.
-    pub fn encode(&self, layout: Layout, copied: bool, limits: Limits) -> EncodeResult {
+    pub fn encode(&self, layout: Layout, copied: bool, limits: EncodingLimits) -> EncodeResult {
         let began = Instant::now();
         let (encoded, image) = encode(&self.loaded.world, layout, copied, limits)?;
         let cost = LayoutCost {
@@ -293,7 +293,7 @@ impl SessionWorld {
     }
 
     /// The words of the buffer of `world.lights`.
-    pub fn encode_lights(&self, limits: Limits) -> Result<Vec<u32>, LayoutError> {
+    pub fn encode_lights(&self, limits: EncodingLimits) -> Result<Vec<u32>, LayoutError> {
         raxel_layouts::lights::encode(&self.loaded.world, limits)
     }
 
@@ -318,7 +318,7 @@ impl SessionWorld {
         model: &str,
         layout: Layout,
         copied: bool,
-        limits: Limits,
+        limits: EncodingLimits,
     ) -> Option<EncodeResult> {
         let (_, voxels) = self.loaded.models.iter().find(|(name, _)| name == model)?;
         Some(encode(voxels, layout, copied, limits))
@@ -344,7 +344,7 @@ impl std::fmt::Debug for SessionWorld {
     }
 }
 
-fn encode(world: &raxel_world::World, layout: Layout, copied: bool, limits: Limits) -> EncodeResult {
+fn encode(world: &raxel_world::World, layout: Layout, copied: bool, limits: EncodingLimits) -> EncodeResult {
     let encoded = if copied { layout.encode_writable(world, limits) } else { layout.encode(world, limits) }?;
     Ok((encoded, layout.encode_image(world, limits)?))
 }

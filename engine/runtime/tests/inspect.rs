@@ -275,7 +275,7 @@ fn a_target_is_compared_with_what_it_was() {
     session.resize(extent[0], extent[1] - 8);
     assert_eq!(row(&mut session, 0, 0), before);
     let other = [extent[0], extent[1] - 8];
-    assert_eq!(session.mismatch(&reference), Some(Mismatch::Extent(other, extent)));
+    assert_eq!(session.mismatch(&reference), Some(Mismatch::Extent { shown: other, kept: extent }));
     session.set_comparison(None);
     assert_silent(&session);
 }

@@ -46,8 +46,7 @@ impl Target {
             | vk::ImageUsageFlags::TRANSFER_DST;
         let info = ImageInfo { format, volume: false, extent: [SIDE, SIDE, 1], mips: 1, layers: 1, usage };
         let image = Arc::new(Image::new(&device, "target", &info, Backing::Own).expect("it fits"));
-        let view = ViewInfo { ty: vk::ImageViewType::TYPE_2D, mips: (0, 1), layers: (0, 1) };
-        let view = Arc::new(ImageView::new(&device, &image, &view).expect("a view"));
+        let view = Arc::new(ImageView::new(&device, &image, &ViewInfo::FLAT).expect("a view"));
         let commands = CommandBuffer::new(&device, "draw").expect("a pool");
         Self { device, image, view, commands }
     }

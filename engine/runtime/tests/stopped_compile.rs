@@ -10,7 +10,7 @@ use std::time::Duration;
 use project::TestProject;
 use raxel_diagnostics::render;
 use raxel_runtime::reload::ReloadEvent;
-use raxel_shader::worker::{self, Limits};
+use raxel_shader::worker::{self, CompileLimits};
 
 /// What the front end takes for ever to write out: each struct holds the one before twice. The macro hides it from the look at the text.
 fn endless() -> String {
@@ -22,7 +22,7 @@ fn endless() -> String {
 
 fn main() -> ExitCode {
     // Seconds of processor time: a busy machine changes nothing.
-    let limits = Limits { seconds: 2, bytes: 512 << 20 };
+    let limits = CompileLimits { seconds: 2, bytes: 512 << 20 };
     worker::isolate_by(std::env::current_exe().expect("a program has a path"), limits);
     if let Some(code) = worker::isolate() {
         return code;

@@ -22,14 +22,14 @@ pub(crate) const STACK: usize = 256 << 20;
 
 /// What the texts seen so far declare.
 #[derive(Default)]
-pub(crate) struct Limits {
+pub(crate) struct TextLimits {
     /// Sizes of macros, in tokens when written out.
     macros: HashMap<String, u64>,
     /// Sizes of structs, in members when written out.
     structs: HashMap<String, u64>,
 }
 
-impl Limits {
+impl TextLimits {
     /// Looks at one more text in the order of inclusion. On failure: where, and what is too large.
     pub fn check(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
         for line in lines(text) {
@@ -101,7 +101,7 @@ impl<'t> Body<'t> {
     }
 }
 
-impl Limits {
+impl TextLimits {
     /// Counts the members of each struct. An array counts once: its elements share their type.
     fn members(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
         let mut open: Vec<Body<'_>> = Vec::new();
@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     fn refused(text: &str) -> Option<String> {
-        Limits::default().check(text).err().map(|(_, reason)| reason)
+        TextLimits::default().check(text).err().map(|(_, reason)| reason)
     }
 
     #[test]

@@ -6,7 +6,7 @@ use raxel_diagnostics::files::{self, join};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
 use crate::front_end::{Form, Include, Included};
-use crate::limits::Limits;
+use crate::limits::TextLimits;
 use crate::request::is_hlsl;
 use crate::{fatal, lexer, library};
 
@@ -50,7 +50,7 @@ pub(crate) struct Sources<'f> {
     /// (includer, requested) that were refused: the compiler asks a second time for a quoted include that failed.
     refused: Vec<(String, String)>,
     bytes: usize,
-    limits: Limits,
+    limits: TextLimits,
 }
 
 impl<'f> Sources<'f> {
@@ -64,7 +64,7 @@ impl<'f> Sources<'f> {
             stack: Vec::new(),
             refused: Vec::new(),
             bytes: 0,
-            limits: Limits::default(),
+            limits: TextLimits::default(),
         }
     }
 

@@ -4,14 +4,14 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
-use raxel_shader::worker::{self, Limits};
+use raxel_shader::worker::{self, CompileLimits};
 use raxel_shader::{Compiler, Request, ShaderProvider};
 
 /// `struct` by a macro, which the look at the text before compiling does not see through.
 const DOUBLING: &str = "#define DOUBLE(n, p) struct n { p a; p b; };\n";
 
 fn main() -> ExitCode {
-    let limits = Limits { seconds: 2, bytes: 512 << 20 };
+    let limits = CompileLimits { seconds: 2, bytes: 512 << 20 };
     worker::isolate_by(std::env::current_exe().expect("a program has a path"), limits);
     if let Some(code) = worker::isolate() {
         return code;

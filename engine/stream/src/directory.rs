@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use raxel_layouts::TileNode;
 use raxel_layouts::lights::LightGroup;
-use raxel_world::{Bits, cell_edge, child_cell};
+use raxel_world::{Bits, Bounds, cell_edge, child_cell};
 
 use crate::cube::Cube;
-use crate::pool::{Block, Pool};
+use crate::pool::{Pool, PoolBlock};
 use crate::reach::TileKey;
 
 /// A tile that is in the pool.
@@ -18,8 +18,8 @@ use crate::reach::TileKey;
 pub struct LiveTile {
     /// Its node; `None` when it is empty.
     pub node: Option<TileNode>,
-    /// Its smallest and largest cells that are solid, on each axis.
-    pub cells: [[u32; 3]; 2],
+    /// Box around its solid cells.
+    pub cells: Bounds,
     /// Above level 0: the nodes of its occupied children, in the order of its mask, unless it is filled.
     pub children: Arc<[TileNode]>,
     /// Its lamps, with the child that each group is in; a chunk has one group.
@@ -59,7 +59,7 @@ pub struct Directory {
 /// A block, and the version of the publication that it was written for.
 pub struct Written {
     /// Where it is.
-    pub block: Block,
+    pub block: PoolBlock,
     /// The first publication that may reach it.
     pub version: u64,
 }
@@ -392,10 +392,10 @@ impl Total {
     fn add(&mut self, tile: &LiveTile, level: u32, origin: [i64; 3]) {
         if tile.node.is_some() {
             // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
-            let [low, high] = tile.cells.map(|at| at.map(i64::from));
+            let Bounds { min, max } = tile.cells;
             let cell = cell_edge(level);
             let bounds =
-                [[0, 1, 2].map(|i| origin[i] + low[i] * cell), [0, 1, 2].map(|i| origin[i] + (high[i] + 1) * cell - 1)];
+                [[0, 1, 2].map(|i| origin[i] + min[i] * cell), [0, 1, 2].map(|i| origin[i] + max[i] * cell - 1)];
             *self = self.and(Self { bounds, live: 1, ..Self::default() });
         }
     }

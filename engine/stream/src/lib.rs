@@ -29,7 +29,7 @@ mod view;
 pub use cube::Cube;
 pub use directory::{Directory, LiveTile, Placed, Written};
 pub use on_device::{Eye, Refused, SeenChanges, ThreadTime, WorldStream, streaming_range};
-pub use pool::{Block, Pool, PoolMemory, PoolStats};
+pub use pool::{Pool, PoolBlock, PoolMemory, PoolStats};
 pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
 pub use reachable_set::ReachableSet;

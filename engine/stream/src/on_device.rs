@@ -1,5 +1,8 @@
 //! A streamed world on a device: its pool, and how frames take its publications.
 
+mod memory;
+mod messages;
+
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -8,27 +11,21 @@ use glam::{DVec3, IVec3};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_edit::{ChunkCache, EditedChunks};
 use raxel_execute::{Builder, ExecuteError, ExternalResource};
-use raxel_gpu::{Backing, Buffer, BufferInfo, Device, Location, SharedWords, TimelineValue, UploadRing, vk};
+use raxel_gpu::{Device, TimelineValue};
 use raxel_world::{ChunkPos, ChunkProvider};
 use raxel_worldfile::Streamed;
 
-use crate::{
-    Estimate, Missing, PoolMemory, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View,
-};
+use self::memory::{Uploads, pool_memory};
+use self::messages::{incomplete, stopped, too_small, too_small_on_host};
+use crate::{Estimate, Missing, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
 
 /// How long a complete world may take until it is there.
 const PATIENCE: Duration = Duration::from_secs(600);
-
-/// How long a copy to the device may take.
-const COPY: Duration = Duration::from_secs(60);
 
 /// Frames whose uploads a staging ring has room for, and its bytes.
 const RING_FRAMES: u64 = 4;
 const LEAST_RING: u64 = 1 << 20;
 const MOST_RING: u64 = 64 << 20;
-
-/// With the value `staged`, tiles go through staging memory on every device, also where the host could write them in place.
-const UPLOADS: &str = "RAXEL_UPLOADS";
 
 /// Chunks that an edit touches at most which the next frame waits for, and how long: what is dug by hand is seen in the very next picture.
 const SMALL_EDIT: usize = 8;
@@ -410,229 +407,4 @@ pub fn streaming_range(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRa
     let mut reach = StreamingRange::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
     tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));
     reach
-}
-
-/// A buffer for a pool, and how words come to it, by a ring of so many bytes where it is staged.
-fn pool_memory(
-    device: &Arc<Device>,
-    name: &str,
-    bytes: u64,
-    ring: u64,
-    uploads: &Arc<Uploads>,
-) -> Result<(Arc<Buffer>, Arc<dyn PoolMemory>), ExecuteError> {
-    let buffer = pool_buffer(device, name, bytes)?;
-    let memory: Arc<dyn PoolMemory> = if let Some(words) = SharedWords::new(buffer.clone()) {
-        Arc::new(InPlace { words, uploads: uploads.clone() })
-    } else {
-        let ring = UploadRing::new(device, &buffer, ring, COPY).map_err(ExecuteError::from)?;
-        Arc::new(Staged { ring, uploads: uploads.clone() })
-    };
-    Ok((buffer, memory))
-}
-
-/// Memory of the device that the host writes, where there is enough of it; memory that only the device sees, else.
-fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer>, ExecuteError> {
-    let usage =
-        vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-    let make = |location| Buffer::new(device, name, &BufferInfo { size, usage, location }, Backing::Own);
-    if std::env::var_os(UPLOADS).is_none_or(|how| how != "staged")
-        && let Ok(buffer) = make(Location::Shared)
-        && buffer.is_device_local()
-    {
-        return Ok(Arc::new(buffer));
-    }
-    Ok(Arc::new(make(Location::Device)?))
-}
-
-/// What became of the words for the device.
-#[derive(Default)]
-struct Uploads(Mutex<Arrived>);
-
-#[derive(Default)]
-enum Arrived {
-    /// All of them, so far.
-    #[default]
-    All,
-    /// Not all, which no frame knows yet.
-    Failed(raxel_gpu::Error),
-    /// Not all, which a frame has reported.
-    Reported,
-}
-
-impl Uploads {
-    /// Notes the first error.
-    fn note(&self, result: raxel_gpu::Result<()>) {
-        let mut arrived = self.arrived();
-        if let (Err(error), Arrived::All) = (result, &*arrived) {
-            *arrived = Arrived::Failed(error);
-        }
-    }
-
-    /// Reports the error, once; from then on the device counts as lost.
-    fn check(&self) -> Result<(), ExecuteError> {
-        let mut arrived = self.arrived();
-        if let Arrived::All = *arrived {
-            return Ok(());
-        }
-        match std::mem::replace(&mut *arrived, Arrived::Reported) {
-            Arrived::Failed(error) => Err(error.into()),
-            _ => Err(ExecuteError::DeviceLost { suspect: None, timed_out: false }),
-        }
-    }
-
-    fn arrived(&self) -> MutexGuard<'_, Arrived> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// The host writes the device's memory. Every submission that follows sees the words. No frame reaches words that are being stored: the
-/// streamer writes only blocks that no unfinished frame can reach.
-struct InPlace {
-    words: SharedWords,
-    uploads: Arc<Uploads>,
-}
-
-impl PoolMemory for InPlace {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.uploads.note(self.words.store(u64::from(at), words));
-    }
-}
-
-/// Words are copied by the device: frames that are submitted after a copy see them.
-struct Staged {
-    ring: UploadRing,
-    uploads: Arc<Uploads>,
-}
-
-impl PoolMemory for Staged {
-    fn write(&self, at: u32, words: &[u32]) {
-        self.uploads.note(self.ring.write(4 * u64::from(at), bytemuck::cast_slice(words)));
-    }
-
-    fn flush(&self) {
-        self.uploads.note(self.ring.flush());
-    }
-}
-
-fn mebibytes(bytes: u64) -> String {
-    // Tenths would make two small amounts that disagree look equal.
-    if bytes < 1 << 20 {
-        format!("{:.1} KiB", bytes as f64 / 1024.0)
-    } else {
-        format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
-    }
-}
-
-fn too_small(streamed: &Streamed, needed: u64, bytes: u64) -> Diagnostic {
-    let (needed_text, there) = (mebibytes(needed), mebibytes(bytes));
-    let diagnostic = Diagnostic::error(
-        codes::world::STREAM_BUDGET,
-        format!("the world around the camera takes about {needed_text}, and there are {there} for it"),
-    )
-    .label(streamed.place.clone(), "the tiles of `near` and `far` must fit in `gpu_memory`");
-    if bytes < streamed.settings.gpu_memory {
-        let wanted = mebibytes(streamed.settings.gpu_memory);
-        diagnostic.note(format!("the device has no room for a buffer of {wanted}")).help("lower `near` or `far`")
-    } else {
-        diagnostic.help("raise `gpu_memory`, or lower `near` or `far`")
-    }
-}
-
-fn too_small_on_host(streamed: &Streamed, needed: u64) -> Diagnostic {
-    let (needed, there) = (mebibytes(needed), mebibytes(streamed.settings.cpu_memory));
-    let message = format!("the chunks around the camera take about {needed} packed, and `cpu_memory` is {there}");
-    Diagnostic::error(codes::world::STREAM_HOST_BUDGET, message)
-        .label(streamed.place.clone(), "the tiles of `near` and `far` must fit in `cpu_memory`")
-        .help("raise `cpu_memory`, lower `near` or `far`, or keep nothing by `cpu_memory = 0`")
-}
-
-/// A thread that loads the world cannot start, or has ended.
-fn stopped(error: &StreamError) -> Diagnostic {
-    let diagnostic = Diagnostic::error(codes::world::STREAM_THREAD, format!("the world is no longer loaded: {error}"));
-    if let StreamError::NotStarted { .. } = error {
-        return diagnostic.help("set `threads` in `[stream]` lower, or allow the process more threads");
-    }
-    diagnostic
-        .note("the last picture stays; no edit and no move of the camera loads anything")
-        .help("this is a bug in raxel: please report it; save the world's file to load the world anew")
-}
-
-fn incomplete(error: &StreamError) -> Diagnostic {
-    if let StreamError::NotStarted { .. } | StreamError::Ended { .. } = error {
-        return stopped(error);
-    }
-    if let StreamError::Unavailable { .. } = error {
-        let message = format!("the streamed world is not complete: {error}");
-        return Diagnostic::error(codes::world::STORE_FAILING, message)
-            .help("bake the missing chunks, or wait until the store answers again");
-    }
-    let message = format!("the streamed world is not complete: {error}");
-    if let StreamError::TooManyLamps { .. } = error {
-        return Diagnostic::error(codes::world::STREAM_LAMPS, message)
-            .help("raise `lamp_memory`, or lower `near` or `far`; half of it is for tables");
-    }
-    Diagnostic::error(codes::world::STREAM_BUDGET, message).help("raise `gpu_memory`, or lower `near` or `far`")
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::IVec3;
-    use raxel_gpu::{DeviceOptions, Validation};
-    use raxel_world::{Material, World};
-    use raxel_worldfile::StreamSettings;
-
-    use super::*;
-
-    /// Memory of the host.
-    struct Host(Mutex<Vec<u32>>);
-
-    impl PoolMemory for Host {
-        fn write(&self, at: u32, words: &[u32]) {
-            self.0.lock().unwrap()[at as usize..][..words.len()].copy_from_slice(words);
-        }
-    }
-
-    /// Software devices let the host write everything, so that sessions there never stage.
-    #[test]
-    fn staged_words_arrive_as_written_ones_do() {
-        const WORDS: u32 = 1 << 16;
-        let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required }).unwrap();
-        let zeros = vec![0; 4 * WORDS as usize];
-        let buffer = Arc::new(raxel_gpu::upload(&device, "pool", &zeros, COPY).unwrap());
-        let host = Arc::new(Host(Mutex::new(vec![0; WORDS as usize])));
-        // So small that it is full again and again.
-        let uploads = Arc::new(Uploads::default());
-        let ring = UploadRing::new(&device, &buffer, 10_000, COPY).unwrap();
-        let staged = Arc::new(Staged { ring, uploads: uploads.clone() });
-
-        let voxels =
-            (0..4000).map(|i| (IVec3::new(i * 7 % 300 - 150, i * 13 % 90, i * 29 % 280 - 140), 1 + (i % 2) as u16));
-        let world = Arc::new(World::from_voxels(vec![Material::air(); 3], voxels));
-        let settings = StreamSettings { near: 200, far: 200, ..StreamSettings::default() };
-        let memories: [Arc<dyn PoolMemory>; 2] = [host.clone(), staged.clone()];
-        for memory in memories {
-            // One worker takes its places in the order of the tiles.
-            let options = StreamOptions { workers: 1, complete: true, upload: None, poison: false };
-            let reach = StreamingRange::of(&settings, [0, 90]);
-            let streamer = Streamer::new(world.clone(), memory, WORDS, reach, View::at(IVec3::ZERO), options);
-            streamer.wait(PATIENCE).unwrap();
-            assert!(streamer.stats().live > 10);
-        }
-        let bytes = raxel_gpu::download_buffer(&device, &buffer, 0, buffer.size(), COPY).unwrap();
-        assert!(bytes == bytemuck::cast_slice::<u32, u8>(&host.0.lock().unwrap()), "the words differ");
-        assert!(uploads.check().is_ok() && uploads.check().is_ok());
-
-        // Past the end of the buffer. What comes after it does not hide it.
-        staged.write(WORDS - 1, &[1, 2]);
-        staged.write(0, &[1]);
-        staged.flush();
-        let error = uploads.check().unwrap_err();
-        assert!(matches!(&error, ExecuteError::Gpu(raxel_gpu::Error::NotWritable { .. })), "{error}");
-        for _ in 0..2 {
-            let lost = uploads.check().unwrap_err();
-            assert!(matches!(lost, ExecuteError::DeviceLost { .. }), "{lost}");
-        }
-        let messages = device.log().take();
-        assert!(messages.is_empty(), "{messages:#?}");
-    }
 }

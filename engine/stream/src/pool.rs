@@ -87,7 +87,7 @@ struct Part {
 /// Words of the pool. It is given back to [`Pool::free`], or lost to the pool.
 #[derive(Debug)]
 #[must_use = "a block that is dropped is lost to the pool"]
-pub struct Block {
+pub struct PoolBlock {
     allocation: Held,
     units: u32,
     /// The first of them in the pool.
@@ -163,14 +163,14 @@ impl Pool {
 
     /// A block for a tile of so many words; `None` when there is no room for it. A part of the pool is left for directories, without
     /// which no tile would ever be given up.
-    pub fn allocate_tile(&self, words: u32) -> Option<Block> {
+    pub fn allocate_tile(&self, words: u32) -> Option<PoolBlock> {
         let mut account = self.account();
         let block = account.tiles.take(words.div_ceil(self.form.unit));
         account.count(block)
     }
 
     /// A block of at least so many words for a part of a directory, or a table; `None` when there is no room for it.
-    pub fn allocate(&self, words: u32) -> Option<Block> {
+    pub fn allocate(&self, words: u32) -> Option<PoolBlock> {
         let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
         let block = account.directories.take(units).or_else(|| account.tiles.take(units));
         account.count(block)
@@ -185,7 +185,7 @@ impl Pool {
 
     /// Takes a block back that no frame reads any more.
     #[allow(clippy::needless_pass_by_value, reason = "a block that was given back cannot be used again")]
-    pub fn free(&self, block: Block) {
+    pub fn free(&self, block: PoolBlock) {
         if self.poison {
             self.write(&block, &vec![POISON; (block.units * self.form.unit) as usize]);
         }
@@ -197,12 +197,12 @@ impl Pool {
     }
 
     /// The first word of a block, behind the header: a multiple of 4, and of 8 in a pool of lamps.
-    pub fn address(&self, block: &Block) -> u32 {
+    pub fn address(&self, block: &PoolBlock) -> u32 {
         self.form.first + block.first * self.form.unit
     }
 
     /// Writes the words of a block.
-    pub fn write(&self, block: &Block, words: &[u32]) {
+    pub fn write(&self, block: &PoolBlock, words: &[u32]) {
         debug_assert!(words.len() <= (block.units * self.form.unit) as usize);
         self.memory.write(self.form.header + self.address(block), words);
     }
@@ -245,7 +245,7 @@ impl Account {
     }
 
     /// Notes what became of an attempt.
-    fn count(&mut self, block: Option<Block>) -> Option<Block> {
+    fn count(&mut self, block: Option<PoolBlock>) -> Option<PoolBlock> {
         self.peak = self.peak.max(self.used());
         self.failed += u64::from(block.is_none());
         block
@@ -253,11 +253,11 @@ impl Account {
 }
 
 impl Part {
-    fn take(&mut self, units: u32) -> Option<Block> {
+    fn take(&mut self, units: u32) -> Option<PoolBlock> {
         let units = units.max(1);
         let allocation = self.allocator.allocate(units)?;
         self.used += units;
-        Some(Block { allocation: Held(allocation), units, first: self.first + allocation.offset })
+        Some(PoolBlock { allocation: Held(allocation), units, first: self.first + allocation.offset })
     }
 }
 
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn a_directory_finds_a_place_however_scattered_the_free_words_are() {
         let pool = Pool::new(Arc::new(Nowhere), 100_000, &[Material::air()], false);
-        let mut tiles: Vec<Option<Block>> = std::iter::from_fn(|| pool.allocate_tile(200)).map(Some).collect();
+        let mut tiles: Vec<Option<PoolBlock>> = std::iter::from_fn(|| pool.allocate_tile(200)).map(Some).collect();
         assert!(tiles.len() > 400, "{}", tiles.len());
         tiles.iter_mut().step_by(2).filter_map(Option::take).for_each(|tile| pool.free(tile));
         assert!(pool.allocate_tile(2000).is_none(), "no two free blocks lie side by side");

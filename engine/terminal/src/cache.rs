@@ -1,13 +1,13 @@
 //! What the command line keeps from one run to the next: compiled shaders and pipelines, in the user's cache.
 
-use raxel_cache::{Cache, Place};
+use raxel_cache::{Cache, CacheLocation};
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 
 use crate::console::{Console, To};
 
 /// Lets this process use the cache that the environment says.
 pub fn open(console: &Console) {
-    let Place::Folder(folder) = Place::of_environment() else { return };
+    let CacheLocation::Folder(folder) = CacheLocation::of_environment() else { return };
     let console = console.clone();
     raxel_cache::use_in_process(Cache::at(folder).with_warning(move |path, reason| {
         let message = format!("`{}` is not used: {reason}", path.display());

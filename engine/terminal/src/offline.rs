@@ -11,8 +11,8 @@ use raxel_generate::Reach;
 use raxel_graph::EstimatedMemory;
 use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
-use raxel_graph::plan::{BindingLimits, Limits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
-use raxel_runtime::load::{Loader, Part};
+use raxel_graph::plan::{BindingLimits, DeviceLimits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
+use raxel_runtime::load::{LoadOutcome, Loader};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
 use raxel_runtime::sources;
@@ -24,7 +24,7 @@ use crate::console::{Console, To};
 use crate::failure::Result;
 
 /// Limits that no Vulkan 1.3 device in use exceeds by much: what does not fit these fits nowhere.
-pub const LARGEST: Limits = Limits {
+pub const LARGEST: DeviceLimits = DeviceLimits {
     image_2d: 32768,
     image_3d: 16384,
     image_layers: 2048,
@@ -99,7 +99,7 @@ pub struct OfflineProject {
     /// What reads its files.
     pub loader: Loader,
     /// Worlds that graphs were planned over, by path: each is built once.
-    worlds: RefCell<BTreeMap<String, Part<SessionWorld>>>,
+    worlds: RefCell<BTreeMap<String, LoadOutcome<SessionWorld>>>,
 }
 
 /// The world that a graph is planned over without a device.
@@ -173,12 +173,12 @@ impl Checked {
         self.found.iter().filter(|d| d.severity == Severity::Error).count()
     }
 
-    fn add_world(&mut self, world: &Part<SessionWorld>) {
+    fn add_world(&mut self, world: &LoadOutcome<SessionWorld>) {
         self.add(world);
         self.unbuilt = world.result.as_ref().ok().and_then(|world| world.loaded().unbuilt);
     }
 
-    fn add<T>(&mut self, part: &Part<T>) {
+    fn add<T>(&mut self, part: &LoadOutcome<T>) {
         self.found.extend_from_slice(part.found());
         self.texts.extend(&part.texts);
     }
@@ -226,7 +226,7 @@ impl OfflineProject {
     }
 
     /// A part that is right, its warnings shown; or the failure, its errors shown.
-    pub fn good<T>(part: Part<T>, console: &Console) -> Result<Arc<T>> {
+    pub fn good<T>(part: LoadOutcome<T>, console: &Console) -> Result<Arc<T>> {
         match part.result {
             Ok(value) => {
                 console.diagnostics(&part.warnings, &part.texts, To::Stderr);
@@ -324,7 +324,7 @@ impl OfflineProject {
     }
 
     /// A world, built at most once.
-    pub fn built(&self, path: &str) -> Part<SessionWorld> {
+    pub fn built(&self, path: &str) -> LoadOutcome<SessionWorld> {
         self.worlds.borrow_mut().entry(path.to_owned()).or_insert_with(|| self.loader.world(path)).clone()
     }
 

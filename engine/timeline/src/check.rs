@@ -137,7 +137,7 @@ mod tests {
     use raxel_graph::checked::ResourceId;
 
     use super::*;
-    use crate::{Place, read};
+    use crate::{CaptionEdge, read};
     use raxel_execute::moment::{Fraction, Moment};
 
     const GOOD: &str = r#"
@@ -370,7 +370,7 @@ target = "a@b"
             + "[[caption]]\ntime = 1.0\nuntil = 3.0\ntext = \"one\"\n\
                [[caption]]\ntime = 2.5\nuntil = 4.0\ntext = \"two\"\nplace = \"top\"\n";
         let demo = read_text(&text).unwrap();
-        let said = |time: f64| demo.caption(time).map(|line| (line.text.as_str(), line.place == Place::Top));
+        let said = |time: f64| demo.caption(time).map(|line| (line.text.as_str(), line.place == CaptionEdge::Top));
         assert_eq!(
             [said(0.9), said(1.0), said(2.6), said(3.5), said(4.0)],
             [None, Some(("one", false)), Some(("two", true)), Some(("two", true)), None]

@@ -173,13 +173,13 @@ pub struct CaptionText {
     #[keys(read = line)]
     pub text: String,
     /// Place in the picture.
-    #[keys(default = Place::Bottom)]
-    pub place: Place,
+    #[keys(default = CaptionEdge::Bottom)]
+    pub place: CaptionEdge,
 }
 
 /// Where a caption stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
-pub enum Place {
+pub enum CaptionEdge {
     /// At the bottom of the picture.
     Bottom,
     /// At the top of the picture.

@@ -20,7 +20,8 @@ pub mod take;
 
 pub use curve::Interpolation;
 pub use demo::{
-    CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Place, Track, TrackKeys,
+    CameraKey, Caption, CaptionEdge, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Track,
+    TrackKeys,
 };
 pub use demo_inputs::{ButtonKeys, CursorKeys, DemoInputs, KeyboardKeys, WheelKeys};
 pub use edits::{EditKey, operations};

@@ -247,7 +247,7 @@ fn track_key(node: &Node<'_, '_>, clock: &Clock) -> Option<TrackKey> {
     let numbers = if value.is_boolean() {
         vec![f64::from(u8::from(value.boolean()?))]
     } else if value.is_array() {
-        Vec::<f64>::read(value, &raxel_language::Limits::default(), clock)?
+        Vec::<f64>::read(value, &raxel_language::NumberRange::default(), clock)?
     } else {
         vec![value.number(f64::MIN..=f64::MAX)?]
     };

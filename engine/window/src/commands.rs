@@ -458,7 +458,7 @@ impl Viewer<'_> {
         let (graph, plan) = (self.session.graph(), self.session.plan());
         let layers = |index: usize| {
             // What nothing that runs uses has no plan, and one layer to be shown.
-            plan.and_then(|plan| plan.sizes.get(index)).map_or(1, |size| size.subresources().1)
+            plan.and_then(|plan| plan.sizes.get(index)).map_or(1, raxel_graph::size::Size::layers)
         };
         let places: Vec<(&str, u32)> = graph
             .resources

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
 use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel, WrittenTexel};
-use raxel_panels::{Statistics, not_finite, view};
+use raxel_panels::{NotFinite, Statistics, not_finite, view};
 use raxel_runtime::Session;
 use raxel_shader::interface::ScalarKind;
 
@@ -53,9 +53,17 @@ pub struct Inspector {
     /// A copy that was asked for, and then one that has come.
     copying: Option<CopiedFor>,
     copied: Option<(CopiedFor, Shown)>,
-    /// The pinned texel, and the extent of the picture that it was pinned in.
-    pinned: Option<([u32; 2], [u32; 2])>,
+    pinned: Option<Pin>,
     seen: Inspected,
+}
+
+/// A pinned texel.
+#[derive(Clone, Copy, Debug)]
+pub struct Pin {
+    /// Its place.
+    pub texel: [u32; 2],
+    /// Extent of the picture that it was pinned in.
+    pub extent: [u32; 2],
 }
 
 /// What a copy of what is shown is for.
@@ -82,7 +90,7 @@ struct Found {
     captured: Captured,
     statistics: Option<(u32, Option<Statistics>)>,
     /// Of each channel.
-    not_finite: Vec<[u64; 2]>,
+    not_finite: Vec<NotFinite>,
 }
 
 impl Inspector {
@@ -118,8 +126,8 @@ impl Inspector {
         }
     }
 
-    /// The pinned texel, and the extent of the picture that it was pinned in.
-    pub fn pinned(&self) -> Option<([u32; 2], [u32; 2])> {
+    /// The pinned texel.
+    pub fn pinned(&self) -> Option<Pin> {
         self.pinned
     }
 
@@ -185,13 +193,13 @@ impl Inspector {
 
     /// The pinned texel in a picture, which may have another extent than the one it was pinned in.
     fn pinned_in(&self, texels: &Texels) -> Option<[u32; 2]> {
-        self.pinned.map(|(at, extent)| locate::scaled(at, extent, extent_of(texels)))
+        self.pinned.map(|pin| locate::scaled(pin.texel, pin.extent, extent_of(texels)))
     }
 
     /// Pins a texel of what is shown; it stays while other resources and passes are shown.
     pub fn pin(&mut self, at: Option<[u32; 2]>) {
         let extent = self.picture().map(extent_of);
-        self.pinned = at.zip(extent);
+        self.pinned = at.zip(extent).map(|(texel, extent)| Pin { texel, extent });
     }
 
     /// Pins the texel under a pixel of the output, or lets go of the one that is pinned. False when there is no picture under it.
@@ -295,7 +303,7 @@ impl Inspector {
                     .find_resource(&found.shown.resource)
                     .and_then(|id| session.plan().map(|plan| plan.sizes[id.0 as usize]));
                 if let Some(size) = size {
-                    seen.mips = size.subresources().0;
+                    seen.mips = size.mips();
                     seen.layers = size.texels(found.shown.mip).map_or(1, |[_, _, layers]| layers);
                 }
                 seen.channels = ["r", "g", "b", "a"][..texels.format.channels() as usize].to_vec();

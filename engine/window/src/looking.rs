@@ -5,6 +5,7 @@ use raxel_panels::{Action, Panel};
 use winit::keyboard::ModifiersState;
 
 use super::inspector::{CopiedFor, Copy};
+use super::magnifier::Extents;
 use super::{Viewer, panel_data};
 
 /// Pixels of a texel from which on its values are written on it.
@@ -25,8 +26,8 @@ pub(super) enum Move {
     Out,
     /// The whole picture.
     Whole,
-    /// To what lies left, right, above and below: steps across and down.
-    By(i8, i8),
+    /// To what lies left, right, above or below.
+    Step { right: i8, down: i8 },
 }
 
 impl Viewer<'_> {
@@ -51,9 +52,9 @@ impl Viewer<'_> {
                 self.magnifier.reset();
                 self.notice("shows the whole picture".to_owned());
             }
-            Move::By(across, down) => {
+            Move::Step { right, down } => {
                 self.touched = true;
-                self.magnifier.pan([across, down].map(|steps| -STEP * f64::from(steps)));
+                self.magnifier.pan([right, down].map(|steps| -STEP * f64::from(steps)));
             }
         }
     }
@@ -69,8 +70,11 @@ impl Viewer<'_> {
     }
 
     /// Extents of what is shown in texels, and of the window in pixels. A buffer has as many texels as the output has pixels.
-    fn extents(&self) -> ([u32; 2], [u32; 2]) {
-        (self.shown_extent().unwrap_or(self.session.size()), self.session.viewport().window())
+    fn extents(&self) -> Extents {
+        Extents {
+            picture: self.shown_extent().unwrap_or(self.session.size()),
+            window: self.session.viewport().window(),
+        }
     }
 
     /// Extent of the shown mip of a target.
@@ -87,15 +91,16 @@ impl Viewer<'_> {
 
     /// Brings the pinned texel into sight.
     pub(super) fn reveal_pin(&mut self) {
-        if let Some((at, extent)) = self.inspector.pinned() {
-            self.magnifier.reveal(at, (extent, self.session.viewport().window()));
+        if let Some(pin) = self.inspector.pinned() {
+            let extents = Extents { picture: pin.extent, window: self.session.viewport().window() };
+            self.magnifier.reveal(pin.texel, extents);
         }
     }
 
     /// Whether texels are so large that their values are written on them.
     pub(super) fn writes_values(&self) -> bool {
-        let (extent, window) = self.extents();
-        let texel = |axis: usize| f64::from(window[axis]) / f64::from(extent[axis]) * self.magnifier.zoom();
+        let Extents { picture, window } = self.extents();
+        let texel = |axis: usize| f64::from(window[axis]) / f64::from(picture[axis]) * self.magnifier.zoom();
         self.magnifier.is_on() && texel(0).min(texel(1)) >= WRITTEN && self.panels.layout.visible
     }
 

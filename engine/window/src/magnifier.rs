@@ -11,6 +11,15 @@ const TINY: f64 = 4.0;
 /// Pixels of a texel that was jumped to.
 const SEEN: f64 = 32.0;
 
+/// How large a picture and its window are.
+#[derive(Clone, Copy, Debug)]
+pub struct Extents {
+    /// Of the picture, in texels.
+    pub picture: [u32; 2],
+    /// Of the window, in pixels.
+    pub window: [u32; 2],
+}
+
 /// The part of the picture that fills the window. Places are shares of an extent, from the top left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Magnifier {
@@ -69,10 +78,10 @@ impl Magnifier {
     }
 
     /// Magnifies by a factor; what is seen at a place of the window stays there, as far as the picture reaches. No texel becomes larger
-    /// than [`LARGEST`] pixels. `extent` is that of the picture in texels, `window` that of the window in pixels.
-    pub fn zoom_about(&mut self, at: [f64; 2], factor: f64, (extent, window): ([u32; 2], [u32; 2])) {
+    /// than [`LARGEST`] pixels.
+    pub fn zoom_about(&mut self, at: [f64; 2], factor: f64, Extents { picture, window }: Extents) {
         let place = self.to_picture(at);
-        let most = (0..2).map(|axis| LARGEST * f64::from(extent[axis]) / f64::from(window[axis].max(1)));
+        let most = (0..2).map(|axis| LARGEST * f64::from(picture[axis]) / f64::from(window[axis].max(1)));
         let zoom = (self.zoom() * factor).clamp(1.0, most.fold(f64::INFINITY, f64::min).max(1.0));
         self.put(place, at, 1.0 / zoom);
     }
@@ -89,10 +98,10 @@ impl Magnifier {
     }
 
     /// Brings a texel into sight, and magnifies it where it is tiny.
-    pub fn reveal(&mut self, at: [u32; 2], (extent, window): ([u32; 2], [u32; 2])) {
-        let place = [0, 1].map(|axis| (f64::from(at[axis]) + 0.5) / f64::from(extent[axis].max(1)));
+    pub fn reveal(&mut self, at: [u32; 2], Extents { picture, window }: Extents) {
+        let place = [0, 1].map(|axis| (f64::from(at[axis]) + 0.5) / f64::from(picture[axis].max(1)));
         let seen = self.to_window(place).iter().all(|share| (0.0..1.0).contains(share));
-        let pixels = (0..2).map(|axis| f64::from(window[axis]) / f64::from(extent[axis].max(1)) * self.zoom());
+        let pixels = (0..2).map(|axis| f64::from(window[axis]) / f64::from(picture[axis].max(1)) * self.zoom());
         let texel = pixels.fold(f64::INFINITY, f64::min);
         let factor = if texel < TINY { SEEN / texel } else { 1.0 };
         if factor > 1.0 || !seen {
@@ -111,7 +120,7 @@ impl Magnifier {
 mod tests {
     use super::*;
 
-    const EXTENTS: ([u32; 2], [u32; 2]) = ([640, 320], [1280, 640]);
+    const EXTENTS: Extents = Extents { picture: [640, 320], window: [1280, 640] };
 
     fn close(a: [f64; 2], b: [f64; 2]) -> bool {
         (0..2).all(|axis| (a[axis] - b[axis]).abs() < 1e-9)
@@ -149,7 +158,7 @@ mod tests {
         magnifier.zoom_about([0.5; 2], 1e9, EXTENTS);
         assert!((magnifier.zoom() - LARGEST / 2.0).abs() < 1e-9);
         let mut small = Magnifier::default();
-        small.zoom_about([0.5; 2], 4.0, ([2, 1], [1280, 640]));
+        small.zoom_about([0.5; 2], 4.0, Extents { picture: [2, 1], ..EXTENTS });
         assert!(!small.is_on(), "its texels are larger already");
     }
 
@@ -169,9 +178,9 @@ mod tests {
     #[test]
     fn a_tiny_texel_is_magnified_and_one_in_sight_leaves_the_picture_as_it_is() {
         let mut magnifier = Magnifier::default();
-        magnifier.reveal([3, 5], ([64, 32], [1280, 640]));
+        magnifier.reveal([3, 5], Extents { picture: [64, 32], ..EXTENTS });
         assert!(!magnifier.is_on(), "it has 20 pixels");
-        let extents = ([1280, 640], [1280, 640]);
+        let extents = Extents { picture: [1280, 640], ..EXTENTS };
         magnifier.reveal([640, 320], extents);
         assert!((magnifier.zoom() - SEEN).abs() < 1e-9);
         let middle = magnifier.to_window([640.5 / 1280.0, 320.5 / 640.0]);

@@ -10,8 +10,8 @@ use raxel_execute::{FrameReport, Thumbnail};
 use raxel_graph::checked::{Graph, Value};
 use raxel_graph::plan::Plan;
 use raxel_panels::view::{
-    Editing, Frame, Kind, Lane, Loading, Param, Pass, PassState, Shown, Solids, Swatch, Timeline, Track, World,
-    WorldExtent, WorldStatistics,
+    ComponentKind, Editing, Frame, Lane, Loading, Param, Pass, PassState, Shown, Solids, Swatch, Timeline, Track,
+    World, WorldExtent, WorldStatistics,
 };
 use raxel_panels::{Samples, view};
 use raxel_runtime::Session;
@@ -288,12 +288,12 @@ fn params(session: &Session, file_of: impl Fn(&raxel_graph::checked::Param) -> S
     session.params().iter().map(param).collect()
 }
 
-fn kind(value: &Value) -> Kind {
+fn kind(value: &Value) -> ComponentKind {
     match value {
-        Value::Bool(_) => Kind::Bool,
-        Value::I32(_) | Value::IVec2(_) | Value::IVec3(_) | Value::IVec4(_) => Kind::Int,
-        Value::U32(_) | Value::UVec2(_) | Value::UVec3(_) | Value::UVec4(_) => Kind::Uint,
-        Value::F32(_) | Value::Vec2(_) | Value::Vec3(_) | Value::Vec4(_) | Value::Mat4(_) => Kind::Float,
+        Value::Bool(_) => ComponentKind::Bool,
+        Value::I32(_) | Value::IVec2(_) | Value::IVec3(_) | Value::IVec4(_) => ComponentKind::Int,
+        Value::U32(_) | Value::UVec2(_) | Value::UVec3(_) | Value::UVec4(_) => ComponentKind::Uint,
+        Value::F32(_) | Value::Vec2(_) | Value::Vec3(_) | Value::Vec4(_) | Value::Mat4(_) => ComponentKind::Float,
     }
 }
 

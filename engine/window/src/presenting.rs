@@ -138,7 +138,7 @@ fn others(verdicts: &[Verdict], processors: bool) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use raxel_gpu::{Candidate, choose};
+    use raxel_gpu::{Candidate, Version, choose};
 
     use super::*;
 
@@ -148,7 +148,7 @@ mod tests {
             index,
             name: format!("device {index}"),
             kind,
-            version: (1, 3),
+            version: Version { major: 1, minor: 3, patch: 0 },
             missing: missing.to_vec(),
             memory: 1 << 30,
         };

@@ -10,6 +10,7 @@ pub use change::BlockVoxels;
 
 use crate::dense::DenseChunk;
 use crate::material::{AIR, MaterialIndex};
+use crate::world::Bounds;
 
 /// Voxels along an edge of a chunk.
 pub const CHUNK_EDGE: i32 = 64;
@@ -278,8 +279,8 @@ impl Chunk {
         }
     }
 
-    /// Smallest and largest chunk-local coordinates of solids, both inclusive.
-    pub fn bounds(&self) -> ([u32; 3], [u32; 3]) {
+    /// Box around its solids, in chunk-local coordinates.
+    pub fn bounds(&self) -> Bounds {
         // Columns of each axis that have a solid, as bits 0…63.
         let mut occupied = [0u64; 3];
         for (block, &mask) in self.masks.iter().enumerate().filter(|(_, mask)| **mask != 0) {
@@ -290,7 +291,10 @@ impl Chunk {
                 occupied[2] |= u64::from(mask & 0x000f_000f_000f_000f << (4 * i) != 0) << (bz * 4 + i);
             }
         }
-        (occupied.map(u64::trailing_zeros), occupied.map(u64::ilog2))
+        Bounds {
+            min: occupied.map(|bits| bits.trailing_zeros().into()),
+            max: occupied.map(|bits| i64::from(bits.ilog2()) + 1),
+        }
     }
 
     /// Bytes that it takes in main memory.

@@ -91,6 +91,14 @@ impl Bounds {
         (0..3).all(|i| self.min[i] <= origin[i] && origin[i] + i64::from(CHUNK_EDGE) <= self.max[i])
     }
 
+    /// The same box elsewhere.
+    #[must_use]
+    #[inline]
+    pub fn moved(self, by: [i64; 3]) -> Self {
+        let moved = |corner: [i64; 3]| std::array::from_fn(|i| corner[i] + by[i]);
+        Self { min: moved(self.min), max: moved(self.max) }
+    }
+
     /// Smallest box around both.
     #[must_use]
     #[inline]
@@ -113,12 +121,7 @@ pub struct World {
 
 /// Box around the solids of one chunk, in voxels of the world.
 fn solid_bounds(pos: ChunkPos, chunk: &Chunk) -> Bounds {
-    let (low, high) = chunk.bounds();
-    let origin = pos.origin().as_i64vec3().to_array();
-    Bounds {
-        min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
-        max: std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1),
-    }
+    chunk.bounds().moved(pos.origin().as_i64vec3().to_array())
 }
 
 /// Figures about a world.
@@ -175,12 +178,8 @@ impl World {
         let mut bounds_of = HashMap::new();
         for (pos, chunk) in &chunks {
             *uses.entry(Arc::as_ptr(chunk)).or_default() += 1;
-            let (low, high) = bounds_of.entry(Arc::as_ptr(chunk)).or_insert_with(|| chunk.bounds());
-            let origin = pos.origin().as_i64vec3().to_array();
-            let here = Bounds {
-                min: std::array::from_fn(|i| origin[i] + i64::from(low[i])),
-                max: std::array::from_fn(|i| origin[i] + i64::from(high[i]) + 1),
-            };
+            let of_chunk = bounds_of.entry(Arc::as_ptr(chunk)).or_insert_with(|| chunk.bounds());
+            let here = of_chunk.moved(pos.origin().as_i64vec3().to_array());
             bounds = Some(bounds.map_or(here, |all| all.union(here)));
         }
         for chunk in chunks.values() {

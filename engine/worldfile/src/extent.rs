@@ -33,9 +33,18 @@ pub(super) struct Extent<const N: usize> {
     center: Option<[i64; N]>,
 }
 
+/// The corners of a half-open box.
+#[derive(Clone, Copy)]
+pub(super) struct Corners<const N: usize> {
+    /// Smallest voxel.
+    pub(super) min: [i64; N],
+    /// One past the largest voxel.
+    pub(super) max: [i64; N],
+}
+
 impl<const N: usize> Extent<N> {
-    /// The smallest voxel and one past the largest. Without a key it is everything, if that is allowed.
-    pub(super) fn corners(&self, table: &Table<'_, '_>, endless: bool) -> Option<([i64; N], [i64; N])> {
+    /// Its corners. Without a key it is everything, if that is allowed.
+    pub(super) fn corners(&self, table: &Table<'_, '_>, endless: bool) -> Option<Corners<N>> {
         let plus = |min: [i64; N], size: [i64; N]| std::array::from_fn(|i| min[i] + size[i]);
         let (low, high) = match (self.min, self.max, self.size, self.center) {
             (Some(min), Some(max), None, None) => (min, max),
@@ -64,7 +73,7 @@ impl<const N: usize> Extent<N> {
             table.reporter().report(report);
             return None;
         }
-        Some((low, high))
+        Some(Corners { min: low, max: high })
     }
 }
 

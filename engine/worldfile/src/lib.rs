@@ -29,7 +29,7 @@ pub use stream::StreamSettings;
 use raxel_language::{ByName, Keys, ReadKeys};
 
 use camera::NamedCamera;
-use raxel_generate::{BuildError, Limits, Operation, Reach, Shortfall, build, reach};
+use raxel_generate::{BuildError, BuildLimits, Operation, Reach, Shortfall, build, reach};
 use raxel_generate::{Generator, NeedsWhole};
 use raxel_layouts::instances::Instances;
 use raxel_world::World;
@@ -257,7 +257,7 @@ struct Built {
 }
 
 fn build_up_to(effort: Effort, materials: Vec<Material>, operations: &[Operation]) -> Result<Built, BuildError> {
-    let reach = reach(operations, &Limits::default())?;
+    let reach = reach(operations, &BuildLimits::default())?;
     match effort {
         Effort::UpTo(most) if reach.chunks > most => {
             Ok(Built { world: World::new(materials, []), shortfalls: Vec::new(), unbuilt: Some(reach) })

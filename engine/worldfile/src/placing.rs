@@ -2,11 +2,11 @@
 
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_generate::{Jittered, Operation, Placed, Scatter, place_anchor};
+use raxel_generate::{Jittered, Operation, Placed, Scatter, Scattered, place_anchor};
 use raxel_language::Keys;
 use raxel_world::{Bounds, World};
 
-use super::extent::{CELLS, Extent};
+use super::extent::{CELLS, Corners, Extent};
 use super::materials::Materials;
 use super::models::Model;
 use super::operations::{QuarterTurns, Site};
@@ -111,7 +111,7 @@ pub(super) struct ScatterKeys {
 }
 
 /// A grid in a streamed world has no end.
-fn corners(table: &Table<'_, '_>, reading: &Reading<'_>, extent: &Extent<2>) -> Option<([i64; 2], [i64; 2])> {
+fn corners(table: &Table<'_, '_>, reading: &Reading<'_>, extent: &Extent<2>) -> Option<Corners<2>> {
     extent.corners(table, reading.streamed && table.get("cell").is_some())
 }
 
@@ -148,32 +148,27 @@ fn apart(table: &Table<'_, '_>, _: &Reading<'_>, cell: Option<&i64>, spacing: &i
 impl ScatterKeys {
     pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
         let area = corners(site.table, site.reading, &self.extent)?;
-        let (min, max) = area;
+        let Corners { min, max } = area;
         site.inside_world(&Bounds { min: [min[0], 0, min[1]], max: [max[0], 0, max[1]] })?;
-        let seed = site.seed(self.seed);
-        let Self { model, count, density, cell, chance, on, min_spacing, sink, rotate, anchor, .. } = self;
-        let anchor = anchor.cell(&model.voxels);
-        let Model { voxels: model, materials } = model;
-        let (on, spacing, turn, mode) = (on.0, min_spacing, rotate, site.mode);
-        let Some(cell) = cell else {
-            let count = count.or_else(|| models_of(density?, area, site.table))?;
-            return Some(Operation::Scatter(Scatter {
-                model,
-                materials,
-                anchor,
-                count,
-                min,
-                max,
-                on,
-                spacing,
-                sink,
-                turn,
-                seed,
-                mode,
-            }));
+        let Model { voxels: model, materials } = self.model;
+        let scattered = Scattered {
+            anchor: self.anchor.cell(&model),
+            model,
+            materials,
+            min,
+            max,
+            on: self.on.0,
+            spacing: self.min_spacing,
+            sink: self.sink,
+            turn: self.rotate,
+            seed: site.seed(self.seed),
+            mode: site.mode,
         };
-        let jittered =
-            Jittered { model, materials, anchor, cell, chance, min, max, on, spacing, sink, turn, seed, mode };
+        let Some(cell) = self.cell else {
+            let count = self.count.or_else(|| models_of(self.density?, area, site.table))?;
+            return Some(Operation::Scatter(Scatter { scattered, count }));
+        };
+        let jittered = Jittered { scattered, cell, chance: self.chance };
         let (cells, most) = (jittered.cell_count(), Jittered::MAX_CELLS);
         if !site.reading.streamed && cells > u128::from(most) {
             let message = format!("this scatters over {cells} cells; a world that is built whole has at most {most}");
@@ -190,7 +185,7 @@ impl ScatterKeys {
 
 /// How many models a density is in an area.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the count is in 1…`Scatter::MAX_COUNT`")]
-fn models_of(density: f64, (min, max): ([i64; 2], [i64; 2]), table: &Table<'_, '_>) -> Option<u64> {
+fn models_of(density: f64, Corners { min, max }: Corners<2>, table: &Table<'_, '_>) -> Option<u64> {
     let places = (max[0] - min[0]) as f64 * (max[1] - min[1]) as f64;
     let (count, most) = ((density * places).round().max(1.0), Scatter::MAX_COUNT);
     if count > most as f64 {

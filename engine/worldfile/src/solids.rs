@@ -7,7 +7,7 @@ use raxel_language::{Describe, Keys, Shape};
 use raxel_layouts::instances::Axis;
 use raxel_world::Bounds;
 
-use super::extent::{CELLS, Extent, POSITIONS};
+use super::extent::{CELLS, Corners, Extent, POSITIONS};
 use super::materials::Materials;
 use super::operations::{Site, bounded, painted};
 use super::reading::Reading;
@@ -33,7 +33,7 @@ pub(super) struct BoxKeys {
 
 impl BoxKeys {
     pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
-        let (min, max) = self.extent.corners(site.table, false)?;
+        let Corners { min, max } = self.extent.corners(site.table, false)?;
         site.solid(Box3 { bounds: Bounds { min, max }, shell: self.shell }, self.material)
     }
 }

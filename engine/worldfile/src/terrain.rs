@@ -6,7 +6,7 @@ use raxel_generate::{Band, Caves, Layer, Noise, Operation, River, Terrain, Water
 use raxel_language::{Keys, ReadKeys, Shape, Value, describe};
 use raxel_world::random::mix;
 
-use super::extent::{CELLS, Extent, POSITIONS};
+use super::extent::{CELLS, Corners, Extent, POSITIONS};
 use super::materials::Named;
 use super::operations::Site;
 use super::reading::Reading;
@@ -161,7 +161,7 @@ struct CaveKeys {
 impl TerrainKeys {
     #[expect(clippy::cast_possible_truncation, reason = "heights are within ±2³¹")]
     pub(super) fn operation(self, site: &Site<'_>) -> Option<Operation> {
-        let (min, max) = self.extent.corners(site.table, site.reading.streamed)?;
+        let Corners { min, max } = self.extent.corners(site.table, site.reading.streamed)?;
         let seed = site.seed(self.seed);
         let Self { base, amplitude, exponent, frequency, octaves, lacunarity, gain, ridges, .. } = self;
         let river = self.river.map(|river| river.river(seed));

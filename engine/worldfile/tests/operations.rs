@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use glam::IVec3;
 use project::{arrow, build, every_cell};
 use proptest::prelude::*;
-use raxel_generate::{Ball, BuildError, Limits, Operation, Solid, build_within};
+use raxel_generate::{Ball, BuildError, BuildLimits, Operation, Solid, build_within};
 use raxel_world::{Material, Mode, World};
 
 /// Builds and compares every voxel, also the empty ones around.
@@ -360,7 +360,7 @@ fn memory_is_limited_while_building() {
     let shape = Ball { centre: [0.0; 3], radius: [200.0; 3], shell: None };
     let ball = Operation::Solid(Solid { shape: Box::new(shape), mode: Mode::Add, materials: vec![1] });
     let materials = || vec![Material::air(), Material::matt("a", [1.0; 3])];
-    let limits = Limits { chunks: 512, bytes: 1 << 20 };
+    let limits = BuildLimits { chunks: 512, bytes: 1 << 20 };
     let error = build_within(materials(), &[ball], &limits).expect_err("hundreds of different chunks");
     assert_eq!(error, BuildError::TooManyBytes { limit: 1 << 20 });
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use raxel_cache::{Cache, Place, SWITCH};
+use raxel_cache::{Cache, CacheLocation, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
@@ -167,8 +167,8 @@ fn counted(count: usize, one: &str, many: &str) -> String {
 
 /// Where compiled shaders and pipelines are kept, and whether they are.
 fn cache() -> (Grade, String) {
-    match Place::of_environment() {
-        Place::Folder(folder) => {
+    match CacheLocation::of_environment() {
+        CacheLocation::Folder(folder) => {
             let cache = Cache::at(&folder);
             let folder = folder.display();
             // A run that cannot keep its results works, and says nothing.
@@ -183,8 +183,8 @@ fn cache() -> (Grade, String) {
             let (files, bytes) = cache.size();
             (Grade::Good, format!("{folder}: {files} files, {:.1} MiB", bytes as f64 / f64::from(1 << 20)))
         }
-        Place::Off => (Grade::Good, format!("off, by {SWITCH}")),
-        Place::Unknown => (Grade::Good, format!("off, since there is no home; {SWITCH} may name a folder")),
+        CacheLocation::Off => (Grade::Good, format!("off, by {SWITCH}")),
+        CacheLocation::Unknown => (Grade::Good, format!("off, since there is no home; {SWITCH} may name a folder")),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use raxel_output::{Output, Place, shown};
+use raxel_output::{Destination, Output, shown};
 use raxel_terminal::args::Messages;
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     }
     let first = decode(&pattern.file(0))?;
     let size = [first.width(), first.height()];
-    let mut place = Place::prepare(&output, size, args.fps, 0)?;
+    let mut place = Destination::prepare(&output, size, args.fps, 0)?;
     for start in (0..count).step_by(AT_ONCE as usize) {
         let end = count.min(start + AT_ONCE);
         let frames: Vec<_> = (start..end).into_par_iter().map(|frame| decode(&pattern.file(frame))).collect();

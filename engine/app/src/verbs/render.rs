@@ -9,7 +9,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_gpu::DeviceOptions;
 use raxel_output::{
-    Coding, Compression, FrameList, Kind, Layer, Layers, MOST_LAYERS, Mode, Output, Place, Shoot, Stages, shown,
+    Coding, Compression, Destination, FrameList, Layer, Layers, MOST_LAYERS, Mode, Output, PictureFormat, Shoot,
+    Stages, shown,
 };
 use raxel_runtime::session::Session;
 use raxel_runtime::timeline::Demo;
@@ -42,7 +43,7 @@ pub(crate) struct Args {
 
     /// The form of a picture where its name does not say it: on stdout, in a folder.
     #[arg(long = "as", value_enum, value_name = "KIND")]
-    kind: Option<Kind>,
+    kind: Option<PictureFormat>,
 
     /// How much time goes into making a PNG small.
     #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
@@ -163,7 +164,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let size = size.unwrap_or([1280, 720]);
 
     // Whether the result can be written is found out before anything else.
-    let mut place = Place::prepare(&output, size, fps, wanted.start)?;
+    let mut place = Destination::prepare(&output, size, fps, wanted.start)?;
     if let (Some(list), Output::Frames(_, pattern)) = (&args.resume, &output) {
         let list = FrameList::open(list, &command())?;
         let finished = list.finished(wanted.clone(), pattern);
@@ -184,7 +185,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.pinned.clone_from(&args.layers);
     let mut session = what.open(options.clone(), console)?;
     let step = Fraction::of(1.0 / fps);
-    let make = |session: &mut Session, output: &Output, place: Place| {
+    let make = |session: &mut Session, output: &Output, place: Destination| {
         let shoot = Shoot {
             run: args.start(session, &wanted, step)..wanted.end,
             captions: demo.clone().map(|demo| (demo, step)),
@@ -203,7 +204,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             console.message(&format!("the film cannot be written; its frames go to {}", frames.describe()));
             session = what.open(options, console)?;
             // Frames of an earlier film, which may have had more, would go into the film that is made of the folder.
-            let place = frames.clear().and_then(|()| Place::prepare(&frames, size, fps, wanted.start));
+            let place = frames.clear().and_then(|()| Destination::prepare(&frames, size, fps, wanted.start));
             Err(match place.map_err(Failure::from).and_then(|place| make(&mut session, &frames, place)) {
                 Ok(()) => failure.help(format!(
                     "`raxel film {} --fps {fps} -o {}` makes the film of its frames",
@@ -261,7 +262,14 @@ impl Args {
     }
 
     /// Makes the frames, and says what was written.
-    fn shoot(&self, session: &mut Session, shoot: &Shoot, output: &Output, place: Place, console: &Console) -> Result {
+    fn shoot(
+        &self,
+        session: &mut Session,
+        shoot: &Shoot,
+        output: &Output,
+        place: Destination,
+        console: &Console,
+    ) -> Result {
         let bar = progress(shoot.run.end - shoot.run.start, console);
         let mut times = Times::default();
         let each = |session: &mut Session, _| {
@@ -293,7 +301,7 @@ impl Args {
             let what = if self.time { "--time" } else { "--format json" };
             return Err(Failure::usage(format!("`-o -` and `{what}` both write to stdout")));
         }
-        if !self.layers.is_empty() && output.kind() != Kind::Exr {
+        if !self.layers.is_empty() && output.kind() != PictureFormat::Exr {
             return Err(Failure::usage("`--layers` makes an EXR").help("-o layers.exr"));
         }
         let twice = self.layers.iter().enumerate().find(|(index, layer)| self.layers[..*index].contains(layer));
@@ -331,7 +339,7 @@ impl Args {
     }
 
     /// What is read back of each frame.
-    fn layers(&self, session: &mut Session, kind: Kind) -> Layers {
+    fn layers(&self, session: &mut Session, kind: PictureFormat) -> Layers {
         if !kind.wants_texels() {
             return Layers::Picture;
         }

@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_graph::checked::{Graph, Value};
-use raxel_runtime::load::{Loader, Part};
+use raxel_runtime::load::{LoadOutcome, Loader};
 use raxel_runtime::timeline;
 
 use crate::bounds::Bounds;
@@ -24,7 +24,7 @@ pub(crate) const TARGET: Target = Target {
 const PATH: &str = "worlds/main.demo.toml";
 
 /// A graph with a param of each type, for tracks.
-static PART: LazyLock<Part<Graph>> = LazyLock::new(|| {
+static PART: LazyLock<LoadOutcome<Graph>> = LazyLock::new(|| {
     let mut text = String::from("name = \"params\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba16f\"\n");
     let types = [
         ("f32", "1.0"),

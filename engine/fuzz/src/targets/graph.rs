@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
 use raxel_graph::Phase;
-use raxel_graph::plan::{Limits, Observe, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{DeviceLimits, Observe, PlanInput, Present, SourceSize, WorldInput};
 use raxel_graph::print::{dot, json, mermaid, text};
 use raxel_graph::{EstimatedMemory, SourceLayout, dump, plan};
 use raxel_graphfile::compile;
@@ -61,7 +61,7 @@ fn run(input: &[u8]) {
             memory: &EstimatedMemory,
             alias: !poison,
             poison,
-            limits: Limits::PORTABLE,
+            limits: DeviceLimits::PORTABLE,
         };
         match plan(graph.clone(), &input) {
             Ok(plan) => {

@@ -7,13 +7,13 @@
 
 use crate::back::lifetimes::Life;
 use crate::ir::index::index32;
-use crate::ir::plan::{BlockPlan, Place, Requirements, ResourceDesc, ResourcePlan};
+use crate::ir::plan::{BlockOffset, BlockPlan, Requirements, ResourceDesc, ResourcePlan};
 
 /// The memory of a frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Alias {
     /// By used resource: its place in a shared block.
-    pub places: Vec<Option<Place>>,
+    pub places: Vec<Option<BlockOffset>>,
     /// By used resource: the others that share memory with it, in order.
     pub neighbours: Vec<Vec<u32>>,
     /// Shared blocks.
@@ -149,7 +149,7 @@ fn fit(item: &Item, arena: &Arena, granularity: u64) -> (u64, u64) {
 fn block(arena: &Arena, granularity: u64, result: &mut Alias) {
     let number = index32(result.blocks.len());
     for item in &arena.items {
-        result.places[item.resource as usize] = Some(Place { block: number, offset: item.offset });
+        result.places[item.resource as usize] = Some(BlockOffset { block: number, offset: item.offset });
         let shares = |other: &&Item| other.resource != item.resource && other.touches(item, granularity);
         let mut neighbours: Vec<u32> = arena.items.iter().filter(shares).map(|other| other.resource).collect();
         neighbours.sort_unstable();
@@ -215,7 +215,7 @@ mod tests {
     }
 
     /// The bytes that a resource takes in its block, in pages of `page` bytes.
-    fn pages(resource: &ResourcePlan, place: Place, page: u64) -> std::ops::Range<u64> {
+    fn pages(resource: &ResourcePlan, place: BlockOffset, page: u64) -> std::ops::Range<u64> {
         place.offset / page..(place.offset + resource.memory.size).div_ceil(page)
     }
 

@@ -35,52 +35,85 @@ type Needs = Vec<Vec<bool>>;
 pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     let on: Vec<bool> = graph.passes.iter().map(|pass| pass.runs_where(input.facts)).collect();
     let parts = parts(graph, sizes, input.present);
-    let range = |access: &BoundAccess| -> Vec<usize> { parts_of(&parts, sizes, access).collect() };
+    let carried = carried(graph, &on, &parts, |access| parts_of(&parts, sizes, access).collect());
+    let presented = parts[input.present.resource.0 as usize].of(presented(input.present, sizes)).collect();
+    let flow = Flow { graph, sizes, parts: &parts, on: &on, present: input.present, presented };
+    let live = flow.live(needed_outside(&carried, &flow, input));
+    Cull {
+        live: (0..live.len()).filter(|&index| live[index]).map(|index| PassId(index32(index))).collect(),
+        culled: culled(&live, &on),
+        used: used(graph, &live, sizes, input),
+        switched_off: switched_off(graph, &on),
+        carried: carried.iter().map(|parts| parts.contains(&true)).collect(),
+    }
+}
 
-    // What must be in the resources when a frame ends: what is read from outside, and by later frames. The latter is not known
-    // before the passes that read it are, so this grows until it stays the same.
-    let carried = carried(graph, &on, &parts, range);
-    let mut at_end: Needs = carried.clone();
+/// What must be in the resources when a frame ends, as far as it is known before the passes are: what later frames are to find, and what is read
+/// from outside.
+fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs {
+    let mut at_end = carried.clone();
     for pinned in input.pinned {
         at_end[pinned.0 as usize].fill(true);
     }
     if input.observe == Observe::Everything {
         at_end.iter_mut().for_each(|parts| parts.fill(true));
     }
-    let presented = presented(input.present, sizes);
-    let presented: Vec<usize> = parts[input.present.resource.0 as usize].of(presented).collect();
     let taken_early = input.present.age == 0 && input.present.after.is_some();
     if !taken_early {
-        mark(&mut at_end[input.present.resource.0 as usize], presented.iter().copied());
+        flow.mark_presented(&mut at_end);
+    }
+    at_end
+}
+
+/// What passes need of each other.
+struct Flow<'a> {
+    graph: &'a Graph,
+    sizes: &'a [Size],
+    parts: &'a [SubresourcePartition],
+    /// By pass: its `when` holds.
+    on: &'a [bool],
+    present: Present,
+    /// The parts that the present step reads.
+    presented: Vec<usize>,
+}
+
+impl Flow<'_> {
+    /// By pass: something needs what it writes, in this frame or in a later one. Which parts later frames read is not known before the passes
+    /// that read them are, so `at_end` grows until it stays the same.
+    fn live(&self, mut at_end: Needs) -> Vec<bool> {
+        let mut live = vec![false; self.graph.passes.len()];
+        loop {
+            let before = at_end.clone();
+            let at_start = self.backwards(&mut at_end, &mut live);
+            // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
+            let presented = Some((self.present, self.presented.as_slice()));
+            let anew = made_anew(self.graph, &live, presented, self.parts, |access| self.parts_of(access));
+            for (index, anew) in anew.iter().enumerate() {
+                mark(&mut at_end[index], (0..anew.len()).filter(|&part| at_start[index][part] && !anew[part]));
+            }
+            if at_end == before {
+                return live;
+            }
+        }
     }
 
-    let mut live = vec![false; graph.passes.len()];
-    loop {
-        let before = at_end.clone();
+    /// Goes backwards through the frame, and gives what is needed when it starts. A pass is live when something behind it needs what it writes.
+    /// A store never makes an earlier one useless, for a pass need not write every texel.
+    fn backwards(&self, at_end: &mut Needs, live: &mut [bool]) -> Needs {
         let mut needs = at_end.clone();
-        // Backwards through the frame: a pass runs when something behind it needs what it writes. A store never makes an earlier
-        // one useless, for a pass need not write every texel.
-        let mut end = graph.passes.len();
+        let mut end = self.graph.passes.len();
         while end > 0 {
-            let group = group_before(graph, end);
-            if input.present.after.is_some_and(|after| group.contains(&(after.0 as usize))) {
-                mark(&mut needs[input.present.resource.0 as usize], presented.iter().copied());
+            let group = group_before(self.graph, end);
+            if self.present.after.is_some_and(|after| group.contains(&(after.0 as usize))) {
+                self.mark_presented(&mut needs);
             }
-            let repeated = catches_up(graph, &graph.passes[group.start]);
+            let repeated = catches_up(self.graph, &self.graph.passes[group.start]);
             loop {
                 let before_tick = repeated.then(|| needs.clone());
-                for (index, pass) in
-                    group.clone().map(|index| (index, &graph.passes[index])).rev().filter(|(i, _)| on[*i])
-                {
-                    live[index] |= pass
-                        .accesses
-                        .iter()
-                        .any(|a| a.access.writes() && range(a).iter().any(|&part| needs[a.resource.0 as usize][part]));
+                for index in group.clone().rev().filter(|&index| self.on[index]) {
+                    live[index] |= self.is_needed(&self.graph.passes[index], &needs);
                     if live[index] {
-                        for access in pass.accesses.iter().filter(|a| a.access.reads()) {
-                            let point = if access.age == 0 { &mut needs } else { &mut at_end };
-                            mark(&mut point[access.resource.0 as usize], range(access));
-                        }
+                        self.mark_read(&self.graph.passes[index], &mut needs, at_end);
                     }
                 }
                 // What a tick needs when it starts may be made by the tick before it.
@@ -90,24 +123,39 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             }
             end = group.start;
         }
-        // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
-        let anew = made_anew(graph, &live, Some((input.present, &presented)), &parts, range);
-        for (index, anew) in anew.iter().enumerate() {
-            let needed = (0..anew.len()).filter(|&part| needs[index][part] && !anew[part]);
-            mark(&mut at_end[index], needed);
-        }
-        if at_end == before {
-            break;
+        needs
+    }
+
+    fn is_needed(&self, pass: &Pass, needs: &Needs) -> bool {
+        let mut written = pass.accesses.iter().filter(|access| access.access.writes());
+        written.any(|access| self.parts_of(access).iter().any(|&part| needs[access.resource.0 as usize][part]))
+    }
+
+    fn mark_read(&self, pass: &Pass, needs: &mut Needs, at_end: &mut Needs) {
+        for access in pass.accesses.iter().filter(|access| access.access.reads()) {
+            let point = if access.age == 0 { &mut *needs } else { &mut *at_end };
+            mark(&mut point[access.resource.0 as usize], self.parts_of(access));
         }
     }
 
-    let mut result = Cull {
-        live: Vec::new(),
-        culled: Vec::new(),
-        used: Vec::new(),
-        switched_off: vec![false; graph.resources.len()],
-        carried: carried.iter().map(|parts| parts.contains(&true)).collect(),
-    };
+    fn mark_presented(&self, needs: &mut Needs) {
+        mark(&mut needs[self.present.resource.0 as usize], self.presented.iter().copied());
+    }
+
+    fn parts_of(&self, access: &BoundAccess) -> Vec<usize> {
+        parts_of(self.parts, self.sizes, access).collect()
+    }
+}
+
+/// The passes that do not run, and why.
+fn culled(live: &[bool], on: &[bool]) -> Vec<Culled> {
+    let reason = |index: usize| if on[index] { CullReason::Unused } else { CullReason::Condition };
+    let rest = (0..live.len()).filter(|&index| !live[index]);
+    rest.map(|index| Culled { pass: PassId(index32(index)), reason: reason(index) }).collect()
+}
+
+/// The resources that something uses.
+fn used(graph: &Graph, live: &[bool], sizes: &[Size], input: &PlanInput) -> Vec<ResourceId> {
     let mut used = vec![false; graph.resources.len()];
     used[input.present.resource.0 as usize] = true;
     for pinned in input.pinned {
@@ -121,24 +169,22 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
             && resource.kind.supplied_by().is_none()
             && limits::fits(graph, resource, sizes[index], input);
     }
-    for (index, pass) in graph.passes.iter().enumerate() {
-        let id = PassId(index32(index));
-        if live[index] {
-            result.live.push(id);
-            for access in &pass.accesses {
-                used[access.resource.0 as usize] = true;
-            }
-        } else if on[index] {
-            result.culled.push(Culled { pass: id, reason: CullReason::Unused });
-        } else {
-            result.culled.push(Culled { pass: id, reason: CullReason::Condition });
-            for access in pass.accesses.iter().filter(|a| a.access.writes()) {
-                result.switched_off[access.resource.0 as usize] = true;
-            }
+    let passes = graph.passes.iter().zip(live).filter(|(_, live)| **live);
+    for access in passes.flat_map(|(pass, _)| &pass.accesses) {
+        used[access.resource.0 as usize] = true;
+    }
+    (0..used.len()).filter(|&index| used[index]).map(|index| ResourceId(index32(index))).collect()
+}
+
+/// By resource: a pass that would write it is off.
+fn switched_off(graph: &Graph, on: &[bool]) -> Vec<bool> {
+    let mut switched_off = vec![false; graph.resources.len()];
+    for (pass, _) in graph.passes.iter().zip(on).filter(|(_, on)| !**on) {
+        for access in pass.accesses.iter().filter(|access| access.access.writes()) {
+            switched_off[access.resource.0 as usize] = true;
         }
     }
-    result.used = (0..graph.resources.len()).filter(|&i| used[i]).map(|i| ResourceId(index32(i))).collect();
-    result
+    switched_off
 }
 
 /// The passes that end there and run together: those of a clock, or one alone.

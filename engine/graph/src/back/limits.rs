@@ -9,7 +9,7 @@ use crate::back::sizes::{self, groups, local_size, specialization};
 use crate::ir::checked::{
     BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Source, Target, Value,
 };
-use crate::ir::plan::{Limits, PlanInput};
+use crate::ir::plan::{DeviceLimits, PlanInput};
 use crate::ir::size::{Size, full_chain};
 
 /// Checks that the present point exists.
@@ -304,7 +304,7 @@ fn dispatch(
     pass: &Pass,
     sizes: &[Size],
     (constants, world): (&[(u32, Value)], [u32; 3]),
-    limits: &Limits,
+    limits: &DeviceLimits,
     found: &mut Vec<Diagnostic>,
 ) {
     let local = local_size(pass, constants);
@@ -370,7 +370,7 @@ fn dispatch(
     }
 }
 
-fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
+fn blocks(pass: &Pass, limits: &DeviceLimits, found: &mut Vec<Diagnostic>) {
     let push = pass.shader.interface.push.as_ref().map_or(0, |block| block.size);
     if push > limits.push_constants {
         let limit = limits.push_constants;
@@ -403,7 +403,7 @@ fn blocks(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
     }
 }
 
-fn bindings(pass: &Pass, limits: &Limits, found: &mut Vec<Diagnostic>) {
+fn bindings(pass: &Pass, limits: &DeviceLimits, found: &mut Vec<Diagnostic>) {
     for (what, count, (name, limit)) in needs::bindings(pass, &limits.bindings) {
         if count > limit {
             let message = format!("pass `{}` binds {count} {what}, but the device allows {limit}", pass.name);

@@ -4,7 +4,7 @@ use raxel_shader::interface::BindingKind;
 
 use crate::back::sizes::local_size;
 use crate::ir::checked::Pass;
-use crate::ir::plan::{BindingLimits, Limits, Plan};
+use crate::ir::plan::{BindingLimits, DeviceLimits, Plan};
 
 /// How much of something one pass needs, and how much a device has.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Need {
 }
 
 /// What a plan needs of each limit of a device: of all its passes the one that needs most.
-pub fn needs(plan: &Plan, limits: &Limits) -> Vec<Need> {
+pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
     let mut most: Vec<Need> = Vec::new();
     for planned in &plan.passes {
         let pass = plan.graph.pass(planned.pass);

@@ -6,7 +6,7 @@ use crate::ir::checked::{
     Buffer, BufferSize, Dispatch, Extent, Graph, Origin, Pass, Resource, ResourceId, ResourceKind, Target, Value,
 };
 use crate::ir::index::index32;
-use crate::ir::plan::{Limits, PlanInput, SourceSize, WorldInput, copy_name};
+use crate::ir::plan::{DeviceLimits, PlanInput, SourceSize, WorldInput, copy_name};
 use crate::ir::size::{Size, constant, full_chain, product};
 
 /// The sizes of all resources, in order of [`Graph::resources`].
@@ -142,7 +142,7 @@ pub fn groups(
     sizes: &[Size],
     constants: &[(u32, Value)],
     world: [u32; 3],
-    limits: &Limits,
+    limits: &DeviceLimits,
 ) -> Option<[u32; 3]> {
     let local = local_size(pass, constants).map(|axis| axis.max(1));
     let threads = match pass.dispatch {

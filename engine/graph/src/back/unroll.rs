@@ -109,7 +109,7 @@ fn is_on(pass: &Pass, input: &PlanInput) -> bool {
 fn rounds(graph: &Graph, rounds: Rounds, sizes: &[Size], input: &PlanInput) -> u32 {
     let count = match rounds {
         Rounds::Fixed(count) => count,
-        Rounds::Mips(target) => sizes[target.0 as usize].subresources().0.saturating_sub(1),
+        Rounds::Mips(target) => sizes[target.0 as usize].mips().saturating_sub(1),
         Rounds::Param(id) => {
             let set = input.counts.iter().find(|(param, _)| *param == id).map(|(_, count)| *count);
             set.or_else(|| checked::count_of(graph.params[id.0 as usize].default)).unwrap_or(0)

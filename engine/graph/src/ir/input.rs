@@ -34,7 +34,7 @@ pub struct PlanInput<'a> {
     /// 0xDEADBEEF.
     pub poison: bool,
     /// Limits of the device.
-    pub limits: Limits,
+    pub limits: DeviceLimits,
 }
 
 /// Which resources can be read at the end of a frame, besides pinned ones. The choice never changes later frames: passes whose outputs a
@@ -84,7 +84,7 @@ impl From<u64> for SourceSize {
 
 /// Device limits that a plan is checked against.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Limits {
+pub struct DeviceLimits {
     /// `maxImageDimension2D`.
     pub image_2d: u32,
     /// `maxImageDimension3D`.
@@ -124,9 +124,9 @@ pub struct BindingLimits {
     pub resources: u32,
 }
 
-impl Limits {
+impl DeviceLimits {
     /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
-    pub const PORTABLE: Limits = Limits {
+    pub const PORTABLE: DeviceLimits = DeviceLimits {
         image_2d: 4096,
         image_3d: 256,
         image_layers: 256,

@@ -18,7 +18,8 @@ use serde::Serialize;
 use crate::ir::checked::{BoundAccess, Clear, ClockId, Graph, PassId, ResourceId, Source, Value};
 use crate::ir::index::index32;
 pub use crate::ir::input::{
-    BindingLimits, Limits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput, copy_name,
+    BindingLimits, DeviceLimits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput,
+    copy_name,
 };
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;
@@ -245,13 +246,13 @@ pub enum Lifetime {
         /// Last step that accesses it.
         last: u32,
         /// Its place, or `None` when it has memory of its own.
-        place: Option<Place>,
+        place: Option<BlockOffset>,
     },
 }
 
 /// A place in a shared memory block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Place {
+pub struct BlockOffset {
     /// Index into [`Plan::blocks`].
     pub block: u32,
     /// Byte offset in it.

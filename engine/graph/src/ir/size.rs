@@ -26,11 +26,19 @@ pub enum Size {
 }
 
 impl Size {
-    /// Numbers of mips and layers; (1, 1) for a buffer.
-    pub fn subresources(&self) -> (u32, u32) {
+    /// Number of mips; 1 for a buffer.
+    pub fn mips(&self) -> u32 {
         match *self {
-            Size::Image { mips, layers, .. } => (mips, layers),
-            Size::Buffer { .. } => (1, 1),
+            Size::Image { mips, .. } => mips,
+            Size::Buffer { .. } => 1,
+        }
+    }
+
+    /// Number of layers; 1 for a buffer.
+    pub fn layers(&self) -> u32 {
+        match *self {
+            Size::Image { layers, .. } => layers,
+            Size::Buffer { .. } => 1,
         }
     }
 

@@ -13,14 +13,12 @@ pub(crate) struct SubresourceRange {
 impl SubresourceRange {
     /// All of a resource.
     pub fn whole(size: &Size) -> SubresourceRange {
-        let (mips, layers) = size.subresources();
-        SubresourceRange { mips: (0, mips), layers: (0, layers) }
+        SubresourceRange { mips: (0, size.mips()), layers: (0, size.layers()) }
     }
 
     /// The range of an access. What lies outside the resource is cut off (it is reported elsewhere).
     pub fn of(access: &BoundAccess, size: &Size) -> SubresourceRange {
-        let (mips, layers) = size.subresources();
-        SubresourceRange { mips: clip(access.mips, mips), layers: clip(access.layers, layers) }
+        SubresourceRange { mips: clip(access.mips, size.mips()), layers: clip(access.layers, size.layers()) }
     }
 
     /// One mip of one layer.

@@ -1,45 +1,58 @@
 //! Types that a graph can name (`f32`, `ivec3`, `mat4`, …), what GLSL calls them, and how values of them lie in memory.
 
 use raxel_shader::interface::{Scalar, Type};
+use serde::Serialize;
 
 use crate::ir::checked::Value;
 
 /// A scalar, a vector or a 4×4 matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct ValueType {
     /// Component.
     pub scalar: Scalar,
-    /// Rows (components of a vector) and columns; (1, 1) is a scalar.
-    pub shape: (u32, u32),
+    /// Rows, which are the components of a vector; 1 in a scalar.
+    pub rows: u32,
+    /// Columns; 1 in a scalar and in a vector.
+    pub columns: u32,
 }
 
 /// Every type that a graph can name: its word in a graph, its name in GLSL.
-const TYPES: [(&str, &str, Scalar, (u32, u32)); 14] = [
-    ("f32", "float", Scalar::F32, (1, 1)),
-    ("i32", "int", Scalar::I32, (1, 1)),
-    ("u32", "uint", Scalar::U32, (1, 1)),
-    ("bool", "bool", Scalar::Bool, (1, 1)),
-    ("vec2", "vec2", Scalar::F32, (2, 1)),
-    ("vec3", "vec3", Scalar::F32, (3, 1)),
-    ("vec4", "vec4", Scalar::F32, (4, 1)),
-    ("ivec2", "ivec2", Scalar::I32, (2, 1)),
-    ("ivec3", "ivec3", Scalar::I32, (3, 1)),
-    ("ivec4", "ivec4", Scalar::I32, (4, 1)),
-    ("uvec2", "uvec2", Scalar::U32, (2, 1)),
-    ("uvec3", "uvec3", Scalar::U32, (3, 1)),
-    ("uvec4", "uvec4", Scalar::U32, (4, 1)),
-    ("mat4", "mat4", Scalar::F32, (4, 4)),
+const TYPES: [(&str, &str, ValueType); 14] = [
+    ("f32", "float", ValueType::scalar(Scalar::F32)),
+    ("i32", "int", ValueType::scalar(Scalar::I32)),
+    ("u32", "uint", ValueType::scalar(Scalar::U32)),
+    ("bool", "bool", ValueType::scalar(Scalar::Bool)),
+    ("vec2", "vec2", ValueType::vector(Scalar::F32, 2)),
+    ("vec3", "vec3", ValueType::vector(Scalar::F32, 3)),
+    ("vec4", "vec4", ValueType::vector(Scalar::F32, 4)),
+    ("ivec2", "ivec2", ValueType::vector(Scalar::I32, 2)),
+    ("ivec3", "ivec3", ValueType::vector(Scalar::I32, 3)),
+    ("ivec4", "ivec4", ValueType::vector(Scalar::I32, 4)),
+    ("uvec2", "uvec2", ValueType::vector(Scalar::U32, 2)),
+    ("uvec3", "uvec3", ValueType::vector(Scalar::U32, 3)),
+    ("uvec4", "uvec4", ValueType::vector(Scalar::U32, 4)),
+    ("mat4", "mat4", ValueType::matrix(Scalar::F32, 4, 4)),
 ];
 
 impl ValueType {
-    /// A type of that component and shape.
-    pub const fn new(scalar: Scalar, shape: (u32, u32)) -> Self {
-        Self { scalar, shape }
+    /// A scalar.
+    pub const fn scalar(scalar: Scalar) -> Self {
+        Self::vector(scalar, 1)
+    }
+
+    /// A vector of so many components; a scalar, if it has one.
+    pub const fn vector(scalar: Scalar, rows: u32) -> Self {
+        Self::matrix(scalar, rows, 1)
+    }
+
+    /// A matrix; a vector, if it has one column.
+    pub const fn matrix(scalar: Scalar, rows: u32, columns: u32) -> Self {
+        Self { scalar, rows, columns }
     }
 
     /// The type of that word in a graph.
     pub fn from_word(word: &str) -> Option<Self> {
-        TYPES.iter().find(|ty| ty.0 == word).map(|ty| Self::new(ty.2, ty.3))
+        TYPES.iter().find(|ty| ty.0 == word).map(|ty| ty.2)
     }
 
     /// Every word that a graph can use, in the order of the documentation.
@@ -54,58 +67,57 @@ impl ValueType {
 
     /// The word in a graph.
     pub fn word(self) -> &'static str {
-        TYPES.iter().find(|ty| (ty.2, ty.3) == (self.scalar, self.shape)).map_or("another type", |ty| ty.0)
+        TYPES.iter().find(|ty| ty.2 == self).map_or("another type", |ty| ty.0)
     }
 
     /// The type of a shader's member, if a graph can fill it.
     pub fn of_member(ty: &Type) -> Option<Self> {
         let ty = match *ty {
-            Type::Scalar(scalar) => Self::new(scalar, (1, 1)),
-            Type::Vector(scalar, rows) => Self::new(scalar, (rows, 1)),
-            Type::Matrix { scalar, columns, rows, row_major: false, .. } => Self::new(scalar, (rows, columns)),
+            Type::Scalar(scalar) => Self::scalar(scalar),
+            Type::Vector(scalar, rows) => Self::vector(scalar, rows),
+            Type::Matrix { scalar, columns, rows, row_major: false, .. } => Self::matrix(scalar, rows, columns),
             _ => return None,
         };
-        TYPES.iter().any(|known| (known.2, known.3) == (ty.scalar, ty.shape)).then_some(ty)
+        TYPES.iter().any(|known| known.2 == ty).then_some(ty)
     }
 
     /// Whether it is a signed integer; a number of a loop's round suits that too.
     pub fn is_i32(self) -> bool {
-        self == Self::new(Scalar::I32, (1, 1))
+        self == Self::scalar(Scalar::I32)
     }
 
     /// Bytes from one element of an array to the next in `std430`: those of a vector of three are padded to four components.
     pub const fn stride(self) -> u32 {
-        let rows = if self.shape.0 == 3 { 4 } else { self.shape.0 };
-        4 * rows * self.shape.1
+        let rows = if self.rows == 3 { 4 } else { self.rows };
+        4 * rows * self.columns
     }
 
     /// Whether a value of this type can be put into a member of type `member`. SPIR-V has no booleans in blocks: a shader's `bool`
     /// arrives here as an unsigned integer.
     pub fn fits(self, member: ValueType) -> bool {
-        self == member || (self.scalar == Scalar::Bool && member == Self::new(Scalar::U32, (1, 1)))
+        self == member || (self.scalar == Scalar::Bool && member == Self::scalar(Scalar::U32))
     }
 }
 
 impl Value {
     /// Its type.
     pub const fn ty(&self) -> ValueType {
-        let (scalar, shape) = match self {
-            Value::Bool(_) => (Scalar::Bool, (1, 1)),
-            Value::I32(_) => (Scalar::I32, (1, 1)),
-            Value::U32(_) => (Scalar::U32, (1, 1)),
-            Value::F32(_) => (Scalar::F32, (1, 1)),
-            Value::IVec2(_) => (Scalar::I32, (2, 1)),
-            Value::IVec3(_) => (Scalar::I32, (3, 1)),
-            Value::IVec4(_) => (Scalar::I32, (4, 1)),
-            Value::UVec2(_) => (Scalar::U32, (2, 1)),
-            Value::UVec3(_) => (Scalar::U32, (3, 1)),
-            Value::UVec4(_) => (Scalar::U32, (4, 1)),
-            Value::Vec2(_) => (Scalar::F32, (2, 1)),
-            Value::Vec3(_) => (Scalar::F32, (3, 1)),
-            Value::Vec4(_) => (Scalar::F32, (4, 1)),
-            Value::Mat4(_) => (Scalar::F32, (4, 4)),
-        };
-        ValueType::new(scalar, shape)
+        match self {
+            Value::Bool(_) => ValueType::scalar(Scalar::Bool),
+            Value::I32(_) => ValueType::scalar(Scalar::I32),
+            Value::U32(_) => ValueType::scalar(Scalar::U32),
+            Value::F32(_) => ValueType::scalar(Scalar::F32),
+            Value::IVec2(_) => ValueType::vector(Scalar::I32, 2),
+            Value::IVec3(_) => ValueType::vector(Scalar::I32, 3),
+            Value::IVec4(_) => ValueType::vector(Scalar::I32, 4),
+            Value::UVec2(_) => ValueType::vector(Scalar::U32, 2),
+            Value::UVec3(_) => ValueType::vector(Scalar::U32, 3),
+            Value::UVec4(_) => ValueType::vector(Scalar::U32, 4),
+            Value::Vec2(_) => ValueType::vector(Scalar::F32, 2),
+            Value::Vec3(_) => ValueType::vector(Scalar::F32, 3),
+            Value::Vec4(_) => ValueType::vector(Scalar::F32, 4),
+            Value::Mat4(_) => ValueType::matrix(Scalar::F32, 4, 4),
+        }
     }
 
     /// Appends it as an element of an array in `std430`, padded to [`ValueType::stride`].

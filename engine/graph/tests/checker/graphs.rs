@@ -7,7 +7,7 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, Span};
 use raxel_graph::checked::*;
 use raxel_graph::plan::{
-    BufferDesc, ImageDesc, Limits, MemoryModel, Observe, Plan, PlanInput, Present, Requirements, SourceSize,
+    BufferDesc, DeviceLimits, ImageDesc, MemoryModel, Observe, Plan, PlanInput, Present, Requirements, SourceSize,
     WorldInput, copy_name,
 };
 use raxel_shader::format::Format;
@@ -59,7 +59,7 @@ impl Case {
             memory: &self.memory,
             alias: self.alias,
             poison: self.poison,
-            limits: Limits::PORTABLE,
+            limits: DeviceLimits::PORTABLE,
         };
         raxel_graph::plan(self.graph.clone(), &input)
     }
@@ -465,8 +465,7 @@ fn moving(r: &mut Random) -> Fill {
         Builtin::FrameStill,
         Builtin::HistoryValid,
     ]);
-    let (scalar, shape) = from.ty();
-    Fill { member: "value".to_owned(), offset: 0, scalar, shape, stride: 0, from: Source::Builtin(from) }
+    Fill { member: "value".to_owned(), offset: 0, ty: from.ty(), stride: 0, from: Source::Builtin(from) }
 }
 
 fn place() -> Span {

@@ -1,7 +1,7 @@
 //! Is it safe to forget what shares memory?
 
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Lifetime, Observe, Place, Plan, ResourceDesc, ResourcePlan, Step};
+use raxel_graph::plan::{BlockOffset, Lifetime, Observe, Plan, ResourceDesc, ResourcePlan, Step};
 
 use super::flow::{carried, subresources, touched};
 use super::graphs::Case;
@@ -9,7 +9,7 @@ use super::graphs::Case;
 /// A resource in a shared block.
 struct Placed {
     index: usize,
-    place: Place,
+    place: BlockOffset,
     image: bool,
     first: u32,
     last: u32,

@@ -2,7 +2,7 @@
 //! of a dispatch over it.
 
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Limits, Plan, ResourceDesc};
+use raxel_graph::plan::{DeviceLimits, Plan, ResourceDesc};
 
 use super::graphs::{Case, OUTPUT, WORLD};
 
@@ -88,7 +88,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
             let enough = groups * group >= threads;
             // Each row but the first exists because one less would be too long.
             let spare = groups - threads.div_ceil(group).max(1).min(groups) >= u64::from(y);
-            if !enough || spare || x > Limits::PORTABLE.workgroup_count[0] {
+            if !enough || spare || x > DeviceLimits::PORTABLE.workgroup_count[0] {
                 faults.push(format!("{}: {x}×{y}×{z} groups of {group} for {threads} threads", pass.name));
             }
         }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span};
-use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::*;
-use raxel_graph::plan::{Limits, Observe, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{DeviceLimits, Observe, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::{EstimatedMemory, ValueType};
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Interface, LocalSize, Scalar};
 use raxel_shader::{Request, Shader};
@@ -22,7 +22,7 @@ pub struct Hand {
     pub output: [u32; 2],
     pub world: [u32; 3],
     pub materials: Option<Vec<String>>,
-    pub limits: Limits,
+    pub limits: DeviceLimits,
     pub pinned: Vec<&'static str>,
     pub observe: Observe,
     pub counts: Vec<(ParamId, u32)>,
@@ -54,7 +54,7 @@ impl Hand {
             output: [320, 180],
             world: [100, 60, 40],
             materials: None,
-            limits: Limits::PORTABLE,
+            limits: DeviceLimits::PORTABLE,
             pinned: Vec::new(),
             observe: Observe::Shown,
             counts: Vec::new(),
@@ -198,7 +198,7 @@ impl Hand {
 
 /// A push constant.
 pub fn from(from: Source) -> Fill {
-    Fill { member: "value".to_owned(), offset: 0, scalar: Scalar::F32, shape: (1, 1), stride: 0, from }
+    Fill { member: "value".to_owned(), offset: 0, ty: ValueType::scalar(Scalar::F32), stride: 0, from }
 }
 
 /// A shader that is never looked into, with workgroups of 8 × 8.

@@ -347,7 +347,7 @@ impl Slot<'_> {
                 _ => 0,
             };
             let offset = leaf.offset + index * apart;
-            fills.push(Fill { member: path, offset, scalar: ty.scalar, shape: ty.shape, stride, from });
+            fills.push(Fill { member: path, offset, ty, stride, from });
         };
         match (&feed.value, len) {
             (Feed::From(Source::Round(index), from), None) if from.fits(ty) || ty.is_i32() => {
@@ -359,7 +359,7 @@ impl Slot<'_> {
             (Feed::From(_, from), _) => found.push(self.wrong_source(member, &feed.span, *from)),
             (Feed::Literal(literal), None) => {
                 // A boolean is written `true` though SPIR-V has it as an unsigned integer.
-                let bool_ty = ValueType::new(raxel_shader::interface::Scalar::Bool, (1, 1));
+                let bool_ty = ValueType::scalar(raxel_shader::interface::Scalar::Bool);
                 let value = typed(literal, ty).or_else(|| typed(literal, bool_ty).filter(|_| bool_ty.fits(ty)));
                 match value {
                     Some(value) => put(0, Source::Value(value)),

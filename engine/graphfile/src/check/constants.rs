@@ -39,7 +39,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
         };
         // A value that is not known was reported before.
         let Some(feed) = feed else { continue };
-        let ty = ValueType::new(constant.scalar, (1, 1));
+        let ty = ValueType::scalar(constant.scalar);
         let is = match &feed.value {
             Feed::From(Source::Round(index), from) if *from == ty || ty.is_i32() => {
                 if loops::around(context, *index, &feed.span, found).is_some() {

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::{Code, Diagnostic, Severity, codes};
 use raxel_graph::checked::{BoundAccess, BufferSize, Dispatch, Interval, ResourceId, ResourceKind, Usage};
-use raxel_graph::plan::Limits;
+use raxel_graph::plan::DeviceLimits;
 use raxel_shader::interface::Access;
 
 use super::extents::mip_count;
@@ -84,7 +84,7 @@ fn too_many_groups(context: &Context<'_>, dispatch: &Dispatch) -> impl Iterator<
             Dispatch::Threads(threads) if local.spec_id.is_none() => threads[axis].div_ceil(local.value.max(1)),
             _ => return None,
         };
-        let limit = Limits::PORTABLE.workgroup_count[axis];
+        let limit = DeviceLimits::PORTABLE.workgroup_count[axis];
         (groups > limit).then(|| {
             let name = ["x", "y", "z"][axis];
             format!("{groups} workgroups along {name} are more than the {limit} that every device allows")

@@ -7,7 +7,7 @@ use raxel_graph::supply::FILE;
 use raxel_language::{ReadKeys, Value};
 
 use super::literal;
-use crate::model::{BufferSize, Display, Elements, Literal, Part, Scale, Size, Warning};
+use crate::model::{BufferSize, Display, Elements, Literal, RelativeSize, Scale, Size, Warning};
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
 pub const LONGEST_AXIS: u32 = 65_536;
@@ -104,7 +104,7 @@ fn size(node: &Node<'_, '_>) -> Option<Size> {
         return node.wrong_type("a scale, `[w, h]`, `[w, h, d]` or a table with `of` and `scale`");
     }
     let table = node.table()?;
-    let part = Part::read_whole(&table, &())?;
+    let part = RelativeSize::read_whole(&table, &())?;
     match (part.of, part.scale) {
         (None, None) => node.bad_value(format!("`{}` needs `of`, `scale` or both", node.name)),
         (Some(target), None) => Some(Size::Of { target, scale: 1.0 }),

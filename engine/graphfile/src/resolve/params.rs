@@ -120,7 +120,7 @@ fn choices(param: &Param, ty: Option<ValueType>, default: Option<Value>, found: 
     let name = &param.name.value;
     let error = |message: String| Diagnostic::error(codes::graph::PARAM_CHOICES, message);
     if let Some(ty) = ty
-        && !(ty.shape == (1, 1) && matches!(ty.scalar, Scalar::I32 | Scalar::U32))
+        && !([ty.rows, ty.columns] == [1, 1] && matches!(ty.scalar, Scalar::I32 | Scalar::U32))
     {
         let mut diagnostic = error(format!("param `{name}` is a `{}`, which has no choices", ty.word()))
             .label(choices.span.clone(), "the choices");
@@ -169,7 +169,7 @@ fn color(param: &Param, ty: Option<ValueType>, found: &mut Vec<Diagnostic>) {
 }
 
 fn can_be_color(ty: ValueType) -> bool {
-    ty.scalar == Scalar::F32 && matches!(ty.shape, (3 | 4, 1))
+    ty.scalar == Scalar::F32 && matches!([ty.rows, ty.columns], [3 | 4, 1])
 }
 
 /// Where a file does not say, the name or the label does.

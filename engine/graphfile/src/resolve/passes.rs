@@ -1,36 +1,18 @@
-//! Resolves `[[passes]]`: the shader to compile, resources, params, builtins, conditions.
+//! Resolves `[[passes]]`: the shader to compile, what it binds, how it is dispatched, when it runs.
 
 use raxel_diagnostics::files::join;
-use raxel_diagnostics::names::{closest, list};
-use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
-use raxel_graph::ValueType;
-use raxel_graph::checked::{
-    self, Builtin, ClockValue, Condition, Every, Extent, Fact, LoopId, Material, ResourceId, ResourceKind, RoundIndex,
-    Source, Value,
-};
-use raxel_graph::index32;
+use raxel_diagnostics::{Diagnostic, Spanned, codes};
+use raxel_graph::checked::{self, Every, Extent, LoopId, ResourceId, ResourceKind, RoundIndex};
 use raxel_graph::supply::layout_of;
 use raxel_shader::Request;
 
-use super::params::unknown_type;
+use super::conditions::condition;
 use super::resources::no_elements;
 use super::supplied::extent_from_outside;
-use super::{Bind, Declared, Feed, Member, Pass, Scope, age, missing, unknown};
-use crate::model::{self, Fills, Filter, Mip, Wrap};
+use super::values::{constant, fills};
+use super::{Bind, Declared, Pass, Scope, age, missing, unknown};
+use crate::model::{self, Filter, Mip, Wrap};
 use crate::queues::Queue;
-
-/// The facts of `when` that are no param.
-pub const FACTS: [(&str, Fact); 6] = [
-    ("world.has_emission", Fact::WorldHasEmission),
-    ("world.has_transparency", Fact::WorldHasTransparency),
-    ("world.has_voxels", Fact::WorldHasVoxels),
-    ("world.has_instances", Fact::WorldHasInstances),
-    ("device.packets", Fact::DevicePackets),
-    ("device.ballots", Fact::DeviceBallots),
-];
-
-/// Elements that an array member may be declared with.
-const LONGEST_MEMBER: u32 = 4096;
 
 /// A pass. `arguments` is the buffer that is made for it if it dispatches a queue.
 pub fn pass(pass: &model::Pass, scope: &Scope<'_>, arguments: Option<ResourceId>, found: &mut Vec<Diagnostic>) -> Pass {
@@ -275,7 +257,7 @@ fn counted(
 }
 
 /// Whether the elements of a buffer can be counted. What is wrong with its declaration is reported there.
-fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
+pub fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
     let declared = &scope.resources[id.0 as usize];
     let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
     if !counted && declared.sound {
@@ -336,162 +318,4 @@ fn every(given: &Spanned<model::Every>, scope: &Scope<'_>, found: &mut Vec<Diagn
         model::Every::Still(frames) => Every::Still(*frames),
         model::Every::Clock(name) => Every::Clock(scope.clock(name, &given.span, found)?),
     })
-}
-
-/// The values of a block of a pass, or of one of `[blocks.*]`.
-pub fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
-    Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
-}
-
-fn member(member: &model::Member, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Member {
-    let ty = member.ty.as_ref().and_then(|word| {
-        let ty = member_type(&word.value);
-        if ty.is_none() {
-            found.push(unknown_type(&word.value, &word.span, ValueType::words()));
-        }
-        ty.map(|ty| Spanned::new(ty, word.span.clone()))
-    });
-    let feed = match (&member.from, &member.value) {
-        (Some(from), _) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
-        (None, Some(literal)) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
-        (None, None) => None,
-    };
-    Member { path: member.path.clone(), ty, feed, offset: member.offset.clone() }
-}
-
-/// `vec3`, `vec4[8]`.
-fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
-    let Some((element, rest)) = word.split_once('[') else { return ValueType::from_word(word).map(|ty| (ty, None)) };
-    let len: u32 = rest.strip_suffix(']')?.parse().ok().filter(|len| (1..=LONGEST_MEMBER).contains(len))?;
-    ValueType::from_word(element).map(|ty| (ty, Some(len)))
-}
-
-fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<Feed>> {
-    match value {
-        model::Constant::Value(literal) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
-        model::Constant::From(from) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),
-    }
-}
-
-/// The word of `from`: `param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME`, `clock.NAME.tick`, or a builtin.
-fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Feed> {
-    let word = from.value.as_str();
-    if let Some(name) = word.strip_prefix("param.") {
-        let id = scope.param(name, &from.span, found)?;
-        let param = &scope.params[id.0 as usize];
-        return param.sound.then(|| Feed::From(Source::Param(id), Value::ty(&param.item.default)));
-    }
-    if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
-        let name = Spanned::new(name.to_owned(), from.span.clone());
-        let id = of_kind(&name, scope, "target", found)?;
-        if !scope.resources[id.0 as usize].sound {
-            return None;
-        }
-        let rows = if has_third_axis(id, scope) { 3 } else { 2 };
-        let ty = ValueType::new(raxel_shader::interface::Scalar::I32, (rows, 1));
-        return Some(Feed::From(Source::ExtentOf(id), ty));
-    }
-    if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
-        let name = Spanned::new(name.to_owned(), from.span.clone());
-        let id = of_kind(&name, scope, "buffer", found)?;
-        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
-        return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
-    }
-    if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
-        return Some(Feed::From(Source::Round(index), ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1))));
-    }
-    if let Some(name) = word.strip_prefix("material.").filter(|name| !name.is_empty()) {
-        let mut materials = scope.materials.borrow_mut();
-        materials.push(Material { name: name.to_owned(), place: from.span.clone() });
-        let ty = ValueType::new(raxel_shader::interface::Scalar::U32, (1, 1));
-        return Some(Feed::From(Source::Material(index32(materials.len()) - 1), ty));
-    }
-    if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
-        let (scalar, shape) = builtin.ty();
-        return Some(Feed::From(Source::Builtin(*builtin), ValueType::new(scalar, shape)));
-    }
-    if let Some((name, word)) = word.strip_prefix("clock.").and_then(|rest| rest.rsplit_once('.'))
-        && let Some((value, _)) = ClockValue::ALL.iter().find(|(_, known)| *known == word)
-    {
-        let id = scope.clock(name, &from.span, found)?;
-        let scalar = match value {
-            ClockValue::Tick => raxel_shader::interface::Scalar::U32,
-            ClockValue::Delta | ClockValue::Phase => raxel_shader::interface::Scalar::F32,
-        };
-        return Some(Feed::From(Source::Clock(id, *value), ValueType::new(scalar, (1, 1))));
-    }
-    found.push(unknown_source(word, &from.span, scope));
-    None
-}
-
-fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
-    let rounds = || RoundIndex::ALL.into_iter().map(RoundIndex::name);
-    let builtins = || Builtin::ALL.iter().map(|builtin| builtin.name()).chain(rounds());
-    let params: Vec<String> = scope.params.iter().map(|param| format!("param.{}", param.item.name)).collect();
-    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_BUILTIN, format!("nothing is called `{word}`"))
-        .label(place.clone(), "no such value");
-    // A param is often named without the word that says it is one.
-    let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
-    match meant
-        .or_else(|| closest(word, params.iter().map(String::as_str).chain(builtins().map(|name| -> &str { name }))))
-    {
-        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None => diagnostic.help(format!(
-            "`param.NAME`, `target.NAME.size`, `buffer.NAME.count`, `material.NAME` or one of: {}",
-            list(builtins())
-        )),
-    }
-}
-
-/// Whether the extent of a target has depth or layers. A chain of `of` that closes on itself is reported elsewhere.
-fn has_third_axis(id: ResourceId, scope: &Scope<'_>) -> bool {
-    let mut next = id;
-    for _ in 0..=scope.resources.len() {
-        let ResourceKind::Target(target) = &scope.resources[next.0 as usize].item.kind else { return false };
-        if next == id && target.layers > 1 {
-            return true;
-        }
-        match target.extent {
-            Extent::Fixed3(_) | Extent::World { .. } | Extent::Source => return true,
-            Extent::Of { target, .. } => next = target,
-            Extent::Output { .. } | Extent::Fixed2(_) => return false,
-        }
-    }
-    false
-}
-
-/// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
-fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
-    if when.value == "always" {
-        return None;
-    }
-    let word = when.value.strip_prefix('!').unwrap_or(&when.value);
-    let negated = word.len() < when.value.len();
-    if let Some((_, fact)) = FACTS.iter().find(|(name, _)| *name == word) {
-        return Some(Condition { fact: fact.clone(), negated });
-    }
-    if let Some(name) = word.strip_prefix("param.") {
-        let id = scope.param(name, &when.span, found)?;
-        let param = &scope.params[id.0 as usize];
-        if matches!(param.item.default, Value::Bool(_)) {
-            return Some(Condition { fact: Fact::Param(id), negated });
-        }
-        if param.sound {
-            let ty = param.item.default.ty().word();
-            found.push(
-                Diagnostic::error(codes::graph::CONDITION_TYPE, format!("param `{name}` is `{ty}`, not `bool`"))
-                    .label(when.span.clone(), "a condition holds or does not")
-                    .label(param.detail.clone(), "declared here"),
-            );
-        }
-        return None;
-    }
-    let facts = || FACTS.iter().map(|(name, _)| *name);
-    let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_FACT, format!("there is no condition `{word}`"))
-        .label(when.span.clone(), "no such condition");
-    found.push(match closest(word, facts()) {
-        Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
-        None => diagnostic.help(format!("`param.NAME` of a bool, or one of: {}", list(facts()))),
-    });
-    None
 }

@@ -1,18 +1,19 @@
-//! Resolves `[targets.*]` and `[buffers.*]`: formats, extents, sources, fill values, display.
+//! Resolves `[targets.*]` and `[buffers.*]`: formats, extents, sources, values.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::ValueType;
-use raxel_graph::checked::{self, Clear, ClockId, DisplayMap, Extent, Origin, Resource, ResourceId, ResourceKind};
+use raxel_graph::checked::{self, ClockId, Extent, Origin, Resource, ResourceId, ResourceKind};
 use raxel_graph::supply::{Catalog, FILE};
 use raxel_shader::format::Format;
-use raxel_shader::interface::ScalarKind;
 
+use super::clears::{colour, pattern};
+use super::displays::show;
 use super::params::unknown_type;
 use super::supplied::{extent_from_outside, only_of_files};
 use super::{Declared, Names, clock_id, missing, resource};
-use crate::literal::{describe, float, integer, typed};
-use crate::model::{Buffer, BufferSize, Data, Dispatch, Display, File, Literal, Pass, Size, Target, WORLD, Warning};
+use crate::literal::{describe, typed};
+use crate::model::{Buffer, BufferSize, Data, Dispatch, File, Literal, Pass, Size, Target, WORLD, Warning};
 use crate::queues;
 
 /// Resolves targets, then buffers.
@@ -356,154 +357,4 @@ fn volume_has_no_layers(target: &Target, found: &mut Vec<Diagnostic>) {
             .label(size.span.clone(), "three dimensions"),
         );
     }
-}
-
-/// A fill value of a target: one number for every channel, or one for each.
-fn colour(name: &str, key: &str, literal: &Literal, format: Format, found: &mut Vec<Diagnostic>) -> Option<Clear> {
-    let channels = format.channels() as usize;
-    let one = std::slice::from_ref(literal);
-    let elements = match &literal.data {
-        Data::Array(elements) => elements.as_slice(),
-        _ => one,
-    };
-    let single = elements.len() == 1 && !matches!(literal.data, Data::Array(_));
-    let clear = (single || elements.len() == channels)
-        .then(|| match format.scalar() {
-            ScalarKind::Float => broadcast(elements, channels, |_, element| float(element)).map(Clear::Float),
-            ScalarKind::Int => broadcast(elements, channels, |channel, element| {
-                let half = 1_i64 << (channel_bits(format, channel) - 1);
-                integer(element).filter(|v: &i32| (-half..half).contains(&i64::from(*v)))
-            })
-            .map(Clear::Int),
-            ScalarKind::Uint => broadcast(elements, channels, |channel, element| {
-                integer(element).filter(|v: &u32| u64::from(*v) < 1 << channel_bits(format, channel))
-            })
-            .map(Clear::Uint),
-        })
-        .flatten();
-    if clear.is_none() {
-        let kind = match format.scalar() {
-            ScalarKind::Float => "float",
-            ScalarKind::Int => "integer",
-            ScalarKind::Uint => "unsigned integer",
-        };
-        let bits = channel_bits(format, 0);
-        found.push(
-            Diagnostic::error(
-                codes::graph::FILL_VALUE,
-                format!("`{key}` of target `{name}` is {}, which `{}` cannot hold", describe(literal), format.name()),
-            )
-            .label(literal.span.clone(), "")
-            .help(match channels {
-                1 => format!("`{}` takes one {kind} of {bits} bits", format.name()),
-                n => format!("`{}` takes {n} {kind}s of {bits} bits, or one for all channels", format.name()),
-            }),
-        );
-    }
-    clear
-}
-
-/// Bits of a channel of an integer format.
-fn channel_bits(format: Format, channel: usize) -> u32 {
-    match (format, channel) {
-        (Format::Rgb10A2 | Format::Rgb10A2ui, 3) => 2,
-        (Format::Rgb10A2 | Format::Rgb10A2ui, _) => 10,
-        _ => format.bytes() * 8 / format.channels(),
-    }
-}
-
-/// One element for every channel, or an element a channel; channels that the format lacks are zero.
-fn broadcast<T: Copy + Default>(
-    elements: &[Literal],
-    channels: usize,
-    value: impl Fn(usize, &Literal) -> Option<T>,
-) -> Option<[T; 4]> {
-    let mut all = [T::default(); 4];
-    for (channel, out) in all.iter_mut().enumerate().take(channels) {
-        *out = value(channel, elements.get(channel).or(elements.first())?)?;
-    }
-    Some(all)
-}
-
-/// The fill pattern of a buffer: 32 bits, written as a signed or unsigned integer.
-fn pattern(name: &str, key: &str, literal: &Literal, found: &mut Vec<Diagnostic>) -> Option<u32> {
-    let pattern = integer::<u32>(literal).or_else(|| integer::<i32>(literal).map(i32::cast_unsigned));
-    if pattern.is_none() {
-        let diagnostic = Diagnostic::error(
-            codes::graph::FILL_VALUE,
-            format!("`{key}` of buffer `{name}` is {}, not a 32-bit integer", describe(literal)),
-        )
-        .label(literal.span.clone(), "a buffer is filled with one 32-bit pattern");
-        found.push(match float(literal) {
-            Some(value) if matches!(literal.data, Data::Float(_)) => {
-                diagnostic.help(format!("the pattern of the float {value:?} is {:#010x}", value.to_bits()))
-            }
-            _ => diagnostic,
-        });
-    }
-    pattern
-}
-
-/// `display`, with the format's own map where the file names none.
-#[expect(clippy::cast_possible_truncation, reason = "the reader has checked that the ends differ as 32-bit floats")]
-pub(super) fn show(
-    name: &str,
-    display: &Spanned<Display>,
-    format: Format,
-    found: &mut Vec<Diagnostic>,
-) -> Option<checked::Display> {
-    let (channels, float) = (format.channels(), format.scalar() == ScalarKind::Float);
-    let Display { map, range, channel } = &display.value;
-    let map = map.unwrap_or(default_map(format));
-    let needs = match map {
-        DisplayMap::Color | DisplayMap::Normal if !float || channels < 3 => "a float format with 3 or 4 channels",
-        DisplayMap::Raw if !float => "a float or normalised format",
-        DisplayMap::Id | DisplayMap::Integer if float => "an integer format",
-        _ => "",
-    };
-    let word = DisplayMap::WORDS.iter().find(|known| known.1 == map).map_or("", |known| known.0);
-    if !needs.is_empty() {
-        found.push(
-            Diagnostic::error(
-                codes::graph::DISPLAY,
-                format!("target `{name}` is `{}`, which the display map `{word}` cannot show", format.name()),
-            )
-            .label(display.span.clone(), format!("`{word}` needs {needs}")),
-        );
-        return None;
-    }
-    if let Some(channel) = channel.as_ref().filter(|channel| channel.value >= channels) {
-        found.push(
-            Diagnostic::error(
-                codes::graph::DISPLAY,
-                format!("target `{name}` is `{}`, which has no channel {}", format.name(), channel.value),
-            )
-            .label(channel.span.clone(), format!("the last channel is {}", channels - 1)),
-        );
-        return None;
-    }
-    if range.is_some() && matches!(map, DisplayMap::Raw | DisplayMap::Normal | DisplayMap::Id) {
-        let message = format!("the `range` of target `{name}` does nothing: the display map `{word}` has none");
-        found.push(
-            Diagnostic::warning(codes::graph::DISPLAY, message)
-                .label(display.span.clone(), format!("`{word}` shows values as they are"))
-                .help("take `range` out, or choose `color`, `gray`, `turbo` or `viridis`"),
-        );
-    }
-    let range = range.map_or([0.0, 1.0], |range| range.map(|end| end as f32));
-    Some(checked::Display { map, range, channel: channel.as_ref().map_or(0, |channel| channel.value) })
-}
-
-/// The map of a format that the file says nothing about.
-fn default_map(format: Format) -> DisplayMap {
-    match (format.scalar(), format.channels()) {
-        (ScalarKind::Int | ScalarKind::Uint, _) => DisplayMap::Id,
-        (ScalarKind::Float, 1 | 2) => DisplayMap::Gray,
-        (ScalarKind::Float, _) if is_unorm(format) => DisplayMap::Raw,
-        (ScalarKind::Float, _) => DisplayMap::Color,
-    }
-}
-
-fn is_unorm(format: Format) -> bool {
-    matches!(format, Format::Rgba16 | Format::Rgb10A2 | Format::Rgba8)
 }

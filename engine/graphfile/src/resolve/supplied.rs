@@ -8,7 +8,8 @@ use raxel_graph::index32;
 use raxel_graph::supply::{FILE, FileContents, ImageRequest, Refusal};
 use raxel_shader::format::Format;
 
-use super::resources::{Scope, show};
+use super::displays::show;
+use super::resources::Scope;
 use super::{Declared, unknown};
 use crate::model::{Buffer, Encoding, Target};
 

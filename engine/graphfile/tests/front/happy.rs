@@ -33,8 +33,9 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert_eq!(primary.dispatch, Dispatch::ThreadsOf { target: graph.find_resource("hit").unwrap(), mip: 0 });
     let defines: Vec<_> = primary.shader.request.defines.iter().map(|(name, text)| (&name[..], &text[..])).collect();
     assert_eq!(defines, [("FAST", "1"), ("MAX_STEPS", "256"), ("NAME", "vec3(1)"), ("RX_LAYOUT_TREE64", "1")]);
-    let push: Vec<_> = primary.push.iter().map(|fill| (&fill.member[..], fill.offset, fill.shape)).collect();
-    let members = [("camera_cell", 0, (3, 1)), ("camera_frac", 16, (3, 1)), ("view", 32, (4, 4))];
+    let push: Vec<_> =
+        primary.push.iter().map(|fill| (&fill.member[..], fill.offset, [fill.ty.rows, fill.ty.columns])).collect();
+    let members = [("camera_cell", 0, [3, 1]), ("camera_frac", 16, [3, 1]), ("view", 32, [4, 4])];
     assert_eq!(push[..3], members);
     assert_eq!(primary.push[2].stride, 16);
     assert_eq!(primary.push[0].from, Source::Builtin(Builtin::CameraCell));
@@ -45,7 +46,7 @@ fn every_construct_arrives_in_the_checked_graph() {
     let first = [("colors[0]", 0), ("colors[1]", 16), ("lights[0].color", 32), ("lights[0].on", 44)];
     assert_eq!(sky[..4], first);
     assert_eq!(sky[6..], [("sun.direction", 64), ("sun.strength", 76)]);
-    assert_eq!(primary.uniforms[0].fills[3].scalar, Scalar::U32);
+    assert_eq!(primary.uniforms[0].fills[3].ty.scalar, Scalar::U32);
     assert_eq!(primary.uniforms[0].fills[3].from, Source::Value(Value::Bool(true)));
     assert_eq!(primary.uniforms[0].size, 80);
 
@@ -127,7 +128,7 @@ fn a_queue_becomes_two_passes() {
         memory: &raxel_graph::EstimatedMemory,
         alias: true,
         poison: false,
-        limits: raxel_graph::plan::Limits::PORTABLE,
+        limits: raxel_graph::plan::DeviceLimits::PORTABLE,
     };
     let plan = raxel_graph::plan(std::sync::Arc::new(graph), &input).unwrap_or_else(|found| panic!("{found:#?}"));
     let text = raxel_graph::print::text(&plan);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, Source};
-use raxel_graph::plan::{Limits, Observe, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{DeviceLimits, Observe, PlanInput, Present, WorldInput};
 
 use crate::files::Project;
 
@@ -307,7 +307,7 @@ fn a_mistake_of_every_round_is_told_once() {
         memory: &EstimatedMemory,
         alias: true,
         poison: false,
-        limits: Limits::PORTABLE,
+        limits: DeviceLimits::PORTABLE,
     };
     let found = raxel_graph::plan(graph, &input).expect_err("`color` has one mip");
     let messages: Vec<_> = found.iter().map(|diagnostic| diagnostic.message.as_str()).collect();

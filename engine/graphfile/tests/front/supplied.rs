@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{Extent, Graph, Interval, ResourceKind, Usage};
-use raxel_graph::plan::{Lifetime, Limits, Observe, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput};
+use raxel_graph::plan::{
+    DeviceLimits, Lifetime, Observe, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput,
+};
 use raxel_graph::{EstimatedMemory, plan, print};
 use raxel_graphfile::{Options, compile_with};
 use raxel_shader::Compiler;
@@ -173,7 +175,7 @@ fn plans_take_it_as_it_is() {
             memory: &EstimatedMemory,
             alias: true,
             poison: false,
-            limits: Limits { image_3d, ..Limits::PORTABLE },
+            limits: DeviceLimits { image_3d, ..DeviceLimits::PORTABLE },
         };
         plan(graph.clone(), &input)
     };

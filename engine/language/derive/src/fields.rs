@@ -85,7 +85,7 @@ pub fn is_option(ty: &Type) -> bool {
 fn limits(field: &Field) -> TokenStream {
     field.range.as_ref().map_or_else(
         || quote!(::core::default::Default::default()),
-        |range| quote!(::raxel_language::Limits::from(#range)),
+        |range| quote!(::raxel_language::NumberRange::from(#range)),
     )
 }
 

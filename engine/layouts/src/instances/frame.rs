@@ -32,6 +32,15 @@ pub enum Rotation {
     Free([[i32; 3]; 3]),
 }
 
+/// A place in a free frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ModelPlace {
+    /// Cell, counted from the anchor's.
+    pub cell: [i64; 3],
+    /// Place in the cell, in units of 2⁻²⁴.
+    pub fraction: [i64; 3],
+}
+
 impl Frame {
     /// Of a pose, rounded to the nearest.
     #[expect(
@@ -111,7 +120,7 @@ impl Frame {
         clippy::cast_possible_truncation,
         reason = "positions are within `COORDINATES`, and casts of floats saturate"
     )]
-    pub fn into_model(&self, cell: [i64; 3], fraction: [i64; 3]) -> Option<([i64; 3], [i64; 3])> {
+    pub fn into_model(&self, cell: [i64; 3], fraction: [i64; 3]) -> Option<ModelPlace> {
         let Rotation::Free(rows) = self.turn else { return None };
         let cells: [i64; 3] = std::array::from_fn(|i| cell[i] - i64::from(self.cell[i]));
         if cells.iter().any(|c| c.abs() > REACH) {
@@ -123,7 +132,7 @@ impl Frame {
             // The middle of the anchor's cell is half a voxel from its corner.
             (sum >> 23) as i64 + ONE / 2
         });
-        Some((place.map(|p| p.div_euclid(ONE)), place.map(|p| p.rem_euclid(ONE))))
+        Some(ModelPlace { cell: place.map(|p| p.div_euclid(ONE)), fraction: place.map(|p| p.rem_euclid(ONE)) })
     }
 
     /// Brings a direction into a free frame, in `f32` and in this order: sums and products, each rounded by itself.
@@ -176,7 +185,7 @@ mod tests {
     #[test]
     fn a_frame_without_a_turn_moves_places_exactly() {
         let frame = Frame::of(&Pose::new([5.25, 0.0, -2.0], [0.0; 3]));
-        let (cell, fraction) = frame.into_model([5, 0, -2], [ONE / 2, 3, ONE]).unwrap();
+        let ModelPlace { cell, fraction } = frame.into_model([5, 0, -2], [ONE / 2, 3, ONE]).unwrap();
         assert_eq!((cell, fraction), ([0, 0, 1], [ONE / 4, 3, 0]));
         assert_eq!(frame.direction([1.0e-30, -0.3, 2.0]), Some([1.0e-30, -0.3, 2.0]));
         assert_eq!(frame.into_model([6 + REACH, 0, 0], [0; 3]), None);

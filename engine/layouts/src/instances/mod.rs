@@ -11,7 +11,7 @@ pub mod records;
 use std::sync::Arc;
 
 pub use encode::InstanceBuffer;
-pub use frame::{Frame, REACH, Rotation};
+pub use frame::{Frame, ModelPlace, REACH, Rotation};
 pub use pose::{Axis, Motion, MotionKind, Pose};
 use raxel_world::World;
 use raxel_world::{Material, MaterialIndex};

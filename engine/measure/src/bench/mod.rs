@@ -21,6 +21,15 @@ pub use runner::{BenchError, Broken, Runner, Uncompiled, cameras, pinhole};
 
 use raxel_runtime::world::LayoutCost;
 
+/// Bytes for each solid voxel of a world in a layout.
+#[derive(Clone, Copy, Debug)]
+pub struct BytesPerVoxel {
+    /// Of what says where voxels are.
+    pub geometry: f64,
+    /// Of that and of materials.
+    pub all: f64,
+}
+
 /// What is run: every combination.
 #[derive(Clone, Debug)]
 pub struct Matrix {
@@ -168,11 +177,14 @@ impl Measured {
         self.time.median * 1e6 / self.rays.max(1) as f64
     }
 
-    /// Bytes a solid voxel, of geometry and in all.
-    pub fn bytes_a_voxel(&self) -> Option<[f64; 2]> {
+    /// Bytes a solid voxel.
+    pub fn bytes_a_voxel(&self) -> Option<BytesPerVoxel> {
         let cost = self.cost.filter(|_| self.voxels > 0)?;
-        let bytes = [cost.geometry_bytes, cost.geometry_bytes + cost.attribute_bytes];
-        Some(bytes.map(|bytes| bytes as f64 / self.voxels as f64))
+        let a_voxel = |bytes: u64| bytes as f64 / self.voxels as f64;
+        Some(BytesPerVoxel {
+            geometry: a_voxel(cost.geometry_bytes),
+            all: a_voxel(cost.geometry_bytes + cost.attribute_bytes),
+        })
     }
 
     /// Millions of voxels encoded a second.

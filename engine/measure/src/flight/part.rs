@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 
 /// A part of the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Part {
+pub enum FlightPart {
     /// Over fresh land.
     #[default]
     Straight,
@@ -23,7 +23,7 @@ pub enum Part {
     Jump(u32),
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for FlightPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Straight => f.pad("straight"),
@@ -35,7 +35,7 @@ impl fmt::Display for Part {
     }
 }
 
-impl Serialize for Part {
+impl Serialize for FlightPart {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
@@ -73,7 +73,7 @@ impl Path {
         camera.yaw += PI * turn / TURN;
         let dive = (time - 2.0 * self.leg - TURN).clamp(0.0, self.stay);
         camera.translate(DVec3::NEG_Y * 60.0 * (dive / self.stay));
-        if let Part::Jump(jump) = self.part(time).0 {
+        if let FlightPart::Jump(jump) = self.part(time).0 {
             let jump = f64::from(jump);
             camera.translate(DVec3::new(20_000.0 * jump, 60.0, -15_000.0 * jump));
         }
@@ -81,16 +81,16 @@ impl Path {
     }
 
     /// The part that the camera is on after some seconds, and the seconds since that began.
-    pub(super) fn part(&self, time: f64) -> (Part, f64) {
-        let jump = |n: u32| (Part::Jump(n), self.first_jump() + f64::from(n - 1) * self.stay);
+    pub(super) fn part(&self, time: f64) -> (FlightPart, f64) {
+        let jump = |n: u32| (FlightPart::Jump(n), self.first_jump() + f64::from(n - 1) * self.stay);
         let parts = [
-            (Part::Straight, 0.0),
-            (Part::Turn, self.leg),
-            (Part::Back, self.leg + TURN),
-            (Part::Down, 2.0 * self.leg + TURN),
+            (FlightPart::Straight, 0.0),
+            (FlightPart::Turn, self.leg),
+            (FlightPart::Back, self.leg + TURN),
+            (FlightPart::Down, 2.0 * self.leg + TURN),
         ];
         let begun = parts.into_iter().chain((1..=JUMPS).map(jump)).rfind(|(_, begin)| time >= *begin);
-        let (part, begin) = begun.unwrap_or((Part::Straight, 0.0));
+        let (part, begin) = begun.unwrap_or((FlightPart::Straight, 0.0));
         (part, time - begin)
     }
 

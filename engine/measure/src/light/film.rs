@@ -73,12 +73,21 @@ pub struct Filmed {
     pub complaints: Vec<String>,
 }
 
+/// A number over the moments of a film.
+#[derive(Clone, Copy, Debug)]
+pub struct WorstAndMean {
+    /// The value with the largest magnitude.
+    pub worst: f64,
+    /// The mean.
+    pub mean: f64,
+}
+
 impl Filmed {
-    /// Largest value and mean of a number over the moments.
-    pub fn worst_and_mean(&self, of: impl Fn(&Compared) -> f64) -> [f64; 2] {
+    /// The worst value and the mean of a number over the moments.
+    pub fn worst_and_mean(&self, of: impl Fn(&Compared) -> f64) -> WorstAndMean {
         let values: Vec<f64> = self.moments.iter().map(of).collect();
         let worst = values.iter().fold(0.0, |worst: f64, value| if value.abs() > worst.abs() { *value } else { worst });
-        [worst, values.iter().sum::<f64>() / values.len().max(1) as f64]
+        WorstAndMean { worst, mean: values.iter().sum::<f64>() / values.len().max(1) as f64 }
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resou
     let (shader, pipeline) = compile(device, files, &request, "raymask table", None)?;
     let size = u64::from(ENTRIES) * 8;
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
-    let table = Resource::Buffer(Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?), 0, size);
+    let table = Resource::whole(&Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?));
     let resources = vec![vec![table.clone()]; shader.interface.bindings.len()];
     let descriptors = Descriptors::new(device, BINDING, &pipeline, &resources)?;
     let mut commands = CommandBuffer::new(device, BINDING)?;

@@ -178,9 +178,8 @@ impl Stream {
     }
 
     fn bind(&self, tracer: &Tracer, world: &DeviceWorld, slot: usize) -> Result<Descriptors, RayError> {
-        let whole = |buffer: &Arc<Buffer>| Resource::Buffer(buffer.clone(), 0, buffer.size());
         let slot = &self.slots[slot];
-        let resources = tracer.resources(world, &whole(&slot.rays), &whole(&slot.hits))?;
+        let resources = tracer.resources(world, &Resource::whole(&slot.rays), &Resource::whole(&slot.hits))?;
         Ok(Descriptors::new(&self.device, "rays", &tracer.pipeline, &resources)?)
     }
 

@@ -73,9 +73,9 @@ pub struct DeviceWorld {
 
 impl DeviceWorld {
     /// A world that is in a buffer already, in a layout without an image. What of it is traced is what is there when the device traces.
-    pub fn of_buffer(buffer: Arc<Buffer>) -> Self {
+    pub fn of_buffer(buffer: &Arc<Buffer>) -> Self {
         let bytes = buffer.size();
-        Self { buffer: Resource::Buffer(buffer, 0, bytes), image: None, bytes, others: Vec::new() }
+        Self { buffer: Resource::whole(buffer), image: None, bytes, others: Vec::new() }
     }
 
     /// With another world for a shader that has `<raxel/world/BINDING.glsl>`.
@@ -174,7 +174,7 @@ impl Tracer {
     /// Brings words to the device, for another binding of the shader.
     pub fn upload_words(&self, name: &str, words: &[u32]) -> Result<DeviceWorld, RayError> {
         let buffer = upload(&self.device, name, bytemuck::cast_slice(words), PATIENCE)?;
-        Ok(DeviceWorld::of_buffer(Arc::new(buffer)))
+        Ok(DeviceWorld::of_buffer(&Arc::new(buffer)))
     }
 
     fn bring(&self, layout: Layout, world: &World, encoded: &Encoded) -> Result<DeviceWorld, RayError> {
@@ -185,12 +185,7 @@ impl Tracer {
         let bytes = buffer.size();
         let image_bytes = voxels.as_ref().map_or(0, EncodedImage::bytes);
         let image = voxels.map(|voxels| self.image(&voxels)).transpose()?;
-        Ok(DeviceWorld {
-            buffer: Resource::Buffer(buffer, 0, bytes),
-            image,
-            bytes: bytes + image_bytes,
-            others: Vec::new(),
-        })
+        Ok(DeviceWorld { buffer: Resource::whole(&buffer), image, bytes: bytes + image_bytes, others: Vec::new() })
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "an image has 32 mips at most")]
@@ -198,7 +193,7 @@ impl Tracer {
         let mips: Vec<&[u8]> = voxels.mips.iter().map(|mip| bytemuck::cast_slice(mip)).collect();
         let texture = Texture { format: VOXEL_FORMAT, extent: voxels.size, volume: true };
         let image = upload_image(&self.device, "world voxels", texture, &mips, PATIENCE)?;
-        let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: (0, mips.len() as u32), layers: (0, 1) };
+        let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: mips.len() as u32, ..ViewInfo::FLAT };
         let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
         Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))
     }

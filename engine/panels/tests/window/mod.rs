@@ -3,9 +3,9 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use raxel_panels::view::{
-    Brush, Compare, Editing, FileKind, Frame, Inspected, Kind, Magnified, Map, Param, Pass, PassState, Preset, Problem,
-    ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Thumbnail, Timeline, Use, World, WorldExtent,
-    WorldStatistics, Zoom,
+    Brush, Compare, ComponentKind, Editing, FileKind, Frame, Inspected, Magnified, Map, Param, Pass, PassState, Preset,
+    Problem, ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Thumbnail, Timeline, Use, World,
+    WorldExtent, WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
 
@@ -64,7 +64,7 @@ impl Window {
             resources: vec![resource("depth", [writes, reads, none]), resource("color", [none, writes, none])],
             params: vec![
                 param("exposure", vec![2.0], vec![1.0]),
-                Param { kind: Kind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
+                Param { kind: ComponentKind::Bool, range: None, ..param("fog", vec![0.0], vec![0.0]) },
             ],
             presets: Vec::new(),
             records: false,

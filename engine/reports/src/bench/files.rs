@@ -157,8 +157,8 @@ fn numbers(measured: &Measured) -> Vec<(&'static str, Option<f64>)> {
         ("voxels", Some(measured.voxels as f64)),
         ("geometry_bytes", cost.map(|cost| cost.geometry_bytes as f64)),
         ("attribute_bytes", cost.map(|cost| cost.attribute_bytes as f64)),
-        ("geometry_bytes_per_voxel", bytes.map(|[geometry, _]| geometry)),
-        ("bytes_per_voxel", bytes.map(|[_, all]| all)),
+        ("geometry_bytes_per_voxel", bytes.map(|bytes| bytes.geometry)),
+        ("bytes_per_voxel", bytes.map(|bytes| bytes.all)),
         ("encode_s", cost.map(|cost| cost.encode_seconds)),
         ("encode_mvoxels_per_s", measured.encoded_mvoxels()),
     ];

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use raxel_gpu::DeviceOptions;
-use raxel_output::{Coding, Compression, Layers, Mode, Output, Place, Scratch, Shoot, Stages};
+use raxel_output::{Coding, Compression, Destination, Layers, Mode, Output, Scratch, Shoot, Stages};
 use raxel_terminal::args::{Messages, Size, size};
 use raxel_terminal::console::{self, Console, Format};
 use raxel_terminal::failure::{Failure, Result};
@@ -55,7 +55,7 @@ pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     for (name, file, compression, mode) in CASES {
         let path = scratch.path().join(file);
         let output = Output::parse(&path.display().to_string(), None)?;
-        let place = match Place::prepare(&output, size, fps, 0) {
+        let place = match Destination::prepare(&output, size, fps, 0) {
             Err(failure) if matches!(output, Output::Film(_)) => {
                 console.message(&format!("{name}: left out: {}", failure.message));
                 continue;

@@ -110,8 +110,8 @@ fn cells(row: &Row, measured: &Measured) -> [String; 10] {
         three(measured.mrays()),
         or_dash(wrong_ppm(row)),
         or_dash(measured.steps),
-        or_dash(bytes.map(|[geometry, _]| geometry)),
-        or_dash(bytes.map(|[_, all]| all)),
+        or_dash(bytes.map(|bytes| bytes.geometry)),
+        or_dash(bytes.map(|bytes| bytes.all)),
         or_dash(measured.encoded_mvoxels()),
     ]
 }

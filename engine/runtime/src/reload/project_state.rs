@@ -8,7 +8,7 @@ use raxel_graph::plan::Observe;
 
 use crate::build::{self, DeviceContext, Selection};
 use crate::debug_target::DebugTarget;
-use crate::load::{Loader, Part};
+use crate::load::{LoadOutcome, Loader};
 use crate::params::Params;
 use crate::recording_files::{Content, note};
 use crate::sources;
@@ -25,13 +25,13 @@ pub struct ProjectState {
     /// Project path of the demo, if one runs.
     pub demo_path: Option<String>,
     /// The graph that runs.
-    pub graph: Part<Graph>,
+    pub graph: LoadOutcome<Graph>,
     /// The other graphs of the demo, by project path.
-    pub other_graphs: BTreeMap<String, Part<Graph>>,
+    pub other_graphs: BTreeMap<String, LoadOutcome<Graph>>,
     /// The world.
-    pub world: Part<SessionWorld>,
+    pub world: LoadOutcome<SessionWorld>,
     /// The demo.
-    pub demo: Option<Part<Demo>>,
+    pub demo: Option<LoadOutcome<Demo>>,
     /// What was named besides the demo, and takes the place of what the demo names.
     pub named: Named,
 }
@@ -74,14 +74,14 @@ impl ProjectState {
             demo_path: None,
             graph: loader.graph(path),
             other_graphs: BTreeMap::new(),
-            world: Part::without_file(SessionWorld::empty()),
+            world: LoadOutcome::without_file(SessionWorld::empty()),
             demo: None,
             named: Named::default(),
         }
     }
 
     /// The graph at a project path, if it is one of those that run here.
-    pub fn graph_at(&self, path: &str) -> Option<&Part<Graph>> {
+    pub fn graph_at(&self, path: &str) -> Option<&LoadOutcome<Graph>> {
         if path == self.graph_path { Some(&self.graph) } else { self.other_graphs.get(path) }
     }
 
@@ -202,7 +202,7 @@ impl ProjectState {
 }
 
 /// A file that a demo names and that is missing is pointed at where the demo names it.
-fn name_missing<T>(part: &mut Part<T>, named: &Spanned<String>) {
+fn name_missing<T>(part: &mut LoadOutcome<T>, named: &Spanned<String>) {
     if let Err(found) = &mut part.result {
         named.point_at_missing(found);
     }

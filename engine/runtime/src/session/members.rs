@@ -35,9 +35,9 @@ fn find_member_of(graph: &Graph, id: PassId, member: &str, value: Value) -> Resu
 
 /// A value must have as many components as the member; their types are converted.
 fn fits(fill: &Fill, value: Value) -> Result<(), SetError> {
-    let (rows, columns) = fill.shape;
-    if params::components(&value).len() == (rows * columns) as usize {
+    let expected = fill.ty.rows * fill.ty.columns;
+    if params::components(&value).len() == expected as usize {
         return Ok(());
     }
-    Err(SetError::WrongShape { name: fill.member.clone(), expected: rows * columns, found: params::type_name(&value) })
+    Err(SetError::WrongShape { name: fill.member.clone(), expected, found: params::type_name(&value) })
 }

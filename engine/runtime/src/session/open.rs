@@ -18,7 +18,7 @@ use crate::build;
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTarget;
 use crate::editing::Editing;
-use crate::load::{Loader, Part};
+use crate::load::{LoadOutcome, Loader};
 use crate::params::Params;
 use crate::present::Viewport;
 use crate::project::Project;
@@ -184,8 +184,9 @@ fn load(
     let (mut graph, world, device) = std::thread::scope(|scope| {
         let graph = scope.spawn(|| loader.graph(&graph_path));
         let device = scope.spawn(|| device.map_or_else(|| open_device(options), Ok));
-        let world =
-            world_path.as_ref().map_or_else(|| Part::without_file(SessionWorld::empty()), |path| loader.world(path));
+        let world = world_path
+            .as_ref()
+            .map_or_else(|| LoadOutcome::without_file(SessionWorld::empty()), |path| loader.world(path));
         let graph = graph.join().unwrap_or_else(|panic| resume_unwind(panic));
         (graph, world, device.join().unwrap_or_else(|panic| resume_unwind(panic)))
     });

@@ -8,7 +8,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::ExternalResource;
 use raxel_graph::checked::{Graph, Resource, Value};
 use raxel_layouts::instances::{Frame, InstanceBuffer, Instances, Pose};
-use raxel_layouts::{LayoutError, Limits};
+use raxel_layouts::{EncodingLimits, LayoutError};
 
 use crate::params;
 use crate::world::SessionWorld;
@@ -70,7 +70,7 @@ pub struct LiveInstances {
 
 impl LiveInstances {
     /// Those of a world, where they stand without any param; with the words of their buffer.
-    pub fn new(world: &SessionWorld, limits: Limits) -> Result<(Self, Vec<u32>), LayoutError> {
+    pub fn new(world: &SessionWorld, limits: EncodingLimits) -> Result<(Self, Vec<u32>), LayoutError> {
         let instances = world.instances().clone();
         let buffer = instances.encode(world.palette(), limits.buffer_bytes)?;
         let shown = instances.frames(|_| None);

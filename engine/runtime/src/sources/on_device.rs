@@ -10,7 +10,7 @@ use raxel_execute::{self as execute, Builder, ExecuteError, ExternalResource, FR
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage};
-use raxel_layouts::{Encoded, EncodedImage, Layout, LayoutError, Limits, LiveLayout, Patch};
+use raxel_layouts::{Encoded, EncodedImage, EncodingLimits, Layout, LayoutError, LiveLayout, Patch};
 use raxel_stream::{Refused, WorldStream};
 use raxel_world::{Chunk, ChunkPos};
 
@@ -392,9 +392,9 @@ fn upload_file(
 }
 
 /// What a device can hold of a layout.
-pub fn layout_limits(device: &raxel_gpu::Device) -> Limits {
+pub fn layout_limits(device: &raxel_gpu::Device) -> EncodingLimits {
     let capabilities = device.capabilities();
-    Limits {
+    EncodingLimits {
         buffer_bytes: u64::from(capabilities.limits.max_storage_buffer_range),
         image_side: capabilities.limits.max_image_dimension3_d,
         image_bytes: execute::largest_image(device, VOXEL_FORMAT),

@@ -29,6 +29,6 @@ pub fn store_refused(error: &OpenError) -> Diagnostic {
     match error {
         OpenError::NeedsCloud(_) => diagnostic
             .help("`cargo build --release --features cloud`, or RAXEL_FEATURES=cloud ./raxel, builds one with it"),
-        OpenError::Unknown(_) | OpenError::Failed(..) => diagnostic,
+        OpenError::Unknown(_) | OpenError::Failed { .. } => diagnostic,
     }
 }

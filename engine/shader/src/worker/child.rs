@@ -3,7 +3,7 @@
 use std::io::{self, Stdin, Stdout};
 use std::process::ExitCode;
 
-use super::Limits;
+use super::CompileLimits;
 use super::protocol::{Order, Reply, read, write};
 use crate::front_end::{self, Included, Job};
 
@@ -35,7 +35,7 @@ fn compile(job: &Job, pipes: &mut (Stdin, Stdout)) -> io::Result<()> {
 
 /// Lets the kernel end this process when the next shader takes more than its limits. What the process took before does not count.
 #[cfg(unix)]
-fn restrict(limits: Limits) {
+fn restrict(limits: CompileLimits) {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     use rustix::time::{ClockId, clock_gettime};
 
@@ -51,4 +51,4 @@ fn restrict(limits: Limits) {
 }
 
 #[cfg(not(unix))]
-fn restrict(_: Limits) {}
+fn restrict(_: CompileLimits) {}

@@ -21,14 +21,14 @@ pub(crate) use parent::{Stopped, compile};
 
 /// What one shader may take. The largest shader of the repository takes a hundredth of the default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct CompileLimits {
     /// Seconds of processor time.
     pub seconds: u32,
     /// Bytes of address space, the compiler's own included.
     pub bytes: u64,
 }
 
-impl Default for Limits {
+impl Default for CompileLimits {
     fn default() -> Self {
         Self { seconds: 10, bytes: 2 << 30 }
     }
@@ -43,7 +43,7 @@ const ARGUMENT: &str = "--raxel-shader-compiler";
 /// Which program the children are, and what they may take.
 struct Isolation {
     program: PathBuf,
-    limits: Limits,
+    limits: CompileLimits,
 }
 
 static ISOLATION: OnceLock<Isolation> = OnceLock::new();
@@ -60,13 +60,13 @@ pub fn isolate() -> Option<ExitCode> {
     let link = PathBuf::from("/proc/self/exe");
     let program = if link.exists() { Some(link) } else { std::env::current_exe().ok() };
     if let Some(program) = program {
-        isolate_by(program, Limits::default());
+        isolate_by(program, CompileLimits::default());
     }
     None
 }
 
 /// The same for a program whose `main` belongs to something else: the children are `program`, which calls [`isolate`] and is built of the same
 /// sources (the binary `raxel` is one). The first call of either function counts.
-pub fn isolate_by(program: PathBuf, limits: Limits) {
+pub fn isolate_by(program: PathBuf, limits: CompileLimits) {
     let _ = ISOLATION.set(Isolation { program, limits });
 }

@@ -7,16 +7,16 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::protocol::{Order, Reply, read, write};
-use super::{ARGUMENT, ISOLATION, Isolation, Limits, MAX_WAIT};
+use super::{ARGUMENT, CompileLimits, ISOLATION, Isolation, MAX_WAIT};
 use crate::front_end::{self, Include, Included, Job, Outcome};
 
 /// Why a child did not finish a shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stopped {
     /// It reached a limit of time.
-    Time(Limits),
+    Time(CompileLimits),
     /// It reached the limit of memory.
-    Memory(Limits),
+    Memory(CompileLimits),
     /// It crashed, for example on a null pointer.
     Crash,
 }
@@ -94,7 +94,7 @@ impl Worker {
     fn compile(
         &mut self,
         job: &Job,
-        limits: Limits,
+        limits: CompileLimits,
         include: &mut dyn FnMut(Include) -> Included,
     ) -> Result<Outcome, Stopped> {
         let end = Instant::now() + MAX_WAIT;
@@ -114,7 +114,7 @@ impl Worker {
     }
 
     /// Why a child whose pipes are closed has ended.
-    fn stopped(&mut self, limits: Limits) -> Stopped {
+    fn stopped(&mut self, limits: CompileLimits) -> Stopped {
         // One that closed them and still runs has nothing to say any more.
         let _ = self.child.kill();
         let status = self.child.wait();

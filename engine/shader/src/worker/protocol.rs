@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::Limits;
+use super::CompileLimits;
 use crate::front_end::{Include, Included, Job, Outcome};
 
 /// Longest message: a module of the largest size that is read, with room for its encoding.
@@ -14,7 +14,7 @@ const MAX_BYTES: u32 = 64 << 20;
 /// From the parent.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Order {
-    Compile(Job, Limits),
+    Compile(Job, CompileLimits),
     /// The answer to [`Reply::Include`].
     Included(Included),
 }

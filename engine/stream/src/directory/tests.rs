@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::sync::Mutex;
 
 use raxel_world::random::SplitMix64;
-use raxel_world::{ChunkPos, Material};
+use raxel_world::{Bounds, ChunkPos, Material};
 
 use super::*;
 use crate::pool::PoolMemory;
@@ -48,10 +48,9 @@ impl Reference {
                 live += 1;
                 // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
                 let (origin, cell) = (key.origin(), cell_edge(key.level));
-                let [low, high] = tile.cells.map(|at| at.map(i64::from));
                 for i in 0..3 {
-                    bounds[0][i] = bounds[0][i].min(origin[i] + low[i] * cell);
-                    bounds[1][i] = bounds[1][i].max(origin[i] + (high[i] + 1) * cell - 1);
+                    bounds[0][i] = bounds[0][i].min(origin[i] + tile.cells.min[i] * cell);
+                    bounds[1][i] = bounds[1][i].max(origin[i] + tile.cells.max[i] * cell - 1);
                 }
             }
         }
@@ -190,8 +189,8 @@ fn tile(random: &mut SplitMix64, level: u32) -> Arc<LiveTile> {
     let filled = node.is_none_or(|node| node.filled_material().is_some());
     let child = |n: u32| TileNode::of_children(u64::from(n) + 1, random.below(1 << 20) as u32);
     let children = if level == 0 || filled { [].into() } else { (0..mask.count_ones()).map(child).collect() };
-    let low = [0; 3].map(|_| random.below(64) as u32);
-    let cells = [low, low.map(|low| low + random.below(64 - u64::from(low)) as u32)];
+    let min = [0; 3].map(|_| random.below(64).cast_signed());
+    let cells = Bounds { min, max: min.map(|min| min + 1 + random.below(64 - min.unsigned_abs()).cast_signed()) };
     let mut group = || LightGroup { first: random.bits() as u32, count: 1, power: 1.0 };
     let lights = match (mask & 3, level) {
         (0, 0) => [(0, group())].into(),
@@ -217,7 +216,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
         let mut cube = Cube { origin: [-8192; 3], log2_size: 14 };
         let mut directory = Directory::new(cube);
         let mut tiles: BTreeMap<TileKey, Arc<LiveTile>> = BTreeMap::new();
-        let mut retired: VecDeque<(u64, Block)> = VecDeque::new();
+        let mut retired: VecDeque<(u64, PoolBlock)> = VecDeque::new();
         let mut in_flight: VecDeque<InFlight> = VecDeque::new();
         let (mut version, mut refused) = (0, 0);
         for step in 0..150 {
@@ -241,7 +240,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
                 assert!(directory.root.below.is_none(), "nothing is kept of what is gone");
             }
             // Sometimes there is room for a part of it at first, or for nothing.
-            let taken: Vec<Block> = match random.below(3) {
+            let taken: Vec<PoolBlock> = match random.below(3) {
                 0 => std::iter::from_fn(|| pool.allocate(4)).collect(),
                 _ => Vec::new(),
             };

@@ -18,7 +18,7 @@ use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
 use crate::directory::{Directory, LiveTile};
-use crate::pool::{Block, PoolStats};
+use crate::pool::{PoolBlock, PoolStats};
 use crate::publication::{MissingTiles, Stats};
 use crate::reach::{StreamingRange, TileKey};
 use crate::view::View;
@@ -64,7 +64,7 @@ pub(super) struct Director {
     /// Tiles that the source did not have, and when to ask for them again.
     backoff: RetryBackoff,
     /// Blocks of tiles and directories, each with the first version that no longer reaches it.
-    retired: VecDeque<(u64, Block)>,
+    retired: VecDeque<(u64, PoolBlock)>,
     version: u64,
     directory: Directory,
     lamps: LightTable,
@@ -86,7 +86,7 @@ struct News {
 
 struct Tile {
     live: Arc<LiveTile>,
-    block: Option<Block>,
+    block: Option<PoolBlock>,
     lamps: MadeLamps,
 }
 
@@ -205,7 +205,7 @@ impl Director {
     }
 
     /// Gives up a block that publications up to the last one may reach. It is freed once no frame uses them.
-    fn retire(&mut self, block: Option<Block>) {
+    fn retire(&mut self, block: Option<PoolBlock>) {
         if let Some(block) = block {
             self.retired.push_back((self.version + 1, block));
         }

@@ -4,16 +4,16 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use raxel_layouts::lights::{HEADER_WORDS, LightGroup, grouped_header, grouped_words};
 
-use crate::pool::{Block, Pool};
+use crate::pool::{Pool, PoolBlock};
 use crate::reach::TileKey;
 
 #[derive(Default)]
 pub(super) struct LightTable {
     /// Blocks of lamps and of tables that no publication from this version on reaches.
-    retired: VecDeque<(u64, Block)>,
+    retired: VecDeque<(u64, PoolBlock)>,
     /// The groups that are shown, their table, and what stands in front of the list.
     groups: Vec<LightGroup>,
-    table: Option<Block>,
+    table: Option<PoolBlock>,
     header: [u32; HEADER_WORDS],
     /// There was no room for the table of the last publication.
     no_table: bool,
@@ -27,7 +27,7 @@ pub(super) struct LightTable {
 
 impl LightTable {
     /// Gives up a block that publications before this version may reach.
-    pub(super) fn retire(&mut self, version: u64, block: Option<Block>) {
+    pub(super) fn retire(&mut self, version: u64, block: Option<PoolBlock>) {
         self.retired.extend(block.map(|block| (version, block)));
     }
 

@@ -6,18 +6,18 @@ use std::time::Instant;
 
 use raxel_layouts::lights::{LIGHT_WORDS, LightGroup, TileLights};
 use raxel_layouts::{TileBlock, TileNode};
-use raxel_world::{Cause, Content, Side, Unavailable};
+use raxel_world::{Bounds, Cause, Content, Side, Unavailable};
 
 use super::threads::{caught, planted};
 use super::{Job, Shared};
 use crate::directory::LiveTile;
-use crate::pool::Block;
+use crate::pool::PoolBlock;
 use crate::reach::TileKey;
 
 /// A tile that was made.
 pub(super) struct Made {
     pub(super) key: TileKey,
-    pub(super) tile: Result<(LiveTile, Option<Block>), Unmade>,
+    pub(super) tile: Result<(LiveTile, Option<PoolBlock>), Unmade>,
     pub(super) lamps: MadeLamps,
     /// Bytes written.
     pub(super) bytes: u64,
@@ -28,7 +28,7 @@ pub(super) struct Made {
 /// The lamps of a tile that was made.
 #[derive(Default)]
 pub(super) struct MadeLamps {
-    pub(super) block: Option<Block>,
+    pub(super) block: Option<PoolBlock>,
     /// The faces of the tile that something touches which gives off light.
     pub(super) sides: u8,
     /// Words of them that there was no room for.
@@ -105,8 +105,8 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     let (lamps, groups) = place_lights(shared, &lights, stale);
     let lamp_bytes = if lamps.block.is_some() { 4 * u64::from(lights.words()) } else { 0 };
     let cells = match &content {
-        Content::Chunk(chunk) => chunk.bounds().into(),
-        Content::Empty | Content::Full(_) => [[0; 3], [63; 3]],
+        Content::Chunk(chunk) => chunk.bounds(),
+        Content::Empty | Content::Full(_) => Bounds { min: [0; 3], max: [64; 3] },
     };
     let live = LiveTile { node, cells, children, lights: groups };
     Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes, outdated: None }

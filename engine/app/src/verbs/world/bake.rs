@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use raxel_bake::{BakeError, DEFAULT_EDGE, Part, Plan, PlanError, Report};
+use raxel_bake::{BakeError, BakePart, DEFAULT_EDGE, Plan, PlanError, Report};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -35,7 +35,7 @@ pub(crate) struct Args {
 
     /// Only a part: I/N is part I of N, counted from 1; X,Y,Z/N is one of N × N × N boxes of the region, counted from 0.
     #[arg(long, value_name = "I/N or X,Y,Z/N")]
-    shard: Option<Part>,
+    shard: Option<BakePart>,
 
     /// The smallest voxel of the region. By default that of the world; of an endless world, that of the land near the first camera.
     #[arg(long, value_name = "X,Y,Z", value_parser = cell, allow_hyphen_values = true)]
@@ -75,7 +75,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     let plan = plan(args, &path, &world, &front, source).map_err(|error| refused(&error, console))?;
     let folder = std::env::current_dir().unwrap_or_default();
     let store = raxel_bake::open(&args.out, &folder).map_err(|error| console.stop(&[store_refused(&error)]))?;
-    let part = args.shard.unwrap_or(Part::Whole);
+    let part = args.shard.unwrap_or(BakePart::Whole);
     let all = part.shards(&plan).count();
     let report = raxel_bake::bake(source, &plan, part, &*store, &mut |key, report| {
         console.detail(&format!("{} ({} of {all})", key.object(), report.shards));

@@ -3,6 +3,8 @@
 use raxel_shader::interface::Scalar;
 use serde::Serialize;
 
+use crate::ir::value::ValueType;
+
 use super::{ClockId, ParamId, ResourceId, RoundIndex, Value};
 
 /// One value put at one offset of a push-constant or uniform block.
@@ -12,10 +14,8 @@ pub struct Fill {
     pub member: String,
     /// Byte offset in the block.
     pub offset: u32,
-    /// Component type.
-    pub scalar: Scalar,
-    /// Rows (components of a vector) and columns; (1, 1) is a scalar.
-    pub shape: (u32, u32),
+    /// Type of the member.
+    pub ty: ValueType,
     /// Bytes between columns of a matrix; 0 otherwise.
     pub stride: u32,
     /// Where the value comes from.
@@ -73,7 +73,7 @@ impl ClockValue {
 }
 
 macro_rules! builtins {
-    ($($variant:ident = $name:literal, $scalar:ident, $shape:expr, $about:literal;)*) => {
+    ($($variant:ident = $name:literal, $scalar:ident, ($rows:literal, $columns:literal), $about:literal;)*) => {
         /// A value that the runtime knows: the `from = "…"` words of a graph file.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
         pub enum Builtin { $(#[doc = $about] $variant),* }
@@ -92,9 +92,9 @@ macro_rules! builtins {
                 match self { $(Builtin::$variant => $about),* }
             }
 
-            /// Component type and shape (rows, columns).
-            pub const fn ty(self) -> (Scalar, (u32, u32)) {
-                match self { $(Builtin::$variant => (Scalar::$scalar, $shape)),* }
+            /// Its type.
+            pub const fn ty(self) -> ValueType {
+                match self { $(Builtin::$variant => ValueType::matrix(Scalar::$scalar, $rows, $columns)),* }
             }
         }
     };

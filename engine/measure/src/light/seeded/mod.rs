@@ -32,7 +32,7 @@ const WORLDS: u64 = 64;
 
 /// What a scene is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum SceneKind {
     /// Walls all around, lamps, sometimes windows.
     Room,
     /// Houses by day and by night.
@@ -43,7 +43,7 @@ pub enum Kind {
     Land,
 }
 
-impl Kind {
+impl SceneKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Room, Self::Street, Self::Cave, Self::Land];
 
@@ -95,14 +95,14 @@ pub struct NoView {
 ///
 /// # Errors
 /// When no camera is found for one of them.
-pub fn scenes(seed: u64, count: u32, kinds: &[Kind]) -> Result<Vec<Seeded>, NoView> {
+pub fn scenes(seed: u64, count: u32, kinds: &[SceneKind]) -> Result<Vec<Seeded>, NoView> {
     let turns = u32::try_from(kinds.len().max(1)).unwrap_or(1);
     let of = |i: u32| kinds.get((i % turns) as usize).map(|kind| one(*kind, seed, i / turns));
     (0..count).filter_map(of).collect()
 }
 
 /// One scene of a seed.
-fn one(kind: Kind, seed: u64, number: u32) -> Result<Seeded, NoView> {
+fn one(kind: SceneKind, seed: u64, number: u32) -> Result<Seeded, NoView> {
     let name = format!("{}-{seed}-{number}", kind.name());
     for attempt in 0..WORLDS {
         let mut draw = Draw::new([seed, kind as u64, u64::from(number), attempt]);

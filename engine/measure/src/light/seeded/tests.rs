@@ -24,8 +24,8 @@ fn world(seeded: &Seeded) -> Arc<SessionWorld> {
 /// it needs another digest here, and a line in docs/lab/judge.md.
 #[test]
 fn a_seed_gives_the_same_files_bit_for_bit() {
-    let all = scenes(7, 8, &Kind::ALL).unwrap();
-    assert_eq!(all, scenes(7, 8, &Kind::ALL).unwrap());
+    let all = scenes(7, 8, &SceneKind::ALL).unwrap();
+    assert_eq!(all, scenes(7, 8, &SceneKind::ALL).unwrap());
     let mut hasher = blake3::Hasher::new();
     for seeded in &all {
         for (name, bytes) in &seeded.files {
@@ -35,9 +35,9 @@ fn a_seed_gives_the_same_files_bit_for_bit() {
     }
     assert_eq!(&hasher.finalize().to_hex()[..16], "595ad8483ca34a6c");
     // The others do not matter, and another seed has other scenes.
-    let caves = scenes(7, 2, &[Kind::Cave]).unwrap();
+    let caves = scenes(7, 2, &[SceneKind::Cave]).unwrap();
     assert_eq!(caves, [all[2].clone(), all[6].clone()]);
-    let other = scenes(8, 8, &Kind::ALL).unwrap();
+    let other = scenes(8, 8, &SceneKind::ALL).unwrap();
     assert!(all.iter().zip(&other).all(|(a, b)| a.files[0].1 != b.files[0].1));
 }
 
@@ -45,7 +45,7 @@ fn a_seed_gives_the_same_files_bit_for_bit() {
 fn a_hundred_seeds_have_valid_scenes() {
     let found: BTreeSet<String> = (0..100_u64)
         .into_par_iter()
-        .flat_map_iter(|seed| scenes(seed, 4, &Kind::ALL).unwrap_or_else(|error| panic!("seed {seed}: {error}")))
+        .flat_map_iter(|seed| scenes(seed, 4, &SceneKind::ALL).unwrap_or_else(|error| panic!("seed {seed}: {error}")))
         .flat_map_iter(|seeded| {
             let world = world(&seeded);
             let (camera, name) = (world.first_camera(), &seeded.scene.name);
@@ -87,7 +87,7 @@ fn a_hundred_seeds_have_valid_scenes() {
 #[test]
 fn cameras_see_light() {
     let size = [16, 9];
-    for seeded in (0..3).flat_map(|seed| scenes(seed, 4, &Kind::ALL).unwrap()) {
+    for seeded in (0..3).flat_map(|seed| scenes(seed, 4, &SceneKind::ALL).unwrap()) {
         let world = world(&seeded);
         if world.streamed().is_some() {
             continue;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
-use raxel_measure::light::film::{Compared, FilmError, FilmOptions, Filmed, film};
+use raxel_measure::light::film::{Compared, FilmError, FilmOptions, Filmed, WorstAndMean, film};
 use raxel_output::{Folders, Pending, Table, shown};
 use raxel_runtime::FrameError;
 use raxel_terminal::console::{self, Console, Format, To};
@@ -114,13 +114,13 @@ fn table(demo: &str, options: &FilmOptions, filmed: &Filmed) -> String {
         text += &line(&second.to_string(), *film, *stopped, *brightness);
     }
     let [film, stopped, brightness] = figures(filmed);
-    text += &line("worst", film[0], stopped[0], brightness[0]);
-    text += &line("mean", film[1], stopped[1], brightness[1]);
+    text += &line("worst", film.worst, stopped.worst, brightness.worst);
+    text += &line("mean", film.mean, stopped.mean, brightness.mean);
     text
 }
 
 /// Worst and mean of the film, of its stops, of its brightness.
-fn figures(filmed: &Filmed) -> [[f64; 2]; 3] {
+fn figures(filmed: &Filmed) -> [WorstAndMean; 3] {
     [
         filmed.worst_and_mean(|moment| moment.film),
         filmed.worst_and_mean(|moment| moment.stopped),
@@ -129,7 +129,7 @@ fn figures(filmed: &Filmed) -> [[f64; 2]; 3] {
 }
 
 fn document(demo: &str, options: &FilmOptions, filmed: &Filmed) -> Value {
-    let figures = figures(filmed).map(|[worst, mean]| json!({ "worst": worst, "mean": mean }));
+    let figures = figures(filmed).map(|WorstAndMean { worst, mean }| json!({ "worst": worst, "mean": mean }));
     json!({
         "reason": "bench-light-film",
         "demo": demo,

@@ -13,7 +13,7 @@ use clap::builder::PossibleValuesParser;
 use raxel_diagnostics::names::{closest, list};
 use raxel_gpu::{Device, DeviceKind, DeviceOptions};
 use raxel_measure::light::error::FORMULA;
-use raxel_measure::light::seeded::Kind;
+use raxel_measure::light::seeded::SceneKind;
 use raxel_measure::light::{Bench, Effort, Epsilon, LightError, Outcome, REFERENCE, References, Scene};
 use raxel_output::{Folders, Pending};
 use raxel_runtime::project::Project;
@@ -70,7 +70,7 @@ pub struct Args {
         value_name = "KIND,…",
         value_delimiter = ',',
         requires = "seed",
-        value_parser = PossibleValuesParser::new(Kind::ALL.map(Kind::name)),
+        value_parser = PossibleValuesParser::new(SceneKind::ALL.map(SceneKind::name)),
         default_value = "room,street,cave,land"
     )]
     kinds: Vec<String>,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_graph::checked::Value;
-use raxel_measure::light::seeded::{self, FOLDER, Kind, Seeded};
+use raxel_measure::light::seeded::{self, FOLDER, SceneKind, Seeded};
 use raxel_measure::light::{CameraMotion, Epsilon, Scene};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::project::Project;
@@ -65,8 +65,8 @@ pub(super) fn find(args: &Args, systems: &[String], front: &OfflineProject, cons
 
 /// Random scenes of the seed.
 pub(super) fn of_seed(args: &Args) -> Result<Vec<Seeded>> {
-    let kinds: Vec<Kind> =
-        Kind::ALL.into_iter().filter(|kind| args.kinds.iter().any(|name| name == kind.name())).collect();
+    let kinds: Vec<SceneKind> =
+        SceneKind::ALL.into_iter().filter(|kind| args.kinds.iter().any(|name| name == kind.name())).collect();
     seeded::scenes(args.seed.unwrap_or_default(), args.count, &each_once(kinds))
         .map_err(|error| Failure::new(Exit::Project, error.to_string()))
 }
