@@ -42,6 +42,15 @@ fn task(out: &Path, environment: &[(&str, String)]) -> Command {
 }
 
 #[test]
+fn one_shard_is_said_to_be_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = format!("file://{}", folder.path().join("small").display());
+    let small = ["world", "bake", "worlds/frontier.toml", "--min", "0,64,0", "--max", "64,128,64", "--edge", "64"];
+    let run = common::raxel(&[&small[..], &["--levels", "1", "--out", &out]].concat()).exits(0);
+    assert!(run.stderr.contains(": 1 shard, 1 written, 0 there already; "), "{}", run.stderr);
+}
+
+#[test]
 fn tasks_make_what_one_process_makes() {
     let folder = tempfile::tempdir().unwrap();
     let inside = |name: &str| folder.path().join(name);

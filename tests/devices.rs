@@ -6,12 +6,19 @@
 
 mod common;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SLOW_DRIVER, SMALL, command, output};
+use common::{
+    DEVICES, EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SLOW_DRIVER, SMALL, TOO_OLD, command, output,
+    repository,
+};
+use raxel_testing::Random;
 
-/// What a device lacks: a format, a feature or memory; threads in a workgroup, shared bytes, bindings.
-const REFUSED: [&str; 4] = ["RX0410", "RX0175", "RX0176", "RX0183"];
+/// What a device lacks: a format, a feature or memory; texels, layers, bytes of a buffer; workgroups, threads in one, pushed bytes, bytes of a block,
+/// shared bytes, bindings.
+const REFUSED: [&str; 10] =
+    ["RX0410", "RX0170", "RX0171", "RX0173", "RX0174", "RX0175", "RX0176", "RX0177", "RX0180", "RX0183"];
 
 /// The shipped project, behind a library that lowers the device.
 fn behind(lesser: &Lesser) -> (Project, PathBuf) {
@@ -41,9 +48,17 @@ fn fits_over(shipped: &(Project, PathBuf), graph: &str, world: &str) -> bool {
     if run.code == 0 {
         return true;
     }
-    assert_eq!(run.code, 3, "{graph}: {}", run.stderr);
-    assert!(REFUSED.iter().any(|code| run.stderr.contains(code)), "{graph}: {}", run.stderr);
+    assert_refused(graph, &run);
     false
+}
+
+/// The reason is a limit, a feature or a format, and each error says where it is and what it takes.
+fn assert_refused(graph: &str, run: &Run) {
+    assert_eq!(run.code, 3, "{graph}: {}", run.stderr);
+    let errors = run.stderr.matches("error[").count();
+    let known = REFUSED.iter().map(|code| run.stderr.matches(&format!("error[{code}]")).count()).sum::<usize>();
+    assert!(errors > 0 && errors == known, "{graph}: {}", run.stderr);
+    assert_eq!(run.stderr.matches("\nhelp: ").count(), errors, "{graph}: {}", run.stderr);
 }
 
 /// Graphs that run on whatever has Vulkan 1.3.
@@ -114,6 +129,19 @@ fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
     assert!(pictures.iter().all(|picture| *picture == pictures[0]));
 }
 
+/// All of them in one go, each with what to do.
+#[test]
+fn every_format_that_the_device_lacks_is_named() {
+    let shipped = behind(&Lesser { name: "a device with few formats", formats: false, ..METAL });
+    let graph = "graphs/light/views/sph.toml";
+    let run = run(&shipped, &["render", graph, "--world", "worlds/tank.toml", "--size", "32x18", "-o", "out.png"]);
+    assert_refused(graph, &run);
+    for format in ["`r8ui` for target `walls`", "`r16f` for target `field`"] {
+        assert!(run.stderr.contains(format), "{}", run.stderr);
+    }
+    assert_eq!(run.stderr.matches("`raxel explain RX0410` lists them").count(), 2, "{}", run.stderr);
+}
+
 #[test]
 fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     let shipped = behind(&SMALL);
@@ -151,23 +179,109 @@ fn a_pipeline_that_takes_long_is_named() {
 fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
     let shipped = behind(&LEAST);
     let run = run(&shipped, &["stress", "--rays", "2e3", "--scenes", "dust"]);
-    assert_ne!(run.code, EXCEEDED, "{}", run.stderr);
-    assert!([0, 3, 4].contains(&run.code), "{} {}\n{}", run.code, run.stdout, run.stderr);
+    assert_eq!(run.code, 0, "{}\n{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("the device lacks `Int64`, which `tree64:packet` needs"), "{}", run.stdout);
+    assert!(run.stdout.contains(", all hit alike"), "{}", run.stdout);
+}
+
+/// Nothing but the version is amiss, and the error says so for each device that the loader lists.
+#[test]
+fn a_device_that_is_too_old_is_refused_by_its_version() {
+    for lesser in TOO_OLD {
+        let shipped = behind(&lesser);
+        let render = run(&shipped, &["render", "graphs/inspect.toml", "--size", "32x18", "-o", "out.png"]).exits(4);
+        assert!(render.stderr.contains("Vulkan 1.1): rejected, it lacks Vulkan 1.2"), "{}", render.stderr);
+        assert!(render.stderr.contains("help: a newer driver may do"), "{}", render.stderr);
+        let doctor = run(&shipped, &["doctor"]).exits(4);
+        assert!(doctor.stdout.contains("Vulkan 1.1): rejected, it lacks Vulkan 1.2"), "{}", doctor.stdout);
+    }
+}
+
+/// The rays of a camera are traced by what each device says of its subgroups, and the picture is the same.
+#[test]
+fn the_picture_is_the_same_on_every_device() {
+    let mut first = None;
+    for lesser in DEVICES {
+        let shipped = behind(&lesser);
+        assert!(fits(&shipped, "graphs/primary.toml"), "{}", lesser.name);
+        let picture = std::fs::read(shipped.0.path("out.png")).unwrap();
+        assert!(*first.get_or_insert_with(|| picture.clone()) == picture, "{}", lesser.name);
+    }
+}
+
+/// `raxel doctor --graph` and the start of a graph come to the same answer on a device of random limits.
+fn is_answered_alike(seed: u64, graphs: impl Fn(&[String], &mut Random) -> Vec<String>) {
+    let lesser = Lesser::random(seed);
+    let shipped = behind(&lesser);
+    for graph in graphs(&graphs_of(&shipped.0), &mut Random::new(seed)) {
+        let doctor = run(&shipped, &["doctor", "--graph", &graph, "--format", "json"]);
+        let told = doctor.json().iter().find(|line| line["what"] == "graph").map(|line| line["state"] == "ok");
+        let starts = fits_over(&shipped, &graph, "worlds/valley.toml");
+        assert_eq!(told, Some(starts), "seed {seed}, {graph}, {lesser:?}\n{}\n{}", doctor.stdout, doctor.stderr);
+        assert_eq!(doctor.code, if starts { 0 } else { 3 }, "seed {seed}, {graph}: {}", doctor.stderr);
+    }
+}
+
+#[test]
+fn on_devices_of_random_limits_a_graph_runs_or_is_refused() {
+    for seed in 0..4 {
+        is_answered_alike(seed, |all, random| (0..3).map(|_| all[random.below(all.len())].clone()).collect());
+    }
+}
+
+#[test]
+#[ignore = "minutes: every shipped graph"]
+fn on_a_device_of_random_limits_every_graph_runs_or_is_refused() {
+    let seed = std::env::var("RAXEL_DEVICE_SEED").map_or(0, |seed| seed.parse().expect("a number"));
+    is_answered_alike(seed, |all, _| all.to_vec());
+}
+
+/// Paths of the shipped graphs, in order.
+fn graphs_of(project: &Project) -> Vec<String> {
+    let is_graph = |path: &String| {
+        path.starts_with("graphs/")
+            && !path.contains("/base/")
+            && Path::new(path).extension().is_some_and(|extension| extension == "toml")
+    };
+    let mut graphs: Vec<String> = project.files().into_iter().filter(is_graph).collect();
+    graphs.sort();
+    graphs
 }
 
 /// Which of all graphs that ship the device refuses.
 fn refused(lesser: &Lesser) -> Vec<String> {
     let shipped = behind(lesser);
-    let is_graph = |path: &String| {
-        path.starts_with("graphs/")
-            && !path.contains("/base/")
-            && Path::new(path).extension().is_some_and(|e| e == "toml")
-    };
-    let graphs = shipped.0.files().into_iter().filter(is_graph);
-    let refused: Vec<String> = graphs.filter(|graph| !fits(&shipped, graph)).collect();
+    let refused: Vec<String> = graphs_of(&shipped.0).into_iter().filter(|graph| !fits(&shipped, graph)).collect();
     println!("{} refuses {}: {}", lesser.name, refused.len(), refused.join(" "));
     refused
 }
+/// `docs/devices.md` has the graphs that some device refuses. `RAXEL_WRITE_DOCS=1` writes the table; without, it is compared.
+#[test]
+#[ignore = "an hour: every shipped graph on every device"]
+fn every_graph_runs_or_is_refused_on_every_device() {
+    let mut refusing: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for lesser in DEVICES {
+        for graph in refused(&lesser) {
+            refusing.entry(graph).or_default().push(lesser.name);
+        }
+    }
+    let mut table = String::from("| graph | refused by |\n|---|---|\n");
+    for (graph, devices) in refusing {
+        table += &format!("| `{graph}` | {} |\n", devices.join(", "));
+    }
+    let path = repository().join("docs/devices.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = page.split_once(TABLE[0]).unwrap();
+    let (_, after) = rest.split_once(TABLE[1]).unwrap();
+    let written = [before, TABLE[0], "\n\n", &table, "\n", TABLE[1], after].concat();
+    if std::env::var_os("RAXEL_WRITE_DOCS").is_some() {
+        std::fs::write(&path, &written).unwrap();
+    }
+    assert_eq!(page, written, "docs/devices.md is of older graphs: RAXEL_WRITE_DOCS=1 writes it anew");
+}
+
+/// Where the table stands in the page.
+const TABLE: [&str; 2] = ["<!-- table by tests/devices.rs -->", "<!-- end of the table -->"];
 
 #[test]
 #[ignore = "minutes: every shipped graph"]
@@ -178,8 +292,8 @@ fn every_graph_runs_or_is_refused_by_the_least_device() {
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_a_small_device() {
-    // Those that raxel is compared with may need more.
-    let own = |graph: &String| !graph.starts_with("graphs/rivals/");
+    // Those that raxel is compared with, and those that measure one tracer, may need more.
+    let own = |graph: &String| !graph.starts_with("graphs/rivals/") && !graph.starts_with("graphs/bench/");
     assert_eq!(refused(&SMALL).into_iter().filter(own).collect::<Vec<_>>(), [""; 0]);
 }
 

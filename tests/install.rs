@@ -105,7 +105,7 @@ fn the_demo_needs_no_project_no_network_and_no_display() {
     assert!(run.stderr.contains("no film: ffmpeg is not installed; writing its frames instead"), "{}", run.stderr);
     let names: Vec<_> = (0..3).map(|n| frames.join(format!("{n:05}.png"))).collect();
     names.iter().for_each(|name| assert_shows_something(name, [64, 36]));
-    let said = "where ffmpeg is: raxel film raxel-demo/dusk.frames/%05d.png --fps 15 -o raxel-demo/dusk.mp4";
+    let said = "where ffmpeg is: raxel film 'raxel-demo/dusk.frames/%05d.png' --fps 15 -o raxel-demo/dusk.mp4";
     let gpu = said.replace("--fps 15", "--fps 30");
     assert!(run.stderr.contains(said) || run.stderr.contains(&gpu), "{}", run.stderr);
 
@@ -129,6 +129,84 @@ fn the_demo_says_what_it_cannot_do_and_leaves_nothing() {
     fs::write(user.path("here/raxel-demo"), "a file of mine").unwrap();
     assert!(said(&["demo", "--size", "64x36"], 2).contains("`-o FOLDER` names another one"));
     assert_eq!(fs::read_to_string(user.path("here/raxel-demo")).unwrap(), "a file of mine");
+}
+
+/// In a folder with a space and letters beyond ASCII, in a locale that is not UTF-8, without a home: the commands that messages propose can be
+/// pasted into a shell.
+#[test]
+fn a_folder_of_any_name_does() {
+    let user = User::with(binary());
+    let folder = user.path("Mein Ördner");
+    fs::create_dir(&folder).unwrap();
+    let bare = |folder: &Path, arguments: &[&str]| -> Run {
+        let mut command = user.command(folder, arguments);
+        command.env_remove("HOME").env_remove("XDG_CACHE_HOME").env("LC_ALL", "C").env("PATH", "");
+        output(&mut command).into()
+    };
+    let new = bare(&folder, &["new", "my voxels ü"]).exits(0);
+    assert!(new.stderr.ends_with("; next: cd 'my voxels ü' && raxel run\n"), "{}", new.stderr);
+    let project = folder.join("my voxels ü");
+    bare(&project, &["check"]).exits(0);
+    let render =
+        bare(&project, &[&["render", "--size", "64x36", "-o", "ein bild ü.png"], &PATIENT[..]].concat()).exits(0);
+    assert!(render.stderr.contains("ein bild ü.png (64×36"), "{}", render.stderr);
+    assert_shows_something(&project.join("ein bild ü.png"), [64, 36]);
+    // There is no ffmpeg: the frames of the film wait for one.
+    let small = ["demo", "--no-window", "--size", "64x36", "--frames", "1", "-o", "so etwas"];
+    let demo = bare(&folder, &[&small[..], &PATIENT[..]].concat()).exits(0);
+    let film = "where ffmpeg is: raxel film 'so etwas/dusk.frames/%05d.png' --fps 15 -o 'so etwas/dusk.mp4'\n";
+    assert!(demo.stderr.contains(film), "{}", demo.stderr);
+    let run = bare(&project, &["run"]).exits(4);
+    assert!(run.stderr.contains("needs no window"), "{}", run.stderr);
+}
+
+/// Where nothing can be written, each verb that writes says so, and leaves nothing behind.
+#[test]
+fn a_folder_that_takes_no_files_is_no_riddle() {
+    // Nothing is closed to root: a user without rights runs it.
+    let user = User::with(binary());
+    user.raxel(&["new", "mine"]).exits(0);
+    let mine = user.path("here/mine");
+    // Not everybody may look into the folder of the build.
+    let binary = user.path("raxel");
+    fs::copy(&user.binary, &binary).unwrap();
+    let closed = |arguments: &[&str]| -> Run {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups"]).arg(&binary).args(arguments);
+        command.current_dir(&mine).stdin(Stdio::null()).env("NO_COLOR", "1").env("RAXEL_CACHE", "off");
+        output(command.env_remove("HOME").env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY")).into()
+    };
+    let is_root = fs::metadata("/proc/self").is_ok_and(|process| std::os::unix::fs::MetadataExt::uid(&process) == 0);
+    if !is_root || !open_to_all(user.home.path()) {
+        eprintln!("not root, or without setpriv: nobody else can be asked");
+        return;
+    }
+    let before = common::files(&mine).len();
+    closed(&["check"]).exits(0);
+    for (arguments, said) in [
+        (&["render", "--size", "32x18", "-o", "x.png"][..], "`x.png` cannot be written"),
+        (&["new", "other"], "the folder `other` cannot be made"),
+        (&["init"], "cannot be written"),
+        (&["schema"], "cannot be written"),
+        (&["shaders"], "cannot be made"),
+        (&["man", "pages"], "the folder `pages` cannot be made"),
+        (&["demo", "--no-window"], "`-o FOLDER` names another one"),
+    ] {
+        let run = closed(arguments).exits(2);
+        assert!(
+            run.stderr.contains(said) && run.stderr.matches("error: ").count() == 1,
+            "{arguments:?}: {}",
+            run.stderr
+        );
+    }
+    assert_eq!(common::files(&mine).len(), before);
+}
+
+/// Lets everybody read a temporary folder, and run what is in it; false where `setpriv` is not there.
+fn open_to_all(folder: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
+    Command::new("setpriv").arg("--version").stdout(Stdio::null()).status().is_ok_and(|status| status.success())
 }
 
 /// A demo of the project around comes before raxel's own, and its picture lies in the project.

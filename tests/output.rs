@@ -63,7 +63,7 @@ fn the_frames_of_a_film_are_kept_when_ffmpeg_ends() {
     let mut raxel = command(project.root(), &[&demo[..], &["film.mp4"]].concat());
     let run = Run::from(output(raxel.env("PATH", format!("{}:{path}", project.path("bin").display())))).exits(2);
     assert!(run.stderr.contains("error: ffmpeg gave up: no more"), "{}", run.stderr);
-    assert!(run.stderr.contains("raxel film film.frames/%05d.png --fps 30 -o film.mp4"), "{}", run.stderr);
+    assert!(run.stderr.contains("raxel film 'film.frames/%05d.png' --fps 30 -o film.mp4"), "{}", run.stderr);
     assert!(!project.path("film.mp4").exists());
     project.raxel(&[&demo[..], &["frames/%05d.png"]].concat()).exits(0);
     for frame in 0..40 {

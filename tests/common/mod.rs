@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 pub use faults::{CALLS, Fault, Faults};
-pub use lesser::{EXCEEDED, LEAST, Lesser, METAL, METAL_12, SLOW_DRIVER, SMALL};
+pub use lesser::*;
 pub use raxel_testing::{
     Display, Folder, LIMIT, Running, Said, copy, eventually, files, line, output, read_all, repository,
 };

@@ -10,6 +10,8 @@ use raxel_graph::plan::{
 };
 use raxel_shader::format::Format;
 
+use super::fit;
+
 /// The limits of a device that a plan is checked against.
 pub fn limits(device: &Device) -> DeviceLimits {
     let limits = &device.capabilities().limits;
@@ -42,6 +44,10 @@ pub struct DeviceMemory(pub Arc<Device>);
 
 impl MemoryModel for DeviceMemory {
     fn image(&self, image: &ImageDesc) -> Requirements {
+        // A driver is asked only of images that it can make; a plan with another one is refused before anything is made (`unfit`).
+        if matches!(fit::image(&self.0, "", image), Ok(Some(_))) {
+            return Requirements { size: 1, alignment: 1, type_bits: u32::MAX };
+        }
         requirements(Image::requirements(&self.0, &image_info(&self.0, image)))
     }
 

@@ -11,6 +11,7 @@ use raxel_shader::format::Format;
 
 use super::device::{buffer_info, image_info, vulkan_format};
 use super::error::ExecuteError;
+use super::fit;
 use super::source::{ExternalResource, Sources};
 
 /// All copies of one resource.
@@ -215,10 +216,8 @@ pub(super) fn make(
         let copies = match &planned.desc {
             ResourceDesc::Image(desc) => {
                 let info = image_info(device, desc);
-                if !device.image_support(&info)? {
-                    let usage = if desc.usage.storage { "a storage image" } else { "a sampled image" };
-                    let format = desc.format.name();
-                    return Err(ExecuteError::Format { target: name.clone(), format, usage: usage.to_owned() });
+                if let Some(error) = fit::image(device, name, desc)? {
+                    return Err(error);
                 }
                 let image = |copy| Image::new(device, &label(copy), &info, backing).map(Arc::new);
                 Copies::Images((0..planned.copies).map(image).collect::<Result<_, _>>()?)

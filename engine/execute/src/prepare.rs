@@ -19,6 +19,7 @@ use super::device::{self, Texture, scope};
 use super::digest::{self, Digest};
 use super::display::{self, SourceKind, Variant};
 use super::error::ExecuteError;
+use super::fit;
 use super::instrumentation::Instrumentation;
 use super::making::Compiling;
 use super::physical::{self, Physical};
@@ -312,10 +313,9 @@ impl Builder {
             BindingKind::SampledImage { dim, arrayed, .. } => {
                 let view = physical::view(device, image, view_type(*dim, *arrayed), access.mips, access.layers)?;
                 let (linear, repeat) = access.sampler.map_or((false, false), |s| (s.linear, s.repeat));
-                if let Some(format) = physical.format().filter(|f| linear && !physical::filters_linearly(device, *f)) {
-                    let usage = "a linearly filtered image".to_owned();
-                    let target = physical.name.clone();
-                    return Err(ExecuteError::Format { target, format: format.name(), usage });
+                let filtered = physical.format().filter(|_| linear);
+                if let Some(error) = filtered.and_then(|format| fit::linear(device, &physical.name, format)) {
+                    return Err(error);
                 }
                 Ok(Some(Resource::SampledImage(view, self.shared.pipelines.sampler(device, linear, repeat)?)))
             }

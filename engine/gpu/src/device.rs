@@ -211,6 +211,11 @@ impl Device {
         result
     }
 
+    /// The first SPIR-V capability that a module declares and the device lacks.
+    pub fn lacks(&self, spirv: &[u32]) -> Option<String> {
+        modules::lacking(&self.capabilities.shaders, spirv)
+    }
+
     /// Whether an image of this kind can be made with these usages.
     ///
     /// # Errors

@@ -87,6 +87,14 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
 
 /// Refuses a module that declares a capability which is not allowed.
 pub(crate) fn check(allowed: &BTreeSet<Capability>, spirv: &[u32], name: &str) -> Result<()> {
+    match lacking(allowed, spirv) {
+        Some(lacks) => Err(Error::CapabilityMissing { name: name.to_owned(), lacks }),
+        None => Ok(()),
+    }
+}
+
+/// The first capability that a module declares and that is not allowed.
+pub(crate) fn lacking(allowed: &BTreeSet<Capability>, spirv: &[u32]) -> Option<String> {
     let mut rest = spirv.get(HEADER..).unwrap_or_default();
     // The declarations stand first; each has the number of its words in its upper half.
     while let [first, number, after @ ..] = rest
@@ -94,12 +102,11 @@ pub(crate) fn check(allowed: &BTreeSet<Capability>, spirv: &[u32], name: &str) -
     {
         let capability = Capability::from_u32(*number);
         if !capability.is_some_and(|capability| allowed.contains(&capability)) {
-            let lacks = capability.map_or_else(|| number.to_string(), |capability| format!("{capability:?}"));
-            return Err(Error::CapabilityMissing { name: name.to_owned(), lacks });
+            return Some(capability.map_or_else(|| number.to_string(), |capability| format!("{capability:?}")));
         }
         rest = after;
     }
-    Ok(())
+    None
 }
 
 #[cfg(test)]

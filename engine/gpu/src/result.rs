@@ -15,7 +15,7 @@ pub enum Error {
         reason: String,
     },
     /// The loader found no driver, or every driver lacks something raxel needs.
-    #[error("no suitable Vulkan device{}\n{}", list(.candidates), INSTALL)]
+    #[error("no suitable Vulkan device{}\n{}", list(.candidates), if candidates.is_empty() { INSTALL } else { RENEW })]
     NoDriver {
         /// One line for each device that was looked at, with the reason against it.
         candidates: Vec<String>,
@@ -166,6 +166,15 @@ const INSTALL: &str = if cfg!(target_os = "macos") {
     "help: the driver of the graphics card brings Vulkan along; install its newest release"
 } else {
     "help: on Debian or Ubuntu: sudo apt-get install libvulkan1 mesa-vulkan-drivers"
+};
+
+/// What may help where there are devices, and none that will do.
+const RENEW: &str = if cfg!(target_os = "macos") {
+    "help: a newer MoltenVK may do: brew upgrade molten-vk"
+} else if cfg!(windows) {
+    "help: a newer driver of the graphics card may do"
+} else {
+    "help: a newer driver may do; without one, the software driver does: on Debian or Ubuntu, sudo apt-get install mesa-vulkan-drivers"
 };
 
 fn list(candidates: &[String]) -> String {

@@ -128,6 +128,7 @@ pub fn assemble(
     let _span = tracing::debug_span!("plan").entered();
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
+    fits(&plan, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
     // The driver compiles on this thread, which stays from edit to edit: what it keeps would lie scattered over the heaps of threads that end.
     let (pipelined, sources) = std::thread::scope(|scope| {
@@ -196,6 +197,21 @@ pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::
     context.builder.prepare(plan.clone(), sources).map_err(|error| refusal(error, &plan.graph))
 }
 
+/// Refuses a plan of which the device lacks something, with everything that it lacks.
+fn fits(plan: &Plan, context: &DeviceContext) -> Result<(), BuildError> {
+    let unfit = execute::unfit(context.builder.device(), plan).map_err(|error| refusal(error, &plan.graph))?;
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for error in unfit {
+        for new in refusal(error, &plan.graph).into_diagnostics() {
+            // Several passes may need the same of one target.
+            if !found.iter().any(|known| known.message == new.message) {
+                found.push(new);
+            }
+        }
+    }
+    if found.is_empty() { Ok(()) } else { Err(BuildError::Diagnosed(found)) }
+}
+
 /// An error of the device as a diagnostic that points at what the author can change, if there is such a thing.
 fn refusal(error: ExecuteError, graph: &Graph) -> BuildError {
     let resource = |name: &str| graph.find_resource(name).map(|id| graph.resource(id).place.clone());
@@ -211,10 +227,17 @@ fn refusal(error: ExecuteError, graph: &Graph) -> BuildError {
         ) => resource(name).map(|span| (span, "for this")),
         _ => None,
     };
-    match place {
-        Some((span, text)) => BuildError::Diagnosed(vec![
-            Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string()).label(span, text),
-        ]),
-        None => BuildError::Device(error),
-    }
+    let Some((span, text)) = place else { return BuildError::Device(error) };
+    let diagnostic = Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string()).label(span, text);
+    BuildError::Diagnosed(vec![match &error {
+        ExecuteError::Format { .. } => {
+            diagnostic.help("choose a format that every device has: `raxel explain RX0410` lists them")
+        }
+        ExecuteError::Capability { .. } => diagnostic
+            .help("write the shader without it, or choose another device: `raxel doctor` lists those of this machine"),
+        ExecuteError::Gpu(raxel_gpu::Error::OutOfMemory { .. }) => {
+            diagnostic.help("a smaller picture or world needs less memory")
+        }
+        _ => diagnostic,
+    }])
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use serde_json::{Value, json};
@@ -28,6 +29,12 @@ pub enum Color {
     Always,
     /// Never.
     Never,
+}
+
+/// A path as a word of a command line that a message proposes: quoted where a shell would take it apart.
+pub fn word(path: &Path) -> String {
+    let text = path.display().to_string();
+    shlex::try_quote(&text).map(String::from).unwrap_or(text)
 }
 
 /// Where a message goes.

@@ -65,8 +65,8 @@ vec3 rx_parallel_cell(uint s) {
     return vec3(word & 1023u, (word >> 10) & 1023u, word >> 20) - 256.0;
 }
 
-// The least of each of twelve values over all invocations that have any. Not by a subgroup operation: on an NVIDIA H200 some invocations went ahead without the
-// others, though all of them come here.
+// The least of each of twelve values over all invocations that have any. Not by a subgroup operation: a driver may
+// let some invocations go ahead without the others, though all of them come here.
 void rx_parallel_least(bool has, inout ivec3 a, inout ivec3 b, inout ivec3 c, inout ivec3 d) {
     barrier();
     if (gl_LocalInvocationIndex < 12u) rx_parallel_values[gl_LocalInvocationIndex] = 0x7fffffff;

@@ -58,8 +58,8 @@ shared uvec2 rx_period_ahead[512];
 // down, cells are mirrored in the window, so that all rays go up. These are the bits of cell 0, 1.5 * 2^23 + 8192.
 const uint RX_PERIOD_CELL = 0x4b402000u;
 
-// The ray that a thread has under way. One variable for all functions: passed as a parameter, its copies take registers, and with them
-// 6 % of the speed on an NVIDIA H200. So would 1 / period take three, and 1 %.
+// The ray that a thread has under way. One variable for all functions: passed as a parameter, its copies take registers, and fewer
+// threads run at a time. 1 / period is divided anew for the same reason: kept, it would take three registers.
 struct RxPeriodWalk {
     vec3 at;        // the cell
     vec3 start;     // the cell that it started in; plane n takes it to start + 1 + n

@@ -13,7 +13,7 @@
 #ifndef RAXEL_REFILL_GLSL
 #define RAXEL_REFILL_GLSL
 
-// With RX_PLAIN_BALLOTS the older ballots and votes are used, which do not ask which invocations are active: 1 % faster on an NVIDIA H200. A pass with
+// With RX_PLAIN_BALLOTS the older ballots and votes are used, which do not ask which invocations are active and so cost less. A pass with
 // `when = "device.ballots"` runs where a shader may define that.
 #extension GL_KHR_shader_subgroup_basic : require
 #ifdef RX_PLAIN_BALLOTS

@@ -8,7 +8,7 @@ use raxel_gpu::{Device, DeviceKind, DeviceOptions, Validation};
 use raxel_output::{Folders, Output, ffmpeg_version};
 use raxel_runtime::project::Project;
 use raxel_terminal::args::{Messages, OnDevice, Size, scale, size};
-use raxel_terminal::console::Console;
+use raxel_terminal::console::{self, Console};
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::session::{Eye, What, seconds};
 use raxel_window as window;
@@ -215,7 +215,8 @@ impl Args {
         made.keep();
         if !with_ffmpeg {
             let rate = fps.map_or(String::new(), |fps| format!(" --fps {fps}"));
-            console.message(&format!("where ffmpeg is: raxel film {}{rate} -o {}", output.display(), film.display()));
+            let (from, to) = (console::word(&output), console::word(&film));
+            console.message(&format!("where ffmpeg is: raxel film {from}{rate} -o {to}"));
         }
         console.message("for a window, set DISPLAY or WAYLAND_DISPLAY (a desktop, or ssh -X)");
         console.message("for a project of your own: raxel new my-voxels --template beauty");

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use raxel_output::{Folders, Listed, on_stop, shown};
 use raxel_terminal::args::Messages;
-use raxel_terminal::console::Console;
+use raxel_terminal::console::{self, Console};
 use raxel_terminal::failure::{Failure, Result};
 
 use crate::own_model::OwnModel;
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         None => None,
     };
     fill(folder, args.template, model.as_ref(), &[])?;
-    console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), folder.display()));
+    console.message(&format!("made a project in {}; next: cd {} && raxel run", shown(folder), console::word(folder)));
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_execute::moment::{Fraction, Moment};
@@ -208,8 +208,8 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             Err(match place.map_err(Failure::from).and_then(|place| make(&mut session, &frames, place)) {
                 Ok(()) => failure.help(format!(
                     "`raxel film {} --fps {fps} -o {}` makes the film of its frames",
-                    frames.describe(),
-                    film.display()
+                    console::word(Path::new(&frames.describe())),
+                    console::word(film)
                 )),
                 Err(lost) => failure.help(format!("its frames cannot be kept: {}", lost.message.unwrap_or_default())),
             })

@@ -138,7 +138,7 @@ impl Test<'_> {
         let demo = self.demo.clone();
         let options = Options {
             project: Some(self.front.project.root().to_owned()),
-            demo: Some(self.front.project.on_disk(&demo.file)),
+            demo: Some(self.front.project.on_disk(&console::word(Path::new(&demo.file)))),
             size: demo.size,
             step: Some(1.0 / demo.fps),
             device: device.device.clone(),

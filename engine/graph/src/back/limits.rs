@@ -332,7 +332,8 @@ fn dispatch(
                         ),
                     )
                     .label(pass.place.clone(), format!("its local size along {name} is {}", local[axis]))
-                    .note(format!("the limit is `maxComputeWorkGroupCount[{axis}]` = {limit}")),
+                    .note(format!("the limit is `maxComputeWorkGroupCount[{axis}]` = {limit}"))
+                    .help("use a larger workgroup, or let each thread do more"),
                 );
             }
         }
@@ -345,7 +346,8 @@ fn dispatch(
                 format!("pass `{}` shares {shared} bytes in a workgroup, but the device allows {limit}", pass.name),
             )
             .label(pass.place.clone(), format!("by the shared variables of `{}`", pass.shader.request.path))
-            .note(format!("the limit is `maxComputeSharedMemorySize` = {limit}")),
+            .note(format!("the limit is `maxComputeSharedMemorySize` = {limit}"))
+            .help("share less: smaller arrays, or a smaller workgroup"),
         );
     }
     let [x, y, z] = local;
@@ -365,7 +367,8 @@ fn dispatch(
                 format!("pass `{}` has workgroups of {x}×{y}×{z} threads, more than the device allows", pass.name),
             )
             .label(pass.place.clone(), format!("`{}` says {x}×{y}×{z}", pass.shader.request.path))
-            .note(format!("the limit is `{name}` = {limit}")),
+            .note(format!("the limit is `{name}` = {limit}"))
+            .help("use a smaller workgroup: every device allows 128 threads"),
         );
     }
 }
@@ -397,7 +400,8 @@ fn blocks(pass: &Pass, limits: &DeviceLimits, found: &mut Vec<Diagnostic>) {
                     ),
                 )
                 .label(pass.place.clone(), "bound by this pass")
-                .note(format!("the limit is `maxUniformBufferRange` = {limit}")),
+                .note(format!("the limit is `maxUniformBufferRange` = {limit}"))
+                .help("move large arrays into a storage buffer"),
             );
         }
     }

@@ -40,3 +40,12 @@ pub enum RayError {
     #[error(transparent)]
     Gpu(#[from] raxel_gpu::Error),
 }
+
+impl RayError {
+    /// Whether the tracer never runs on this device, whatever the world: it binds what no world has or more than the device can, or needs a feature that
+    /// the device lacks.
+    pub fn is_of_tracer(&self) -> bool {
+        use raxel_gpu::Error::{CapabilityMissing, TooManyBindings};
+        matches!(self, Self::Binding { .. } | Self::Gpu(CapabilityMissing { .. } | TooManyBindings { .. }))
+    }
+}

@@ -181,6 +181,7 @@ pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
         RayError::Layout(_) | RayError::NotStreamed(_) | RayError::Stream(StreamError::NoRoom { .. }) => {
             Ok(error.to_string())
         }
+        error if error.is_of_tracer() => Ok(error.to_string()),
         error => Err(error),
     }
 }
@@ -228,7 +229,7 @@ fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -
     let Row::Device(method) = &report.row else { return Ok(Ready::Port) };
     match Tracer::new(device, files.clone(), method) {
         Ok(tracer) => Ok(Ready::Device(Box::new(tracer))),
-        Err(error @ RayError::Binding { .. }) => {
+        Err(error) if error.is_of_tracer() => {
             report.unusable = Some(error.to_string());
             Ok(Ready::Unusable)
         }

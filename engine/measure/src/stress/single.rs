@@ -73,7 +73,8 @@ pub fn single(
                 });
                 match traced {
                     Ok(words) => Ok((words[0].state(), said(&words[0]).0)),
-                    Err(error @ (RayError::Layout(_) | RayError::Binding { .. })) => Err(error.to_string()),
+                    Err(error @ RayError::Layout(_)) => Err(error.to_string()),
+                    Err(error) if error.is_of_tracer() => Err(error.to_string()),
                     Err(error) => return Err(error),
                 }
             }
@@ -96,7 +97,7 @@ fn streamed_single(
         Err(error) => return Ok((None, Err(refusal(error)?))),
     };
     let mut tracer = match Tracer::new(device, files.clone(), method) {
-        Err(error @ RayError::Binding { .. }) => return Ok((None, Err(error.to_string()))),
+        Err(error) if error.is_of_tracer() => return Ok((None, Err(error.to_string()))),
         tracer => tracer?,
     };
     let mut shown = (None, Err("nothing is published".to_owned()));

@@ -127,7 +127,7 @@ pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     });
     bar.set_message("moved, turned and mirrored");
     let mut symmetry = Vec::new();
-    let ended = traced.and_then(|()| symmetric(&plan, &device, &files, &mut symmetry));
+    let ended = traced.and_then(|()| symmetric((&plan, &report), &device, &files, &mut symmetry));
     bar.finish_and_clear();
 
     if let Err(error) = ended {
@@ -170,17 +170,17 @@ fn validated(device: &Device, console: &Console) -> Result {
     }
 }
 
-/// Moved, turned and mirrored scenes, by each layout's own tracer that is asked for.
+/// Moved, turned and mirrored scenes, by each layout's own tracer that is asked for and runs here.
 fn symmetric(
-    plan: &Plan,
+    (plan, report): (&Plan, &Report),
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
     all: &mut Vec<(Layout, Invariants)>,
 ) -> std::result::Result<(), RayError> {
     // 48 worlds a layout: a sample is enough where few rays are asked for.
     let rays = (plan.rays_each() / 16).clamp(16, 1024) as usize;
-    for row in &plan.rows {
-        if let Row::Device(method @ Method { layout, marcher: None }) = row {
+    for row in report.rows.iter().filter(|row| row.unusable.is_none()) {
+        if let Row::Device(method @ Method { layout, marcher: None }) = &row.row {
             let mut tracer = Tracer::new(device, files.clone(), method)?;
             all.push((*layout, invariants(&mut tracer, device, plan.seed, rays)?));
         }

@@ -140,12 +140,16 @@ fn print(report: &Report, args: &Args, plan: &Plan, console: &Console) {
     let Report { shards, written, redone, skipped, chunks, bytes: size } = *report;
     let redone = if redone == 0 { String::new() } else { format!(", {} of them anew", grouped(redone)) };
     console.message(&format!(
-        "{}: {} shards, {} written{redone}, {} there already; {} chunks, {}",
+        "{}: {}, {} written{redone}, {} there already; {}, {}",
         args.out,
-        grouped(shards),
+        counted(shards, "shard"),
         grouped(written),
         grouped(skipped),
-        grouped(chunks),
+        counted(chunks, "chunk"),
         bytes(size)
     ));
+}
+
+fn counted(count: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
 }

@@ -1,0 +1,223 @@
+#include <stdarg.h>
+#include <unistd.h>
+enum { LIMITS = -1, FEATURES = -2, AT_MOST = 0, AT_LEAST = 1, AND = 2, SET = 3 };
+enum { FORMAT_NOT_SUPPORTED = -11, INCOMPLETE = 5 };
+enum { SAMPLED_BIT = 1, STORAGE_BIT = 2, ATOMIC_BIT = 4, FILTER_BIT = 0x1000 };
+enum { EXECUTION_MODE = 16, LOCAL_SIZE = 17, DECORATE = 71, BUILT_IN = 11, WORKGROUP_SIZE = 25 };
+enum { REQUIRED_SUBGROUP_SIZE = 1000225001, PIPELINE_SIZE = 96, UNIFORM_BUFFER = 6 };
+enum { USAGE_STORAGE = 8, NAME_SIZE = 256, EXTENSION_SIZE = 260, FAMILY_SIZE = 24 };
+
+static void exceeded(const char *what, Word asked, Word most) {
+    fprintf(stderr, "%s: asked for %llu %s of %llu\n", device_name, asked, what, most);
+    fflush(NULL);
+    _exit(EXCEEDED);
+}
+static void lower(void *answer, int of) {
+    for (unsigned i = 0; i < sizeof patches / sizeof *patches; i++) {
+        const struct Patch *patch = &patches[i];
+        if (patch->of != of) continue;
+        unsigned *word = (unsigned *)((char *)answer + patch->at);
+        if (patch->how == AND) *word &= patch->value;
+        if (patch->how == AT_MOST && *word > patch->value) *word = patch->value;
+        if (patch->how == AT_LEAST && *word < patch->value) *word = patch->value;
+        if (patch->how == SET) *word = patch->value;
+    }
+}
+static void lower_chain(struct Chain *chain) {
+    for (; chain; chain = chain->next) lower(chain, chain->type);
+}
+static int among(int format, const int *formats, unsigned count) {
+    for (unsigned i = 0; i < count; i++) if (formats[i] == format) return 1;
+    return 0;
+}
+static int stores(int format) {
+    return FORMATS || among(format, stored_everywhere, sizeof stored_everywhere / sizeof *stored_everywhere);
+}
+
+static void (*properties)(Word, void *), (*properties2)(Word, struct Chain *);
+static void (*features)(Word, void *), (*features2)(Word, struct Chain *);
+static void (*formats)(Word, int, unsigned *);
+static int (*images)(Word, int, int, int, unsigned, unsigned, unsigned *);
+static void (*families)(Word, unsigned *, char *);
+static int (*extensions)(Word, const char *, unsigned *, char *);
+static int (*create_device)(Word, const char *, const void *, Word *);
+static int (*create_layout)(Word, const char *, const void *, Word *);
+static int (*create_image)(Word, const char *, const void *, Word *);
+static int (*create_pipeline_layout)(Word, const char *, const void *, Word *);
+static int (*create_module)(Word, const char *, const void *, Word *);
+static int (*create_pipelines)(Word, Word, unsigned, const char *, const void *, Word *);
+static void (*image_memory)(Word, const char *, void *);
+static void (*update_sets)(Word, unsigned, const char *, unsigned, const void *);
+
+static void our_properties(Word device, void *answer) { properties(device, answer); lower(answer, LIMITS); }
+static void our_properties2(Word device, struct Chain *answer) {
+    properties2(device, answer);
+    lower(answer + 1, LIMITS);
+    lower_chain(answer->next);
+}
+static void our_features(Word device, void *answer) { features(device, answer); lower(answer, FEATURES); }
+static void our_features2(Word device, struct Chain *answer) {
+    features2(device, answer);
+    lower(answer + 1, FEATURES);
+    lower_chain(answer->next);
+}
+static void our_formats(Word device, int format, unsigned *answer) {
+    formats(device, format, answer);
+    for (int i = 0; i < 3; i++) {
+        if (!stores(format)) answer[i] &= ~(unsigned)(STORAGE_BIT | ATOMIC_BIT);
+        if (!FORMATS && among(format, unfiltered, sizeof unfiltered / sizeof *unfiltered)) answer[i] &= ~(unsigned)FILTER_BIT;
+    }
+}
+static int our_images(Word device, int format, int type, int tiling, unsigned usage, unsigned flags, unsigned *answer) {
+    if ((usage & USAGE_STORAGE) && !stores(format)) return FORMAT_NOT_SUPPORTED;
+    int result = images(device, format, type, tiling, usage, flags, answer);
+    unsigned most = type == 2 ? SIDE_3D : SIDE_2D;
+    for (int i = 0; i < 3; i++) if (!result && answer[i] > most) answer[i] = most;
+    return result;
+}
+static void our_families(Word device, unsigned *count, char *answer) {
+    families(device, count, answer);
+    for (unsigned i = 0; answer && !TIMESTAMPS && i < *count; i++) *(unsigned *)(answer + FAMILY_SIZE * i + 8) = 0;
+}
+static int is_kept(const char *extension) {
+    return EXTENSIONS || !strcmp(extension, "VK_KHR_swapchain") || ((MINOR < 3) && (!strcmp(extension, "VK_KHR_synchronization2") ||
+        !strcmp(extension, "VK_KHR_maintenance4") || !strcmp(extension, "VK_KHR_dynamic_rendering")));
+}
+/* Of Vulkan 1.3; each has another name by its extension. */
+static int is_core13(const char *name) {
+    static const char *const all[] = { "vkCmdPipelineBarrier2", "vkQueueSubmit2", "vkCmdWriteTimestamp2", "vkCmdSetEvent2", "vkCmdWaitEvents2",
+        "vkGetDeviceBufferMemoryRequirements", "vkGetDeviceImageMemoryRequirements", "vkCmdBeginRendering", "vkCmdEndRendering" };
+    for (unsigned i = 0; i < sizeof all / sizeof *all; i++) if (!strcmp(name, all[i])) return 1;
+    return 0;
+}
+static int our_extensions(Word device, const char *layer, unsigned *count, char *answer) {
+    unsigned all = 0, kept = 0;
+    int result = extensions(device, layer, &all, NULL);
+    if (result || !all) { *count = all; return result; }
+    char *found = malloc((size_t)all * EXTENSION_SIZE);
+    result = extensions(device, layer, &all, found);
+    for (unsigned i = 0; i < all; i++) {
+        if (!is_kept(found + i * EXTENSION_SIZE)) continue;
+        if (answer && kept < *count) memcpy(answer + kept * EXTENSION_SIZE, found + i * EXTENSION_SIZE, EXTENSION_SIZE);
+        kept++;
+    }
+    free(found);
+    if (answer && kept > *count) return INCOMPLETE;
+    *count = kept;
+    return result;
+}
+/* What is asked for is what is offered. */
+static int our_device(Word physical, const char *info, const void *allocator, Word *device) {
+    const unsigned *asked = *(const unsigned *const *)(info + 64);
+    for (unsigned i = 0; i < sizeof patches / sizeof *patches; i++) {
+        const struct Patch *patch = &patches[i];
+        if (patch->how != AND || patch->value) continue;
+        if (patch->of == FEATURES && asked && asked[patch->at / 4]) exceeded("of a feature at byte", patch->at, 0);
+        for (const struct Chain *chain = *(struct Chain *const *)(info + 8); chain; chain = chain->next)
+            if (chain->type == patch->of && *(const unsigned *)((const char *)chain + patch->at)) exceeded("of a feature at byte", patch->at, 0);
+    }
+    unsigned count = *(const unsigned *)(info + 48);
+    const char *const *names = *(const char *const *const *)(info + 56);
+    for (unsigned i = 0; i < count; i++) if (!is_kept(names[i])) exceeded(names[i], 1, 0);
+    return create_device(physical, info, allocator, device);
+}
+static int our_layout(Word device, const char *info, const void *allocator, Word *layout) {
+    unsigned count = *(const unsigned *)(info + 20), of[16] = {0}, all = 0;
+    const char *binding = *(const char *const *)(info + 24);
+    for (unsigned i = 0; i < count; i++, binding += 24) {
+        const unsigned *words = (const unsigned *)binding;
+        if (words[1] < 16) of[words[1]] += words[2];
+        all += words[2];
+    }
+    if (of[7] + of[9] > STORAGE_BUFFERS) exceeded("storage buffers", of[7] + of[9], STORAGE_BUFFERS);
+    if (of[3] > STORAGE_IMAGES) exceeded("storage images", of[3], STORAGE_IMAGES);
+    if (of[6] + of[8] > UNIFORM_BUFFERS) exceeded("uniform blocks", of[6] + of[8], UNIFORM_BUFFERS);
+    if (of[1] + of[2] > SAMPLED_IMAGES) exceeded("sampled images", of[1] + of[2], SAMPLED_IMAGES);
+    if (all > RESOURCES) exceeded("resources", all, RESOURCES);
+    return create_layout(device, info, allocator, layout);
+}
+static int our_pipeline_layout(Word device, const char *info, const void *allocator, Word *layout) {
+    unsigned count = *(const unsigned *)(info + 32);
+    const unsigned *range = *(const unsigned *const *)(info + 40);
+    for (unsigned i = 0; i < count; i++, range += 3)
+        if (range[1] + range[2] > PUSH_CONSTANTS) exceeded("bytes of push constants", range[1] + range[2], PUSH_CONSTANTS);
+    return create_pipeline_layout(device, info, allocator, layout);
+}
+/* The workgroup that a module names itself; one with a size by constants is left to the layer. */
+static int our_module(Word device, const char *info, const void *allocator, Word *module) {
+    Word words = *(const Word *)(info + 24) / 4;
+    const unsigned *code = *(const unsigned *const *)(info + 32);
+    Word threads = 0;
+    for (Word at = 5; at < words && code[at] >> 16; at += code[at] >> 16) {
+        if ((code[at] & 0xffff) == EXECUTION_MODE && code[at + 2] == LOCAL_SIZE) threads = (Word)code[at + 3] * code[at + 4] * code[at + 5];
+        if ((code[at] & 0xffff) == DECORATE && code[at + 2] == BUILT_IN && code[at + 3] == WORKGROUP_SIZE) threads = 0;
+    }
+    if (threads > INVOCATIONS) exceeded("invocations in a workgroup", threads, INVOCATIONS);
+    return create_module(device, info, allocator, module);
+}
+/* One pipeline at a time, as raxel makes them. The device below has other sizes of subgroups: what is asked for is looked at, and not passed on. */
+static int our_pipelines(Word device, Word cache, unsigned count, const char *infos, const void *allocator, Word *made) {
+    usleep(1000 * PIPELINE_MILLISECONDS);
+    const struct Chain *asked = *(const struct Chain *const *)(infos + 32);
+    if (!SUBGROUPS || count != 1 || !asked || asked->type != REQUIRED_SUBGROUP_SIZE) return create_pipelines(device, cache, count, infos, allocator, made);
+    unsigned size = *(const unsigned *)(asked + 1);
+    if (size < SUBGROUP_LEAST || size > SUBGROUP_MOST) exceeded("invocations in a subgroup", size, SUBGROUP_MOST);
+    Word info[PIPELINE_SIZE / 8];
+    memcpy(info, infos, PIPELINE_SIZE);
+    info[4] = (Word)asked->next;
+    return create_pipelines(device, cache, 1, (const char *)info, allocator, made);
+}
+static void look_at_image(const char *info) {
+    const unsigned *words = (const unsigned *)(info + 16);
+    unsigned type = words[1], format = words[2], most = type == 2 ? SIDE_3D : SIDE_2D, usage = *(const unsigned *)(info + 56);
+    for (int i = 3; i < 6; i++) if (words[i] > most) exceeded("texels along a side", words[i], most);
+    if (words[7] > LAYERS) exceeded("layers", words[7], LAYERS);
+    if ((usage & USAGE_STORAGE) && !stores(format)) exceeded("as storage image: format", format, 0);
+}
+static int our_image(Word device, const char *info, const void *allocator, Word *image) {
+    look_at_image(info);
+    return create_image(device, info, allocator, image);
+}
+static void our_image_memory(Word device, const char *info, void *answer) {
+    look_at_image(*(const char *const *)(info + 16));
+    image_memory(device, info, answer);
+}
+static void our_sets(Word device, unsigned count, const char *writes, unsigned copies, const void *copied) {
+    for (unsigned i = 0; i < count; i++) {
+        const char *write = writes + 64 * i;
+        unsigned buffers = *(const unsigned *)(write + 32), type = *(const unsigned *)(write + 36);
+        const Word *buffer = *(const Word *const *)(write + 48);
+        Word most = type == UNIFORM_BUFFER ? UNIFORM_RANGE : BUFFER_RANGE;
+        for (unsigned k = 0; (type == 7 || type == 9 || type == UNIFORM_BUFFER) && k < buffers; k++) {
+            Word offset = buffer[3 * k + 1], range = buffer[3 * k + 2];
+            if (range != ~0ull && range > most) exceeded("bytes of a buffer", range, most);
+            if (offset % ALIGNMENT) exceeded("as offset of a buffer, multiples", offset, ALIGNMENT);
+        }
+    }
+    update_sets(device, count, writes, copies, copied);
+}
+static void *vulkan;
+static Function ours(const char *name, Function found) {
+    if ((MINOR < 3) && is_core13(name)) return NULL;
+#define OURS(call, here) if (!strcmp(name, call)) { here = (void *)found; return (Function)our_##here; }
+    OURS("vkGetPhysicalDeviceProperties", properties)
+    OURS("vkGetPhysicalDeviceProperties2", properties2)
+    OURS("vkGetPhysicalDeviceFeatures", features)
+    OURS("vkGetPhysicalDeviceFeatures2", features2)
+    OURS("vkGetPhysicalDeviceFormatProperties", formats)
+    OURS("vkGetPhysicalDeviceImageFormatProperties", images)
+    OURS("vkGetPhysicalDeviceQueueFamilyProperties", families)
+    OURS("vkEnumerateDeviceExtensionProperties", extensions)
+#undef OURS
+/* The loader's own function finds the driver of the device that it is called with: each device has other functions. */
+#define OURS(call, before, here) if (!strcmp(name, call)) { before = dlsym(vulkan, name); return (Function)here; }
+    OURS("vkCreateDevice", create_device, our_device)
+    OURS("vkCreateDescriptorSetLayout", create_layout, our_layout)
+    OURS("vkCreatePipelineLayout", create_pipeline_layout, our_pipeline_layout)
+    OURS("vkCreateShaderModule", create_module, our_module)
+    OURS("vkCreateComputePipelines", create_pipelines, our_pipelines)
+    OURS("vkCreateImage", create_image, our_image)
+    OURS("vkGetDeviceImageMemoryRequirements", image_memory, our_image_memory)
+    OURS("vkUpdateDescriptorSets", update_sets, our_sets)
+    return found;
+}

@@ -1,0 +1,247 @@
+//! The devices by name: what public reports say of them. A limit that the device below does not reach stays as it is there.
+
+use raxel_gpu::vk::SubgroupFeatureFlags as Operations;
+
+use super::{Feature, Lesser, Subgroups};
+
+/// As much as every device of Vulkan 1.3 has ("Required Limits", "Feature Requirements").
+pub const LEAST: Lesser = Lesser {
+    name: "the least of Vulkan 1.3",
+    storage_buffers: 4,
+    storage_images: 4,
+    sampled_images: 16,
+    samplers: 16,
+    uniform_buffers: 12,
+    resources: 128,
+    invocations: 128,
+    workgroup: [128, 128, 64],
+    shared_memory: 16384,
+    push_constants: 128,
+    buffer_range: 1 << 27,
+    uniform_range: 16384,
+    image_sides: [4096, 256],
+    image_layers: 256,
+    alignment: 256,
+    granularity: 131_072,
+    subgroup_operations: Operations::BASIC,
+    subgroups: None,
+    without: Feature::ALL,
+    formats: false,
+    timestamps: false,
+    extensions: false,
+    minor: 3,
+    pipeline_milliseconds: 0,
+};
+
+/// A device that sets no limit of its own, where the others name only what they lack.
+const WHOLE: Lesser = Lesser {
+    name: "a device as large as it may be",
+    storage_buffers: u32::MAX,
+    storage_images: u32::MAX,
+    sampled_images: u32::MAX,
+    samplers: u32::MAX,
+    uniform_buffers: u32::MAX,
+    resources: u32::MAX,
+    invocations: 1024,
+    workgroup: [1024; 3],
+    shared_memory: 32768,
+    push_constants: 256,
+    buffer_range: u32::MAX,
+    uniform_range: u32::MAX,
+    image_sides: [16384, 2048],
+    image_layers: 2048,
+    alignment: 64,
+    granularity: 1,
+    subgroup_operations: Operations::from_raw(u32::MAX),
+    subgroups: None,
+    without: &[],
+    formats: true,
+    timestamps: true,
+    extensions: true,
+    minor: 3,
+    pipeline_milliseconds: 0,
+};
+
+/// Votes and ballots, and no other operation.
+const VOTES: Operations =
+    Operations::from_raw(Operations::BASIC.as_raw() | Operations::VOTE.as_raw() | Operations::BALLOT.as_raw());
+
+/// Raspberry Pi 5 under Mesa (V3DV): `vulkaninfo` in <https://github.com/bevyengine/bevy/issues/18867>, and
+/// `get_features` of `src/broadcom/vulkan/v3dv_device.c`.
+pub const SMALL: Lesser = Lesser {
+    name: "Raspberry Pi 5 (V3DV)",
+    storage_buffers: 8,
+    samplers: 24,
+    uniform_buffers: 16,
+    uniform_range: 1 << 30,
+    buffer_range: 1 << 30,
+    invocations: 256,
+    workgroup: [256, 256, 256],
+    alignment: 32,
+    granularity: 256,
+    subgroup_operations: VOTES,
+    subgroups: Some(Subgroups { usual: 16, range: [16, 16], in_workgroup: 16, asked: false }),
+    without: &[
+        Feature::Int64,
+        Feature::Int16,
+        Feature::Int8,
+        Feature::Float64,
+        Feature::Float16,
+        Feature::Int64Atomics,
+        Feature::WriteWithoutFormat,
+        Feature::IndexedStorageImages,
+        Feature::IndexedSampledImages,
+        Feature::IndexedStorageBuffers,
+    ],
+    formats: true,
+    timestamps: true,
+    ..LEAST
+};
+
+/// Apple M1 under MoltenVK: `vulkaninfo` in <https://github.com/hanatos/vkdt/pull/87> and <https://github.com/gfx-rs/wgpu/issues/5551>. It has
+/// neither floats of 64 bits nor atomics of 64 bits, and not the older ballots.
+pub const METAL: Lesser = Lesser {
+    name: "Apple M1 (MoltenVK)",
+    storage_buffers: 31,
+    storage_images: 8,
+    sampled_images: 128,
+    samplers: 16,
+    uniform_buffers: 31,
+    resources: 159,
+    push_constants: 4096,
+    alignment: 16,
+    granularity: 16,
+    subgroup_operations: VOTES,
+    subgroups: Some(Subgroups { usual: 32, range: [4, 32], in_workgroup: 32, asked: false }),
+    without: &[Feature::Float64, Feature::Int64Atomics],
+    extensions: false,
+    ..WHOLE
+};
+
+/// The same over a driver of Vulkan 1.2.
+pub const METAL_12: Lesser = Lesser { name: "Apple M1 (MoltenVK of Vulkan 1.2)", minor: 2, ..METAL };
+
+/// The same with a driver that is slow at compiling.
+pub const SLOW_DRIVER: Lesser = Lesser { name: "a device with a slow driver", pipeline_milliseconds: 1600, ..METAL };
+
+/// Intel UHD 620 under Mesa (ANV): `vulkaninfo` in <https://github.com/ValveSoftware/gamescope/issues/361>, that of the same generation in
+/// <https://github.com/KhronosGroup/Vulkan-Tools/issues/491>, and `get_properties` of `src/intel/vulkan/anv_physical_device.c`.
+pub const INTEL_MESA: Lesser = Lesser {
+    name: "Intel UHD 620 (Mesa)",
+    storage_buffers: 65535,
+    storage_images: 65535,
+    sampled_images: 65535,
+    samplers: 65535,
+    uniform_buffers: 64,
+    push_constants: 128,
+    buffer_range: 1 << 30,
+    uniform_range: 1 << 27,
+    granularity: 64,
+    // A workgroup has 56 subgroups at most, so that only the largest size covers one of 1024 invocations.
+    subgroups: Some(Subgroups { usual: 32, range: [8, 32], in_workgroup: 56, asked: true }),
+    ..WHOLE
+};
+
+/// Intel UHD 620 under Windows, driver of Intel: the limits that `wgpu` printed on that driver (16 storage images, 200 storage buffers, 64 samplers,
+/// 1024 × 1024 × 64 invocations, ranges below 2³⁰ and 2²⁷ bytes). Its sizes of subgroups are those under Mesa.
+pub const INTEL_WINDOWS: Lesser = Lesser {
+    name: "Intel UHD 620 (Windows)",
+    storage_buffers: 200,
+    storage_images: 16,
+    sampled_images: 200,
+    samplers: 64,
+    uniform_buffers: 200,
+    workgroup: [1024, 1024, 64],
+    buffer_range: 1 << 30,
+    uniform_range: 1 << 27,
+    subgroups: Some(Subgroups { usual: 32, range: [8, 32], in_workgroup: 56, asked: true }),
+    ..WHOLE
+};
+
+/// AMD RDNA 2 under Mesa (RADV): `radv_get_physical_device_properties` of `src/amd/vulkan/radv_physical_device.c`, and a Radeon 6500 XT in
+/// <https://github.com/KomputeProject/kompute/issues/275>. Subgroups of 64, and of 32 if a pipeline asks.
+pub const RDNA2: Lesser = Lesser {
+    name: "AMD RDNA 2 (RADV)",
+    alignment: 4,
+    subgroups: Some(Subgroups { usual: 64, range: [32, 64], in_workgroup: u32::MAX, asked: true }),
+    ..WHOLE
+};
+
+/// AMD before RDNA under Mesa: the same file. Subgroups of 64, and no other.
+pub const VEGA: Lesser = Lesser {
+    name: "AMD Vega (RADV)",
+    subgroups: Some(Subgroups { usual: 64, range: [64, 64], in_workgroup: u32::MAX, asked: false }),
+    ..RDNA2
+};
+
+/// NVIDIA GTX 10 (Pascal): `vulkaninfo` of a 1050 Ti in <https://github.com/KhronosGroup/Vulkan-Tools/pull/106>. No floats of 16 bits.
+pub const PASCAL: Lesser = Lesser {
+    name: "NVIDIA GTX 10",
+    storage_buffers: 1 << 20,
+    storage_images: 1 << 20,
+    sampled_images: 1 << 20,
+    samplers: 1 << 20,
+    uniform_buffers: 15,
+    workgroup: [1024, 1024, 64],
+    uniform_range: 65536,
+    alignment: 256,
+    granularity: 1024,
+    subgroups: Some(Subgroups { usual: 32, range: [32, 32], in_workgroup: 48, asked: true }),
+    without: &[Feature::Float16],
+    ..WHOLE
+};
+
+/// Adreno 740 (a Galaxy S23 Ultra), driver of Qualcomm: `vulkaninfo` in <https://github.com/termux-user-repository/tur/issues/530>, and the sizes of
+/// subgroups in <https://github.com/gfx-rs/wgpu/issues/8801>. What of its features is not known there, it lacks here.
+pub const ADRENO_7: Lesser = Lesser {
+    name: "Adreno 740 (Qualcomm)",
+    workgroup: [1024, 1024, 64],
+    uniform_range: 65536,
+    subgroups: Some(Subgroups { usual: 64, range: [64, 128], in_workgroup: 16, asked: true }),
+    without: &[Feature::Float64, Feature::Int64, Feature::Int64Atomics],
+    extensions: false,
+    ..WHOLE
+};
+
+/// Adreno 6xx under Mesa (Turnip): `tu_get_features` and `tu_get_properties` of `src/freedreno/vulkan/tu_device.cc`. Subgroups of 64 and 128, and no
+/// bytes in storage buffers.
+pub const ADRENO_6: Lesser = Lesser {
+    name: "Adreno 6xx (Turnip)",
+    buffer_range: 1 << 27,
+    uniform_range: 65536,
+    granularity: 64,
+    subgroups: Some(Subgroups { usual: 128, range: [64, 128], in_workgroup: 16, asked: true }),
+    without: &[Feature::Float64, Feature::Int64Atomics, Feature::Storage8],
+    extensions: false,
+    ..WHOLE
+};
+
+/// Adreno 620, driver of Qualcomm: Vulkan 1.1 (<https://github.com/termux/termux-packages/pull/7165>).
+pub const ADRENO_OLD: Lesser = Lesser { name: "Adreno 620 (Qualcomm, Vulkan 1.1)", minor: 1, ..ADRENO_7 };
+
+/// Mali-G78 with a driver of Arm that has Vulkan 1.3: the limits of that driver in <https://github.com/termux/termux-packages/issues/19460>.
+pub const MALI: Lesser = Lesser {
+    name: "Mali-G78 (Arm)",
+    storage_buffers: 35,
+    storage_images: 21,
+    sampled_images: 256,
+    samplers: 128,
+    uniform_buffers: 36,
+    buffer_range: 1 << 28,
+    uniform_range: 65536,
+    image_layers: 4096,
+    subgroups: Some(Subgroups { usual: 16, range: [16, 16], in_workgroup: 64, asked: true }),
+    without: &[Feature::Float64, Feature::Int64Atomics],
+    extensions: false,
+    ..WHOLE
+};
+
+/// Mali-G78 with the driver that many phones still have: Vulkan 1.1 (<https://github.com/strato-emu/compat-list/issues/1450>).
+pub const MALI_OLD: Lesser = Lesser { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
+
+/// The devices that graphs run on, or are refused by.
+pub const DEVICES: [Lesser; 11] =
+    [LEAST, SMALL, METAL, INTEL_MESA, INTEL_WINDOWS, RDNA2, VEGA, PASCAL, ADRENO_7, ADRENO_6, MALI];
+
+/// The devices that raxel does not open.
+pub const TOO_OLD: [Lesser; 2] = [ADRENO_OLD, MALI_OLD];
