@@ -22,6 +22,8 @@ pub use curve::Interpolation;
 pub use demo::{
     CameraKey, Caption, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Place, Track, TrackKeys,
 };
-pub use demo_inputs::{ButtonKeys, CursorKeys, DemoInputs, KeyboardKeys, WheelKeys};
+pub use demo_inputs::{
+    ButtonKeys, CursorKeys, DemoInputs, GamepadButtonKeys, KeyboardKeys, StickKeys, TriggerKeys, WheelKeys,
+};
 pub use edits::{EditKey, operations};
 pub use read::{read, schema};
