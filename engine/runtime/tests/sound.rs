@@ -1,5 +1,5 @@
 //! A sound as a target: the spectrum and the waveform of each time, the same in every run; its end, its edits, and files that are no sounds.
-#![allow(missing_docs, clippy::cast_possible_truncation, reason = "a test")]
+#![allow(missing_docs, clippy::cast_possible_truncation, clippy::float_cmp, reason = "a test")]
 
 mod project;
 

@@ -96,13 +96,13 @@ mod of_system {
     }
 
     /// Reads the gamepad that was touched first, until it is unplugged.
-    pub(super) struct Reader {
+    pub struct Reader {
         gilrs: Gilrs,
         used: Option<GamepadId>,
     }
 
     impl Reader {
-        pub(super) fn open() -> Result<Self, String> {
+        pub fn open() -> Result<Self, String> {
             match Gilrs::new() {
                 Ok(gilrs) => Ok(Self { gilrs, used: None }),
                 Err(error) => Err(format!("gamepads cannot be read: {error}")),
@@ -110,7 +110,7 @@ mod of_system {
         }
 
         /// Tells the inputs what happened since the last call. Gives what a user should know.
-        pub(super) fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
+        pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
             let mut said = None;
             while let Some(event) = self.gilrs.next_event() {
                 let name = || self.gilrs.gamepad(event.id).name().to_owned();
