@@ -9,7 +9,7 @@ mod window;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use egui::{Context, RawInput, Rect, Vec2};
-use raxel_panels::view::{PassState, Timeline, Track};
+use raxel_panels::view::{Lane, PassState, Timeline, Track};
 use raxel_panels::{Layout, Panel};
 
 use window::{Window, param};
@@ -24,13 +24,13 @@ fn opened(panels: &[Panel]) -> Window {
     window.passes = vec![(pass.0, PassState::Ran, Some(0)); PASSES];
     window.resources = vec![resource; PASSES];
     for resource in &mut window.resources {
-        resource.uses = (0..PASSES).map(|pass| resource.uses[pass % resource.uses.len()].clone()).collect();
+        resource.uses = (0..PASSES).map(|pass| resource.uses[pass % resource.uses.len()]).collect();
     }
-    window.params = (0..PASSES).map(|number| param(&format!("param_{number}"))).collect();
+    window.params = (0..PASSES).map(|number| param(&format!("param_{number}"), vec![1.0], vec![0.5])).collect();
     window.timeline = Some(Timeline {
         duration: 10.0,
         tracks: (0..8)
-            .map(|_| Track { keys: (0..20).map(f64::from).map(|key| key / 2.0).collect(), ..Track::default() })
+            .map(|_| Track::new(Lane::Camera, "camera", (0..20).map(|key| f64::from(key) / 2.0).collect()))
             .collect(),
         ..Timeline::default()
     });
@@ -49,7 +49,7 @@ fn opened(panels: &[Panel]) -> Window {
 }
 
 fn frames(criterion: &mut Criterion) {
-    for (name, panels) in [("no panel", &[][..]), ("all panels", &Panel::ALL)] {
+    for (name, panels) in [("no panel", &[][..]), ("all panels", &Panel::ALL[..])] {
         let (mut window, ctx) = (opened(panels), Context::default());
         let mut frame = || {
             let screen_rect = Some(Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(1920.0, 1080.0)));

@@ -23,8 +23,8 @@ use super::presenting::{Open, Pictures};
 use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
-    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush,
-    outline, panel_data,
+    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL, Viewer,
+    brush, outline, panel_data,
 };
 
 impl Open {
@@ -323,13 +323,13 @@ impl Viewer<'_> {
         let Some(window) = presenter.extent() else { return };
         let place = overlay.picture(&self.panels).map(|[origin, extent]| Place { origin, extent, ground: GROUND });
         let held = overlay.is_held();
-        if place != self.place {
+        if place != self.placed.place {
             presenter.set_place(place);
             self.controls.set_origin(place.map_or([0; 2], |place| place.origin));
-            (self.place, self.touched, self.outgrown) = (place, true, true);
+            (self.placed, self.touched) = (Placed { place, outgrown: true }, true);
         }
-        if self.outgrown && !held {
-            self.outgrown = false;
+        if self.placed.outgrown && !held {
+            self.placed.outgrown = false;
             let [width, height] = place.map_or(window, |place| place.extent);
             self.session.resize(width, height);
         }
@@ -416,7 +416,7 @@ impl Viewer<'_> {
         let window = open.window.clone();
         drop(open);
         self.window = Some(self.opened(&window)?);
-        self.place = None;
+        self.placed = Placed::default();
         self.controls.set_origin([0; 2]);
         Ok(())
     }

@@ -200,6 +200,15 @@ enum Holder {
     Graph,
 }
 
+/// Where the picture is in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Placed {
+    /// Its place, if it does not fill the window.
+    place: Option<Place>,
+    /// The output has the extent of another place.
+    outgrown: bool,
+}
+
 struct Viewer<'a> {
     args: &'a Args,
     /// A program that drives the session too.
@@ -242,10 +251,7 @@ struct Viewer<'a> {
     home: Camera,
     controls: Controls,
     holder: Holder,
-    /// Where the picture is, if it does not fill the window.
-    place: Option<Place>,
-    /// The output has the extent of another place.
-    outgrown: bool,
+    placed: Placed,
     gamepads: Gamepads,
     /// What the right button does to voxels.
     brush: Brush,
@@ -428,8 +434,7 @@ impl<'a> Viewer<'a> {
             window: None,
             controls: Controls::default(),
             holder: Holder::default(),
-            place: None,
-            outgrown: false,
+            placed: Placed::default(),
             gamepads: Gamepads::default(),
             brush: Brush::default(),
             refused: None,
@@ -551,7 +556,7 @@ impl<'a> Viewer<'a> {
             open.presenter.resize([size.width, size.height]);
         }
         // Beside the panels, the picture follows once they are drawn.
-        if self.place.is_none() {
+        if self.placed.place.is_none() {
             self.session.resize(size.width, size.height);
         }
         self.redraw();

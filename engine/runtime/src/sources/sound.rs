@@ -1,4 +1,4 @@
-//! Sounds that play: the spectrum and the waveform at the time of each frame, as ShaderToy has them. Both follow from the time alone, so that
+//! Sounds that play: the spectrum and the waveform at the time of each frame. Both follow from the time alone, so that
 //! a film is the same at each run, and a seek needs nothing of the frames before.
 
 use std::fmt;
