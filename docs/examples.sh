@@ -10,7 +10,7 @@ for graph in graphs/examples/*.toml; do
         fair | instances) more="--world worlds/fair.toml" ;;
         copy) more="--world worlds/meadow.toml" ;;
         drill) more="--world worlds/meadow.toml --set radius=10" ;;
-        paint) graph=worlds/paint.demo.toml more= ;;
+        gamepad | paint) graph=worlds/$name.demo.toml more= ;;
         lantern) more="--world worlds/lantern.toml --set walk=30" ;;
         model) more="--world worlds/valley.toml" ;;
         *) more= ;;

@@ -350,6 +350,45 @@ fn what_is_shown_is_compared_with_what_was_kept() {
     bare.leave();
 }
 
+/// A target that is kept live has the contents of each frame: an edit of its shader shows in the difference.
+#[test]
+fn what_is_shown_is_compared_with_another_target_as_it_goes_on() {
+    let bare = Bare::open("r32f", "vec4(0.25)");
+    eventually("the first picture", || bare.shows(|_, _| [64; 3]));
+    let fill = |value: &str| BARE.replace("FORMAT", "r32f").replace("VALUE", value);
+    bare.project.write("shaders/other.comp", fill("vec4(0.5)"));
+    let graph = fs::read_to_string(bare.project.path("graphs/bare.toml")).unwrap();
+    let more = "[targets.other]\nformat = \"r32f\"\ndisplay = { map = \"raw\" }\n[[passes]]\nname = \"other\"\nshader = \"other.comp\"\n\
+        dispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
+    bare.project.write("graphs/bare.toml", graph + more);
+    bare.display.xdotool(&["key", "shift+b"]);
+    // Left of the edge what is shown, right of it the live target, which is another one after Tab.
+    press(&bare.display, "Tab", "both targets at an edge", || {
+        bare.shows(|x, _| if x < 160 { [128; 3] } else { [64; 3] })
+    });
+    press(&bare.display, "x", "the difference", || bare.shows(|_, _| [64, 38, 6]));
+    bare.project.write("shaders/fill.comp", fill("vec4(0.5)"));
+    eventually("the live target has changed", || bare.shows(|_, _| [0; 3]));
+    bare.leave();
+}
+
+/// Each texel has the colour of its place: beside the panels, the picture begins below the bar, and has a texel for each pixel.
+#[test]
+fn the_picture_goes_beside_the_panels_and_back() {
+    let bare = Bare::open("rgba8", "vec4(at.x & 255, at.y, 200, 255) / 255.0");
+    let byte = |place: usize| u8::try_from(place & 255).unwrap();
+    eventually("the first picture", || bare.shows(|x, y| [byte(x), byte(y), 200]));
+    press(&bare.display, "F1", "the panels", || !bare.shows(|x, y| [byte(x), byte(y), 200]));
+    let at = |x: usize, y: usize| bare.display.pixels(320, 180)[y * 320 + x];
+    let begins = || [at(20, 120), at(60, 160)];
+    press(&bare.display, "F3", "the picture is beside them", || {
+        let [[x, y, blue], [right, below, _]] = begins();
+        blue == 200 && x == 20 && (60..115).contains(&y) && [right, below] == [x + 40, y + 40]
+    });
+    press(&bare.display, "F3", "it is under them again", || begins() == [[20, 120, 200], [60, 160, 200]]);
+    bare.leave();
+}
+
 #[test]
 fn frames_of_a_demo_are_counted() {
     let display = Display::start();

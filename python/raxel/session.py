@@ -167,12 +167,33 @@ class Session:
         position, look_at = (None if place is None else _plain(place) for place in (position, look_at))
         return self.ask("camera", name=name, position=position, look_at=look_at, yaw=yaw, pitch=pitch, fov=fov)
 
-    def input(self, *, cursor=None, buttons=None, wheel=None, keys=None, time_of_day=None):
+    def input(
+        self,
+        *,
+        cursor=None,
+        buttons=None,
+        wheel=None,
+        keys=None,
+        gamepad_sticks=None,
+        gamepad_triggers=None,
+        gamepad_buttons=None,
+        time_of_day=None,
+    ):
         """Says what is held and turned from the next frame on; what is left out stays. An empty list is no cursor, no button, no key.
 
         Returns all of it as a dict.
         """
-        return self.ask("input", cursor=cursor, buttons=buttons, wheel=wheel, keys=keys, time_of_day=time_of_day)
+        return self.ask(
+            "input",
+            cursor=cursor,
+            buttons=buttons,
+            wheel=wheel,
+            keys=keys,
+            gamepad_sticks=gamepad_sticks,
+            gamepad_triggers=gamepad_triggers,
+            gamepad_buttons=gamepad_buttons,
+            time_of_day=time_of_day,
+        )
 
     def record(self):
         """Starts over and records a take: what each frame is told."""

@@ -12,7 +12,9 @@ use raxel_graph::plan::Present;
 use raxel_output::{Coding, Compression, Output, OutputError, Pending, PictureFormat, Shot};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::inputs::{BUTTONS, Key, KeySet, button_named, button_names};
+use raxel_runtime::inputs::{
+    BUTTONS, GAMEPAD_BUTTONS, Key, KeySet, button_named, button_names, gamepad_button_named, gamepad_button_names,
+};
 use raxel_runtime::params::{components, type_name};
 use raxel_runtime::{ReadError, Session};
 use raxel_shader::interface::ScalarKind;
@@ -127,12 +129,24 @@ pub(super) fn answer(
             }
             Ok(camera(session.camera()))
         }
-        Request::Input { cursor, buttons, wheel, keys, time_of_day } => {
-            let buttons = buttons.map(|names| bits(&names)).transpose()?;
+        Request::Input {
+            cursor,
+            buttons,
+            wheel,
+            keys,
+            gamepad_sticks,
+            gamepad_triggers,
+            gamepad_buttons,
+            time_of_day,
+        } => {
+            let buttons = buttons.map(|names| bits(&names, "mouse button", &BUTTONS, button_named)).transpose()?;
+            let of_gamepad =
+                |names: Vec<String>| bits(&names, "button of a gamepad", &GAMEPAD_BUTTONS, gamepad_button_named);
+            let gamepad_buttons = gamepad_buttons.map(of_gamepad).transpose()?;
             let keys = keys.map(|names| held(&names)).transpose()?;
-            let tells =
-                cursor.is_none() && buttons.is_none() && wheel.is_none() && keys.is_none() && time_of_day.is_none();
-            if !tells {
+            let by_hand = cursor.is_some() || buttons.is_some() || wheel.is_some() || keys.is_some();
+            let by_gamepad = gamepad_sticks.is_some() || gamepad_triggers.is_some() || gamepad_buttons.is_some();
+            if by_hand || by_gamepad || time_of_day.is_some() {
                 if drive == Drive::Window {
                     return Err(Refusal::new("the window has its own mouse and keyboard"));
                 }
@@ -145,6 +159,9 @@ pub(super) fn answer(
                 buttons.into_iter().for_each(|buttons| inputs.hold_buttons(buttons));
                 wheel.into_iter().for_each(|lines| inputs.set_wheel(lines));
                 keys.into_iter().for_each(|keys| inputs.hold_keys(keys));
+                gamepad_sticks.into_iter().for_each(|sticks| inputs.set_gamepad_sticks(sticks));
+                gamepad_triggers.into_iter().for_each(|triggers| inputs.set_gamepad_triggers(triggers));
+                gamepad_buttons.into_iter().for_each(|buttons| inputs.hold_gamepad_buttons(buttons));
                 time_of_day.into_iter().for_each(|seconds| inputs.set_time_of_day(seconds));
             }
             let inputs = session.inputs();
@@ -153,6 +170,9 @@ pub(super) fn answer(
                 "buttons": button_names(inputs.buttons()).collect::<Vec<_>>(),
                 "wheel": inputs.wheel(),
                 "keys": inputs.keys().names().collect::<Vec<_>>(),
+                "gamepad_sticks": inputs.gamepad().sticks,
+                "gamepad_triggers": inputs.gamepad().triggers,
+                "gamepad_buttons": gamepad_button_names(inputs.gamepad().buttons).collect::<Vec<_>>(),
                 "time_of_day": inputs.time_of_day(),
             }))
         }
@@ -411,10 +431,14 @@ fn text(value: &Value) -> Result<String, Refusal> {
 }
 
 /// The bits of buttons.
-fn bits(names: &[String]) -> Result<u32, Refusal> {
+fn bits(
+    names: &[String],
+    what: &str,
+    known: &[&'static str],
+    named: impl Fn(&str) -> Option<u32>,
+) -> Result<u32, Refusal> {
     let bit = |name: &String| {
-        button_named(name)
-            .ok_or_else(|| not_held("mouse button", name, BUTTONS.iter().copied(), list(BUTTONS.iter().copied())))
+        named(name).ok_or_else(|| not_held(what, name, known.iter().copied(), list(known.iter().copied())))
     };
     names.iter().try_fold(0, |bits, name| Ok(bits | bit(name)?))
 }

@@ -36,6 +36,9 @@ pub(super) enum Request {
         buttons: Option<Vec<String>>,
         wheel: Option<[f64; 2]>,
         keys: Option<Vec<String>>,
+        gamepad_sticks: Option<[f64; 4]>,
+        gamepad_triggers: Option<[f64; 2]>,
+        gamepad_buttons: Option<Vec<String>>,
         time_of_day: Option<f64>,
     },
     /// Starts over and records a take.
@@ -197,6 +200,12 @@ fn within(request: Request) -> Result<Request, Refusal> {
         Request::Input { wheel: Some(lines), .. } if lines.iter().any(|lines| lines.abs() > 1e6) => {
             refuse("`wheel` must be in -1000000…1000000")
         }
+        Request::Input { gamepad_sticks: Some(axes), .. } if axes.iter().any(|axis| axis.abs() > 1.0) => {
+            refuse("`gamepad_sticks` must be in -1…1")
+        }
+        Request::Input { gamepad_triggers: Some(axes), .. } if axes.iter().any(|axis| !(0.0..=1.0).contains(axis)) => {
+            refuse("`gamepad_triggers` must be in 0…1")
+        }
         Request::Camera { fov: Some(fov), .. } if !CAMERA_FOV.contains(fov) => refuse("`fov` must be in 1…179"),
         Request::Camera { pitch: Some(pitch), .. } if !(-90.0..=90.0).contains(pitch) => {
             refuse("`pitch` must be in -90…90")
@@ -248,6 +257,8 @@ mod tests {
             (r#"{"do": "input", "keys": "KeyW"}"#, "`keys`: invalid type: string"),
             (r#"{"do": "input", "time_of_day": -1}"#, "`time_of_day` must be in 0…86400"),
             (r#"{"do": "input", "wheel": [0, 1e9]}"#, "`wheel` must be in"),
+            (r#"{"do": "input", "gamepad_sticks": [0, 0, 0, 2]}"#, "`gamepad_sticks` must be in -1…1"),
+            (r#"{"do": "input", "gamepad_triggers": [0, -1]}"#, "`gamepad_triggers` must be in 0…1"),
         ] {
             let refusal = parse(line).1.unwrap_err();
             assert!(refusal.error.contains(said), "{line}: {}", refusal.error);

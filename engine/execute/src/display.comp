@@ -1,6 +1,7 @@
 #version 460
 // Shows one debug target: reads one mip and layer (or slice, or a buffer), maps its values to colour, writes the picture.
 // Compiled once per kind of source: RX_FLOAT, RX_INT or RX_UINT says what a fetch gives; RX_VOLUME a 3-D image; RX_BUFFER a buffer.
+// With RX_COPY it writes the words of the source to the reference, and no picture.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #if defined(RX_BUFFER)
@@ -18,9 +19,14 @@ layout(set = 0, binding = 0) uniform isampler2DArray source;
 #else
 layout(set = 0, binding = 0) uniform usampler2DArray source;
 #endif
+#if !defined(RX_COPY)
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D picture;
+#endif
 // What the debug target is compared with: of each texel push.reference_channels words.
-layout(std430, set = 0, binding = 2) readonly buffer Reference { uint words[]; } reference;
+#if !defined(RX_COPY)
+readonly
+#endif
+layout(std430, set = 0, binding = 2) buffer Reference { uint words[]; } reference;
 
 layout(push_constant) uniform Push {
     ivec2 output_extent;  // pixels of the picture
@@ -203,6 +209,11 @@ void main() {
         vec2 place = push.origin + (vec2(pixel) + 0.5) * push.step;
         texel = clamp(ivec2(floor(place)), ivec2(0), push.source_extent - 1);
     }
+#if defined(RX_COPY)
+    uvec4 words = fetch(texel);
+    uint at = (uint(texel.y) * uint(push.source_extent.x) + uint(texel.x)) * push.channels;
+    for (uint c = 0u; c < min(push.channels, 4u); ++c) reference.words[at + c] = words[c];
+#else
     vec3 rgb = vec3(0.0);
 #if defined(RX_BUFFER)
     // The last row may be short.
@@ -220,4 +231,5 @@ void main() {
         rgb = show_reference(fetch_reference(texel), pixel);
     }
     imageStore(picture, pixel, vec4(rgb, 1.0));
+#endif
 }

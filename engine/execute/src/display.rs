@@ -18,6 +18,8 @@ use super::lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 pub(super) struct Variant {
     pub(super) scalar: ScalarKind,
     pub(super) source: SourceKind,
+    /// It copies what it reads to where a reference is, instead of showing it.
+    pub(super) copies: bool,
 }
 
 /// What the display shader reads.
@@ -90,7 +92,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
         elements,
         ..Push::default()
     };
-    (Variant { scalar, source: SourceKind::Buffer }, push)
+    (Variant { scalar, source: SourceKind::Buffer, copies: false }, push)
 }
 
 /// How a layer or slice of a mip of an image is shown in so many pixels. `display` is what the graph says.
@@ -112,7 +114,7 @@ pub(super) fn describe_image(
         slice,
         ..Push::default()
     };
-    (Variant { scalar: desc.format.scalar(), source }, push)
+    (Variant { scalar: desc.format.scalar(), source, copies: false }, push)
 }
 
 /// How a target is shown: as its file says, else by its format.
@@ -265,6 +267,9 @@ pub(super) fn compile(variant: Variant) -> Result<Arc<Shader>, ExecuteError> {
             defines.insert("RX_BUFFER", "1");
         }
     }
+    if variant.copies {
+        defines.insert("RX_COPY", "1");
+    }
     let request = Request {
         path: PATH.to_owned(),
         entry: "main".to_owned(),
@@ -287,8 +292,11 @@ mod tests {
     #[test]
     fn every_variant_compiles() {
         for scalar in [ScalarKind::Float, ScalarKind::Int, ScalarKind::Uint] {
-            for source in [SourceKind::Flat, SourceKind::Volume, SourceKind::Buffer] {
-                let shader = compile(Variant { scalar, source }).expect("the display shader is ours");
+            let sources = [SourceKind::Flat, SourceKind::Volume, SourceKind::Buffer];
+            for (source, copies) in sources.into_iter().flat_map(|source| [(source, false), (source, true)]) {
+                let shader = compile(Variant { scalar, source, copies }).expect("the display shader is ours");
+                let bindings = shader.interface.bindings.iter().map(|binding| binding.binding).collect::<Vec<_>>();
+                assert_eq!(bindings, if copies { vec![0, 2] } else { vec![0, 1, 2] });
                 let push = shader.interface.push.as_ref().expect("it has a push block");
                 assert_eq!(push.size as usize, size_of::<Push>());
                 assert_eq!(shader.interface.local_size.map(|axis| axis.value), [GROUP, GROUP, 1]);

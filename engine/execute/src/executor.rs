@@ -59,6 +59,8 @@ pub struct Executor {
     pub(super) frame: u64,
     /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
     needs_full_barrier: bool,
+    /// Passes that the last frame has dispatched.
+    dispatched: u32,
     full: Barrier,
     uploads: Uploads,
     /// The versions of the running plan's sources that its memo knows: index of the resource, version.
@@ -142,6 +144,7 @@ impl Executor {
             ran: None,
             frame: 0,
             needs_full_barrier: true,
+            dispatched: 0,
             full: Barrier::full(),
             memo: options.memo,
             times: Times::default(),
@@ -304,7 +307,9 @@ impl Executor {
             }
             _ => None,
         };
-        let look = self.lens.look(&device, &running.display, capture.is_some())?;
+        let (moves, captures) = (self.dispatched > 0, capture.is_some());
+        self.lens.prepare_live(&self.shared, running)?;
+        let look = self.lens.look(&device, &running.display, (captures, moves))?;
         if let Some(changes) = look.changes {
             let key = display_key(running.plan(), &look.push, changes);
             running.replay.set_display(key);
@@ -331,6 +336,7 @@ impl Executor {
         if !decided && !uninitialized && !uploads {
             // The barriers of the plan reach from one recorded frame to the next only if none is left out.
             self.needs_full_barrier = true;
+            self.dispatched = 0;
             count(&mut report, running.replay.walk(&mut NullRecorder));
             note_filled(running, &self.copies);
             if let Some(making) = making {
@@ -360,6 +366,7 @@ impl Executor {
             ran: &mut slot.ran,
             display: look.push,
             display_sets: look.sets,
+            filler: look.filler,
             capture: capture.as_ref(),
             thumbnails: making.as_mut(),
             failed: None,
@@ -391,6 +398,7 @@ impl Executor {
             running.display.picture.initialized.store(true, Ordering::Relaxed);
         }
         self.needs_full_barrier = !decided;
+        self.dispatched = report.dispatched;
         report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
         Ok(report)
     }

@@ -79,6 +79,14 @@ pub struct Builtins {
     pub input_drag: [i32; 4],
     /// `input.wheel`, lines.
     pub input_wheel: [f32; 2],
+    /// `input.gamepad_sticks`, each axis in [−1, 1].
+    pub input_gamepad_sticks: [f32; 4],
+    /// `input.gamepad_triggers`, in [0, 1].
+    pub input_gamepad_triggers: [f32; 2],
+    /// `input.gamepad_buttons`, a bit each.
+    pub input_gamepad_buttons: u32,
+    /// `input.gamepad_pressed`, a bit each.
+    pub input_gamepad_pressed: u32,
     /// `input.time_of_day`, seconds.
     pub input_time_of_day: f32,
     /// `world.min`.
@@ -126,6 +134,10 @@ impl Default for Builtins {
             input_pressed: 0,
             input_drag: [-1; 4],
             input_wheel: [0.0; 2],
+            input_gamepad_sticks: [0.0; 4],
+            input_gamepad_triggers: [0.0; 2],
+            input_gamepad_buttons: 0,
+            input_gamepad_pressed: 0,
             input_time_of_day: 0.0,
             world_min: [0; 3],
             world_max: [0; 3],
@@ -164,6 +176,10 @@ impl Builtins {
             Builtin::InputPressed => Value::U32(self.input_pressed),
             Builtin::InputDrag => Value::IVec4(self.input_drag),
             Builtin::InputWheel => Value::Vec2(self.input_wheel),
+            Builtin::InputGamepadSticks => Value::Vec4(self.input_gamepad_sticks),
+            Builtin::InputGamepadTriggers => Value::Vec2(self.input_gamepad_triggers),
+            Builtin::InputGamepadButtons => Value::U32(self.input_gamepad_buttons),
+            Builtin::InputGamepadPressed => Value::U32(self.input_gamepad_pressed),
             Builtin::InputTimeOfDay => Value::F32(self.input_time_of_day),
             Builtin::WorldMin => Value::IVec3(self.world_min),
             Builtin::WorldMax => Value::IVec3(self.world_max),

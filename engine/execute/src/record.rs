@@ -7,6 +7,7 @@ use super::capture::Capture;
 use super::device::{color, pattern};
 use super::display;
 use super::instrumentation::marker_word;
+use super::lens::Filler;
 use super::physical::{Copies, Physical};
 use super::prepare::{Groups, Prepared};
 use super::replay::Recorder;
@@ -27,6 +28,8 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) display: display::Push,
     /// The descriptors for that, one for each copy of the debug target.
     pub(super) display_sets: &'a [Descriptors],
+    /// What fills the reference that it is compared with.
+    pub(super) filler: Option<&'a Filler>,
     /// What is copied of it.
     pub(super) capture: Option<&'a Capture>,
     /// Thumbnails that are made of what passes write.
@@ -134,6 +137,10 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
         reason = "a plan numbers its passes in 32 bits, and has a few copies of each set"
     )]
     fn present(&mut self) {
+        if let Some(filler) = self.filler {
+            let ticks = &self.prepared.replay.ticks;
+            filler.record(self.recording, self.prepared, |turn| ticks.rotation(self.frame, turn));
+        }
         let display = &self.prepared.display;
         self.recording.barrier(&display.before);
         let set = copy_of(self.rotation(display.turn), display.age, self.display_sets.len() as u32);

@@ -479,13 +479,16 @@ impl Recording<'_> {
     }
 
     /// Copies a whole picture onto another image of another size, nearest texels; layouts `GENERAL` and `to_layout`.
-    pub(crate) fn blit(&mut self, from: &Image, to: vk::Image, to_layout: vk::ImageLayout, to_extent: [u32; 2]) {
-        let corners = |[x, y]: [u32; 2]| [vk::Offset3D::default(), vk::Offset3D { x: x as i32, y: y as i32, z: 1 }];
+    pub(crate) fn blit(&mut self, from: &Image, to: vk::Image, to_layout: vk::ImageLayout, to_corners: [[u32; 2]; 2]) {
+        let corners = |[from, to]: [[u32; 2]; 2]| {
+            let corner = |[x, y]: [u32; 2], z| vk::Offset3D { x: x as i32, y: y as i32, z };
+            [corner(from, 0), corner(to, 1)]
+        };
         let region = vk::ImageBlit2::default()
             .src_subresource(subresource(0, 0))
-            .src_offsets(corners([from.info().extent[0], from.info().extent[1]]))
+            .src_offsets(corners([[0; 2], [from.info().extent[0], from.info().extent[1]]]))
             .dst_subresource(subresource(0, 0))
-            .dst_offsets(corners(to_extent));
+            .dst_offsets(corners(to_corners));
         let info = vk::BlitImageInfo2::default()
             .src_image(from.raw)
             .src_image_layout(vk::ImageLayout::GENERAL)

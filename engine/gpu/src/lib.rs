@@ -65,7 +65,7 @@ pub use result::{Error, Result};
 pub use ring::UploadRing;
 pub use shared_words::SharedWords;
 pub use subgroups::Packets;
-pub use surface::{Acquire, AcquiredImage, Presented, Surface};
+pub use surface::{Acquire, AcquiredImage, Place, Presented, Surface};
 pub use transfer::{download_buffer, download_image, upload, upload_image};
 #[cfg(target_os = "linux")]
 pub use xlib::on_lost_x_server;

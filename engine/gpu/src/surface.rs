@@ -73,7 +73,20 @@ pub struct Surface {
     patience: Duration,
     /// Holds the picture's bytes as sRGB texels, so that a blit to an sRGB window leaves them as they are.
     encoded: Option<Arc<Image>>,
+    /// The part of the window that pictures fill, where that is not all of it.
+    place: Option<Place>,
     window: Arc<dyn WindowHandles>,
+}
+
+/// A part of a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its top left pixel.
+    pub origin: [u32; 2],
+    /// Pixels along each axis.
+    pub extent: [u32; 2],
+    /// The colour around it, sRGB-encoded, each component from 0 to 1.
+    pub ground: [f32; 3],
 }
 
 struct AcquireSemaphore {
@@ -123,6 +136,7 @@ impl Surface {
             held: None,
             patience,
             encoded: None,
+            place: None,
             window,
         };
         surface.connect()?;
@@ -132,6 +146,11 @@ impl Surface {
         }
         surface.rebuild()?;
         Ok(surface)
+    }
+
+    /// Pictures fill a part of the window from now on, or all of it.
+    pub fn set_place(&mut self, place: Option<Place>) {
+        self.place = place;
     }
 
     /// The window has another area now, in pixels; zero when it is minimised.

@@ -12,6 +12,6 @@ pub mod print;
 
 pub use back::{EstimatedMemory, Need, Phase, dump, needs, plan};
 pub use ir::index::index32;
-pub use ir::supply::{Catalog, FileContents, FileImage, ImageRequest, Refusal, SourceLayout, Video};
+pub use ir::supply::{Catalog, FileContents, FileImage, ImageRequest, Plays, Refusal, Sound, SourceLayout, Video};
 pub use ir::value::ValueType;
 pub use ir::{checked, plan, size, supply, value};

@@ -55,6 +55,8 @@ pub enum Action {
     },
     /// Keep what is shown, to compare with it.
     Keep,
+    /// Compare with the target that is shown now, as it goes on.
+    KeepLive,
     /// Compare with the picture in this file.
     KeepFile(String),
     /// Let go of the kept picture.

@@ -1,7 +1,7 @@
 //! The brush: what the right mouse button does to the world's voxels.
 
 use egui::{
-    Button, Color32, Context, DragValue, Grid, LayerId, RichText, ScrollArea, Sense, Stroke, TextEdit, Ui, pos2, vec2,
+    Button, Color32, Context, DragValue, Grid, LayerId, Rect, RichText, ScrollArea, Sense, Stroke, TextEdit, Ui, vec2,
 };
 
 use crate::action::Action;
@@ -45,12 +45,12 @@ pub(crate) fn show(ui: &mut Ui, editing: &Editing<'_>, search: &mut String, acti
     }
 }
 
-/// Draws lines over the picture, below all panels.
-pub(crate) fn outline(ctx: &Context, lines: &[[[f32; 2]; 2]]) {
-    let painter = ctx.layer_painter(LayerId::background());
+/// Draws lines over the picture, which is in this area, below all panels.
+pub(crate) fn outline(ctx: &Context, area: Rect, lines: &[[[f32; 2]; 2]]) {
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area);
     let scale = ctx.pixels_per_point();
     for [a, b] in lines {
-        let ends = [a, b].map(|[x, y]| pos2(x / scale, y / scale));
+        let ends = [a, b].map(|[x, y]| area.min + vec2(x / scale, y / scale));
         // Dark below light: seen over any picture.
         painter.line_segment(ends, Stroke::new(2.5, Color32::from_black_alpha(110)));
         painter.line_segment(ends, Stroke::new(1.0, Color32::from_white_alpha(220)));

@@ -1,6 +1,8 @@
 //! Keeps a picture, and compares what is shown with it.
 
-use egui::{Align2, Button, Color32, Context, DragValue, FontId, Grid, LayerId, RichText, Stroke, TextEdit, Ui, pos2};
+use egui::{
+    Align2, Button, Color32, Context, DragValue, FontId, Grid, LayerId, Rect, RichText, Stroke, TextEdit, Ui, pos2,
+};
 
 use crate::action::Action;
 use crate::bar::RED;
@@ -12,6 +14,10 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
     ui.horizontal_wrapped(|ui| {
         if ui.button("Keep").on_hover_text("Keeps what is shown, to compare with it; B").clicked() {
             actions.push(Action::Keep);
+        }
+        let hint = "Compares with what is shown now, as it goes on: show another target then; Shift+B";
+        if ui.button("Keep live").on_hover_text(hint).clicked() {
+            actions.push(Action::KeepLive);
         }
         let label = ui.label("or a file");
         ui.add(TextEdit::singleline(path).desired_width(130.0).hint_text("picture.png")).labelled_by(label.id);
@@ -62,7 +68,7 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
 }
 
 fn figures(ui: &mut Ui, compare: &Compare, actions: &mut Vec<Action>) {
-    let ready = compare.refused.is_none() && compare.figures != Figures::Awaited;
+    let ready = compare.refused.is_none() && !compare.live && compare.figures != Figures::Awaited;
     if ui.add_enabled(ready, Button::new("Measure")).on_hover_text("As `raxel compare` does").clicked() {
         actions.push(Action::Measure);
     }
@@ -90,13 +96,12 @@ fn figures(ui: &mut Ui, compare: &Compare, actions: &mut Vec<Action>) {
     }
 }
 
-/// Draws the edge of a wipe over the picture, below all panels.
+/// Draws the edge of a wipe over the picture, which is in this area, below all panels.
 #[expect(clippy::cast_possible_truncation, reason = "points of a window are small numbers")]
-pub(crate) fn edge(ctx: &Context, compare: &Compare) {
+pub(crate) fn edge(ctx: &Context, area: Rect, compare: &Compare) {
     if !compare.has_edge() {
         return;
     }
-    let area = ctx.content_rect();
     let x = area.left() + (f64::from(area.width()) * compare.edge) as f32;
     let painter = ctx.layer_painter(LayerId::background());
     for (width, color) in [(3.0, Color32::from_black_alpha(160)), (1.0, Color32::WHITE)] {
@@ -104,7 +109,8 @@ pub(crate) fn edge(ctx: &Context, compare: &Compare) {
     }
     let y = area.center().y;
     painter.circle(pos2(x, y), 7.0, Color32::from_black_alpha(180), Stroke::new(1.5, Color32::WHITE));
-    for (offset, anchor, text) in [(-12.0, Align2::RIGHT_CENTER, "shown"), (12.0, Align2::LEFT_CENTER, "kept")] {
+    let other = if compare.live { "live" } else { "kept" };
+    for (offset, anchor, text) in [(-12.0, Align2::RIGHT_CENTER, "shown"), (12.0, Align2::LEFT_CENTER, other)] {
         let at = pos2(x + offset, y);
         for (shift, color) in [(1.0, Color32::BLACK), (0.0, Color32::WHITE)] {
             painter.text(at + egui::Vec2::splat(shift), anchor, text, FontId::proportional(12.0), color);

@@ -17,14 +17,17 @@ use crate::{
     bar, brush, compare, frame, graph, inspect, magnified, params, passes, problems, resources, timeline, world,
 };
 
-/// Below so many points the window has room for one panel only: the picture is what one looks at.
+/// Below so many points the window has room for one dock only, with a tab for each open panel: the picture is what one looks at.
 const NARROW: f32 = 1000.0;
 
-/// The share of a narrow window that its one panel takes.
+/// The share of a narrow window that its one dock takes.
 const NARROW_SHARE: f32 = 0.45;
 
 /// So many points beside the picture a press takes hold of an edge of a dock: egui gives it to the nearest widget within a radius.
 const GRIP: f32 = 8.0;
+
+/// Points of the smallest place beside the panels that shows the picture.
+const SMALLEST: f32 = 32.0;
 
 /// What lies over the picture: how opaque it is, of 255.
 const OPACITY: u8 = 236;
@@ -34,7 +37,7 @@ const OPACITY: u8 = 236;
 pub struct Panels {
     /// Which are open; kept beside the project.
     pub layout: Layout,
-    /// The panel that was opened last: in a narrow window only that one is drawn.
+    /// The panel that was opened last: in a narrow window it is in front of the others.
     recent: Option<Panel>,
     /// What the pointer rests on, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
@@ -108,6 +111,16 @@ impl Panels {
         self.are_drawn() && (covered || !self.grasp(ctx).contains(at))
     }
 
+    /// Where the picture is: all of the window, or what the docks leave of it.
+    pub fn picture(&self, ctx: &Context) -> Rect {
+        let window = ctx.content_rect();
+        if !self.layout.visible || !self.layout.beside {
+            return window;
+        }
+        let free = self.free.unwrap_or(Rect::from_min_max(self.below_bar(ctx), window.max)).intersect(window);
+        if free.width() < SMALLEST || free.height() < SMALLEST { window } else { free }
+    }
+
     /// Where presses are the picture's.
     fn grasp(&self, ctx: &Context) -> Rect {
         let window = ctx.content_rect();
@@ -131,12 +144,13 @@ impl Panels {
         self.follow_timeline(view);
         let mut hovered = None;
         if self.layout.visible {
-            brush::outline(ctx, &view.world.editing.outline);
-            magnified::show(ctx, &view.magnified);
+            let area = self.picture(ctx);
+            brush::outline(ctx, area, &view.world.editing.outline);
+            magnified::show(ctx, area, &view.magnified);
             if let Some(found) = view.inspected.filter(|_| self.layout.is_open(Panel::Inspect)) {
-                inspect::mark(ctx, found, &view.magnified);
+                inspect::mark(ctx, area, found, &view.magnified);
             }
-            compare::edge(ctx, &view.compare);
+            compare::edge(ctx, area, &view.compare);
             self.bar(ctx, view, &mut actions);
             self.docks(ctx, view, (&mut actions, &mut hovered));
         }
@@ -190,7 +204,7 @@ impl Panels {
         }
     }
 
-    /// The only panel that there is room for, in a narrow window.
+    /// The panel in front of all others, in a narrow window.
     fn only(&self, ctx: &Context) -> Option<Panel> {
         if ctx.content_rect().width() >= NARROW {
             return None;
@@ -255,6 +269,10 @@ impl Panels {
                             }
                         }
                     }
+                    let hint = "The picture beside the panels, rather than under them; F3";
+                    if ui.selectable_label(self.layout.beside, "Beside").on_hover_text(hint).clicked() {
+                        self.layout.beside = !self.layout.beside;
+                    }
                     if ui.button("Reset layout").on_hover_text("Docks and closes all panels as at first").clicked() {
                         self.layout = Layout { zoom: self.layout.zoom, ..Layout::default() };
                         self.recent = None;
@@ -274,7 +292,11 @@ impl Panels {
         let narrow = only.map(|panel| {
             let mut docks = DockState::new(vec![Tab::Picture]);
             let share = self.narrow.unwrap_or(1.0 - NARROW_SHARE);
-            docks.main_surface_mut().split_right(NodeIndex::root(), share, vec![Tab::Panel(panel)]);
+            let open = Panel::ALL.into_iter().filter(|panel| self.layout.has(*panel)).map(Tab::Panel);
+            docks.main_surface_mut().split_right(NodeIndex::root(), share, open.collect());
+            if let Some(front) = docks.find_tab(&Tab::Panel(panel)) {
+                docks.set_active_tab(front);
+            }
             docks
         });
         if !self.layout.is_docked() && only.is_none() && self.layout.docks.surfaces_count() == 1 {
@@ -313,6 +335,12 @@ impl Panels {
                 if let Node::Horizontal(split) = &docks.main_surface()[NodeIndex::root()] {
                     self.narrow = Some(split.fraction);
                 }
+                let leaves = docks.main_surface().iter().filter_map(Node::get_leaf);
+                let fronts = leaves.filter_map(|leaf| leaf.tabs.get(leaf.active.0));
+                self.recent = fronts.fold(self.recent, |recent, tab| match tab {
+                    Tab::Panel(panel) => Some(*panel),
+                    Tab::Picture => recent,
+                });
                 own
             }
             None => docks,

@@ -238,12 +238,11 @@ fn squares(ui: &mut Ui, zoom: &Zoom) {
     painter.rect_stroke(middle, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
 }
 
-/// Marks the pinned texel in the picture, below all panels.
-pub(crate) fn mark(ctx: &Context, found: &Inspected, magnified: &Magnified) {
+/// Marks the pinned texel in the picture, which is in this area, below all panels.
+pub(crate) fn mark(ctx: &Context, area: Rect, found: &Inspected, magnified: &Magnified) {
     let Some(pinned) = &found.pinned else { return };
-    let area = ctx.content_rect();
     let center = magnified.point(area, pinned.at.map(|place| f64::from(place) + 0.5), found.extent);
-    let painter = ctx.layer_painter(LayerId::background());
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area);
     // A magnified texel may be larger than the usual circle.
     let texel = if magnified.size < 1.0 { magnified.texel(area).max_elem() } else { 0.0 };
     let radius = (texel * 0.75).clamp(9.0, 400.0);

@@ -91,6 +91,8 @@ pub struct Layout {
     pub zoom: f32,
     /// The timeline opens when a demo runs.
     pub timeline: bool,
+    /// The picture fills what the docks leave of the window, rather than all of it.
+    pub beside: bool,
     /// The picture and the open panels: docked as tabs, or floating.
     pub(crate) docks: DockState<Tab>,
     /// Where floating panels are to be, until they are drawn.
@@ -121,7 +123,7 @@ impl Layout {
     pub fn empty() -> Self {
         let mut docks = DockState::new(vec![Tab::Picture]);
         "Float".clone_into(&mut docks.translations.tab_context_menu.eject_button);
-        Self { visible: true, zoom: 1.0, timeline: true, docks, windows: Vec::new() }
+        Self { visible: true, zoom: 1.0, timeline: true, beside: false, docks, windows: Vec::new() }
     }
 
     /// Reads what [`Layout::write`] has written. What is missing has its default.
@@ -223,7 +225,7 @@ mod tests {
 
     #[test]
     fn reads_what_it_writes() {
-        let mut layout = Layout { zoom: 1.5, ..Layout::default() };
+        let mut layout = Layout { zoom: 1.5, beside: true, ..Layout::default() };
         layout.toggle(Panel::Passes);
         for panel in [Panel::Problems, Panel::Inspect, Panel::World, Panel::Graph] {
             layout.open(panel);

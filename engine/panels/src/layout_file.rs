@@ -23,6 +23,7 @@ pub(crate) struct File {
     visible: bool,
     zoom: f32,
     timeline: bool,
+    beside: bool,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     floating: Vec<Floating>,
     docks: Area,
@@ -90,8 +91,8 @@ impl File {
             }
             Surface::Empty | Surface::Main(_) => None,
         });
-        let Layout { visible, zoom, timeline, .. } = *layout;
-        Self { visible, zoom, timeline, floating: floating.collect(), docks }
+        let Layout { visible, zoom, timeline, beside, .. } = *layout;
+        Self { visible, zoom, timeline, beside, floating: floating.collect(), docks }
     }
 
     /// The layout. What cannot be is left out: a panel that is there twice, a size that is no number.
@@ -112,7 +113,8 @@ impl File {
             };
         }
         let zoom = if self.zoom.is_finite() { self.zoom.clamp(0.5, 4.0) } else { 1.0 };
-        let mut layout = Layout { visible: self.visible, zoom, timeline: self.timeline, ..Layout::empty() };
+        let File { visible, timeline, beside, .. } = self;
+        let mut layout = Layout { visible, zoom, timeline, beside, ..Layout::empty() };
         self.docks.build(&mut layout.docks, None);
         for Floating { at, size, docks } in self.floating.iter().filter(|window| !window.docks.is_empty()) {
             let number = |number: f32, low, high| if number.is_finite() { number.clamp(low, high) } else { low };

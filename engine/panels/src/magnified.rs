@@ -10,14 +10,14 @@ const GRID: f32 = 8.0;
 /// Points of the largest and of the smallest letters that values are written in.
 const LETTERS: [f32; 2] = [13.0, 6.5];
 
-/// Draws both over the picture, below all panels.
-pub(crate) fn show(ctx: &Context, magnified: &Magnified) {
-    let (area, scale) = (ctx.content_rect(), ctx.pixels_per_point());
+/// Draws both over the picture, which is in this area, below all panels.
+pub(crate) fn show(ctx: &Context, area: Rect, magnified: &Magnified) {
+    let scale = ctx.pixels_per_point();
     let texel = magnified.texel(area);
     if magnified.size >= 1.0 || magnified.extent.contains(&0) || texel.min_elem() * scale < GRID {
         return;
     }
-    let painter = ctx.layer_painter(LayerId::background());
+    let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area);
     grid(&painter, magnified, area, 1.0 / scale);
     for written in &magnified.values {
         write(&painter, magnified, area, written);

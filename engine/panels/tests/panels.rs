@@ -678,6 +678,55 @@ fn a_narrow_window_shows_a_side_that_has_a_panel() {
     harness.get_by_label("hit");
 }
 
+/// What is open in a wide window is a tab in a narrow one.
+#[test]
+fn a_narrow_window_has_a_tab_for_each_open_panel() {
+    let mut harness = Window::new(&[Panel::Passes, Panel::Params, Panel::Frame]).harness(640.0, 400.0);
+    let front = |harness: &Harness<'_, Window>| {
+        [("hit", Panel::Passes), ("fog", Panel::Params), ("2,097,152 voxels in 300 chunks", Panel::Frame)]
+            .into_iter()
+            .filter(|(text, _)| harness.query_all_by_label(text).next().is_some())
+            .map(|(_, panel)| panel)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(front(&harness), [Panel::Params]);
+    for (panel, name) in [(Panel::Frame, "Frame"), (Panel::Passes, "Passes"), (Panel::Params, "Params")] {
+        // The names in the bar stand above those of the tabs.
+        let lowest = harness.query_all_by_label(name).max_by(|a, b| a.rect().top().total_cmp(&b.rect().top())).unwrap();
+        let at = lowest.rect().center();
+        harness.drag_at(at);
+        harness.drop_at(at);
+        harness.run_steps(6);
+        assert_eq!(front(&harness), [panel], "after a click at {at:?}");
+    }
+    let open = |harness: &Harness<'_, Window>, panel| harness.state().panels.layout.has(panel);
+    assert!([Panel::Passes, Panel::Params, Panel::Frame].iter().all(|panel| open(&harness, *panel)));
+}
+
+#[test]
+fn the_picture_is_under_the_panels_or_beside_them() {
+    let mut harness = Window::new(&[Panel::Passes, Panel::Params]).harness(1280.0, 720.0);
+    let whole = harness.ctx.content_rect();
+    let picture = |harness: &Harness<'_, Window>| harness.state().panels.picture(&harness.ctx);
+    assert_eq!(picture(&harness), whole);
+    assert_eq!(click(&mut harness, "Beside"), []);
+    let beside = picture(&harness);
+    assert!(beside.width() < 0.6 * whole.width() && beside.top() > 10.0 && whole.contains_rect(beside), "{beside:?}");
+    let taken = |harness: &Harness<'_, Window>, at| harness.state().panels.has_pointer(&harness.ctx, at);
+    assert!(!taken(&harness, beside.center()) && taken(&harness, beside.left_center() - egui::vec2(20.0, 0.0)));
+    harness.state_mut().panels.layout.close(Panel::Passes);
+    harness.run_steps(3);
+    let wider = picture(&harness);
+    assert!(wider.left() < 1.0 && wider.width() > beside.width(), "{wider:?} {beside:?}");
+    harness.state_mut().panels.layout.close(Panel::Params);
+    harness.run_steps(3);
+    let below = picture(&harness);
+    assert!(below.width() > 1270.0 && below.top() > 10.0, "only the bar is left: {below:?}");
+    harness.state_mut().panels.toggle();
+    harness.run_steps(2);
+    assert_eq!(picture(&harness), whole, "nothing is drawn");
+}
+
 #[test]
 fn a_kept_picture_is_compared_in_the_ways_that_are_asked_for() {
     let mut harness = Window::new(&[Panel::Compare]).harness(1280.0, 720.0);

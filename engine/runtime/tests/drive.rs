@@ -97,8 +97,8 @@ fn pinned_resources_can_be_read_whatever_is_shown() {
     project::assert_silent(&session);
 }
 
-#[test]
-fn a_demo_drives_until_the_user_takes_over() {
+/// A demo whose camera and whose one track move.
+fn demo() -> (TestProject, raxel_runtime::Session) {
     let project = TestProject::new();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
@@ -108,7 +108,13 @@ fn a_demo_drives_until_the_user_takes_over() {
                 [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
     project.write("worlds/box.demo.toml", demo);
     let options = Options { step: Some(0.5), demo: Some("worlds/box.demo.toml".into()), ..project.options() };
-    let mut session = TestProject::open_with(options);
+    let session = TestProject::open_with(options);
+    (project, session)
+}
+
+#[test]
+fn a_demo_drives_until_the_user_takes_over() {
+    let (_project, mut session) = demo();
     for gain in [0.0, 0.5, 1.0] {
         session.frame().unwrap();
         assert_eq!(project::texel(&mut session)[1], gain);
@@ -121,6 +127,22 @@ fn a_demo_drives_until_the_user_takes_over() {
     session.hand_back();
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session)[1], 2.0);
+    project::assert_silent(&session);
+}
+
+#[test]
+fn a_param_that_is_released_follows_the_user_and_the_camera_the_demo() {
+    let (_project, mut session) = demo();
+    session.frame().unwrap();
+    session.release_param(Some("gain"));
+    session.set_param("gain", Value::F32(7.0)).unwrap();
+    session.frame().unwrap();
+    assert_eq!((project::texel(&mut session)[1], session.camera().position().x), (7.0, 0.5));
+    session.frame().unwrap();
+    assert_eq!((project::texel(&mut session)[1], session.camera().position().x), (7.0, 1.0));
+    session.release_param(None);
+    session.frame().unwrap();
+    assert_eq!((project::texel(&mut session)[1], session.camera().position().x), (1.5, 1.5));
     project::assert_silent(&session);
 }
 

@@ -1,4 +1,4 @@
-//! Mouse, keyboard and time of day, as passes are told of them: held by a person, driven by a demo, recorded as a take.
+//! Mouse, keyboard, gamepad and time of day, as passes are told of them: held by a person, driven by a demo, recorded as a take.
 
 #![allow(clippy::float_cmp, reason = "these values are exact")]
 
@@ -7,12 +7,14 @@ mod project;
 use std::path::Path;
 
 use project::{TestProject, assert_silent, box_world};
+use raxel_edit::{Brush, Operation};
 use raxel_execute::PassOutcome;
 use raxel_graph::checked::Value;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::inputs::{Key, KeySet};
 use raxel_runtime::take::{Ended, TakeError};
 use raxel_runtime::{Options, Session};
+use raxel_world::Bounds;
 
 const SHADER: &str = r"#version 460
 #include <raxel/keys.glsl>
@@ -30,6 +32,13 @@ layout(push_constant) uniform PC {
     float gain;
     uint steps;
 } pc;
+layout(std140) uniform Gamepad {
+    vec4 sticks;
+    vec2 triggers;
+    uint buttons;
+    uint pressed;
+    uint voxels;
+} gamepad;
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     vec4 keys = vec4(rx_key(RX_KEY_W), rx_key_pressed(RX_KEY_W), rx_key_toggled(RX_KEY_W), rx_key(RX_KEY_SPACE));
@@ -40,8 +49,11 @@ void main() {
     case 2: value = vec4(pc.wheel, pc.time_of_day, 0.0); break;
     case 3: value = keys; break;
     case 4: value = pc.view[0]; break;
+    case 5: value = gamepad.sticks; break;
+    case 6: value = vec4(gamepad.triggers, gamepad.buttons, gamepad.pressed); break;
     // What earlier frames were told counts, too.
-    default: value = 0.5 * imageLoad(before, ivec2(pixel.x - 5, 0)) + 0.5 * imageLoad(before, pixel) + vec4(pc.gain, pc.steps, 0.0, 0.0);
+    case 7: value = vec4(gamepad.voxels); break;
+    default: value = 0.5 * imageLoad(before, ivec2(pixel.x - 8, 0)) + 0.5 * imageLoad(before, pixel) + vec4(pc.gain, pc.steps, 0.0, 0.0);
     }
     imageStore(told, pixel, value);
 }
@@ -84,6 +96,13 @@ pressed = "input.pressed"
 time_of_day = "input.time_of_day"
 gain = "param.gain"
 steps = "param.steps"
+
+[passes.uniforms.gamepad]
+sticks = "input.gamepad_sticks"
+triggers = "input.gamepad_triggers"
+buttons = "input.gamepad_buttons"
+pressed = "input.gamepad_pressed"
+voxels = "world.voxels"
 "#;
 
 fn told_project() -> TestProject {
@@ -144,6 +163,27 @@ fn a_frame_is_told_what_is_held() {
 }
 
 #[test]
+fn a_frame_is_told_of_the_gamepad() {
+    let project = told_project();
+    let mut session = open(&project);
+    let gamepad = |session: &mut Session| {
+        session.frame().unwrap();
+        let texels = session.read_target("told").unwrap().floats();
+        [texels[5], texels[6]]
+    };
+    assert_eq!(gamepad(&mut session), [[0.0; 4]; 2]);
+    let inputs = session.inputs();
+    inputs.set_gamepad_sticks([0.5, -0.25, 0.0, 1.0]);
+    inputs.set_gamepad_triggers([0.0, 0.75]);
+    inputs.gamepad_button(1 << 3, true);
+    assert_eq!(gamepad(&mut session), [[0.5, -0.25, 0.0, 1.0], [0.0, 0.75, 8.0, 8.0]]);
+    assert_eq!(gamepad(&mut session)[1], [0.0, 0.75, 8.0, 0.0]);
+    session.inputs().rest_gamepad();
+    assert_eq!(gamepad(&mut session), [[0.0; 4]; 2]);
+    assert_silent(&session);
+}
+
+#[test]
 fn an_input_that_no_pass_reads_disturbs_nothing() {
     let project = told_project();
     project.write("graphs/still.toml", project::VALID_GRAPH.replace("\"valid.comp\"", "\"still.comp\""));
@@ -157,6 +197,8 @@ fn an_input_that_no_pass_reads_disturbs_nothing() {
     session.inputs().key(key("KeyW"), true);
     session.inputs().button(1, true);
     session.inputs().turn([0.0, 1.0]);
+    session.inputs().set_gamepad_sticks([1.0; 4]);
+    session.inputs().hold_gamepad_buttons(1);
     assert_eq!(still(&mut session), 2.0);
 }
 
@@ -198,6 +240,14 @@ fn play(session: &mut Session, frame: i32) {
     if frame == 7 {
         session.inputs().hold_buttons(4);
         session.inputs().turn([0.0, 1.5]);
+    }
+    if frame == 3 || frame == 10 {
+        session.inputs().hold_gamepad_buttons(1 << (frame % 4) | 1 << 14);
+    }
+    if (4..9).contains(&frame) {
+        let axis = f64::from(frame) / 10.0;
+        session.inputs().set_gamepad_sticks([axis, -axis, f64::from(0.3_f32), 0.0]);
+        session.inputs().set_gamepad_triggers([0.0, axis]);
     }
     let keys: &[&str] = if (5..8).contains(&frame) { &["KeyW", "Space"] } else { &[] };
     session.inputs().hold_keys(keys.iter().map(|name| key(name)).collect::<KeySet>());
@@ -254,7 +304,7 @@ fn a_take_gives_the_same_bytes() {
         let mut part = demo();
         part.start_at(start as u64);
         let told = bytes(&mut part);
-        let first = 5 * 16;
+        let first = 8 * 16;
         assert!(told[..first] == played[start][..first], "from frame {start}");
     }
     assert_silent(&again);
@@ -283,4 +333,57 @@ fn a_take_ends_where_it_cannot_go_on() {
     // Without a world there is no demo.
     let empty = TestProject::new();
     assert_eq!(empty.open().record(), Err(TakeError::NoWorld));
+}
+
+/// What is built and dug while a take is recorded stands in its demo, for the frames that saw it first.
+#[test]
+fn a_take_holds_edits() {
+    let project = told_project();
+    let mut session = open(&project);
+    let voxels = |session: &mut Session| {
+        session.frame().unwrap();
+        session.read_target("told").unwrap().floats()[7][0]
+    };
+    let before = voxels(&mut session);
+    session.record().unwrap();
+    let material = 1;
+    let mut seen = Vec::new();
+    for frame in 0..10 {
+        match frame {
+            2 => {
+                let bounds = Bounds { min: [20, 0, 0], max: [23, 2, 2] };
+                session.edit(&[Operation::Box { bounds, brush: Brush::Add(material) }]).unwrap();
+            }
+            4 => {
+                session.edit(&[Operation::set([21, 0, 0], 0), Operation::set([30, 5, -5], material)]).unwrap();
+            }
+            6 => {
+                session.edit(&[Operation::sphere([40.25, 3.0, 0.5], 3.0, Brush::Add(material))]).unwrap();
+            }
+            8 => {
+                let (base, height) = ([40, 0, 0].map(|at| at * 256), 4);
+                let brush = Brush::Subtract;
+                session.edit(&[Operation::Cylinder { axis: 1, base, radius: 512, height, brush }]).unwrap();
+            }
+            _ => {}
+        }
+        seen.push(voxels(&mut session));
+    }
+    assert_eq!(seen[..5], [before, before, before + 12.0, before + 12.0, before + 12.0]);
+    assert!(seen[6] > seen[5] && seen[8] < seen[7], "{seen:?}");
+    let take = session.take().unwrap();
+    session.stop_recording();
+    project.write("worlds/take.demo.toml", &take.text);
+    let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
+    let mut again = TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() });
+    let shown: Vec<f32> = (0..10).map(|_| voxels(&mut again)).collect();
+    assert_eq!(shown, seen, "{}", take.text);
+    assert_silent(&again);
+
+    // No demo's file can say an undo.
+    session.record().unwrap();
+    voxels(&mut session);
+    assert!(session.undo().unwrap());
+    voxels(&mut session);
+    assert_eq!(session.take().unwrap().ended, Some(Ended::Unsaid));
 }

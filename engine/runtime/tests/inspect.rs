@@ -10,6 +10,7 @@ use std::time::Duration;
 use project::{TestProject, assert_silent};
 use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap, Value};
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::{Observe, Options, Session};
 
 /// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
@@ -277,5 +278,57 @@ fn a_target_is_compared_with_what_it_was() {
     let other = [extent[0], extent[1] - 8];
     assert_eq!(session.mismatch(&reference), Some(Mismatch::Extent { shown: other, kept: extent }));
     session.set_comparison(None);
+    assert_silent(&session);
+}
+
+/// `unseen` is half of `color` in each frame, and nothing but the comparison needs it.
+#[test]
+fn a_target_is_compared_with_another_one_of_the_same_frame() {
+    let (_project, mut session) = open();
+    session.set_display(Some(Display { channel: 0, range: [0.0, 1.0], ..GRAY }));
+    let width = session.size()[0] as usize;
+    let other = DebugTarget::resource("unseen");
+    let error = session.compare_live(&DebugTarget::resource("unsen"), Comparison::Reference).unwrap_err();
+    assert!(error.to_string().contains("unsen"), "{error}");
+    let shows = |session: &mut Session, comparison, channel| {
+        session.compare_live(&other, comparison).unwrap();
+        let row = row(session, 0, channel);
+        assert_eq!(session.live_mismatch(), None);
+        row
+    };
+    for (value, grays) in [(0.125, [64, 32]), (0.25, [128, 64]), (0.375, [191, 96])] {
+        session.set_param("value", Value::F32(value)).unwrap();
+        let [color, unseen] = grays.map(|gray| vec![gray; width]);
+        assert_eq!(shows(&mut session, Comparison::Reference, 0), unseen);
+        let wiped = shows(&mut session, Comparison::Wipe(0.25), 0);
+        assert_eq!(wiped, [&color[..width / 4], &unseen[width / 4..]].concat());
+        // Orange, as bright as the difference.
+        assert_eq!(shows(&mut session, Comparison::Difference(1.0), 0), unseen);
+    }
+    // A picture that stands still makes no work.
+    session.wait().unwrap();
+    let before = session.device().submitted();
+    for _ in 0..3 {
+        session.frame().unwrap();
+    }
+    session.wait().unwrap();
+    assert_eq!(session.device().submitted(), before);
+
+    // A buffer, the middle of a frame, another extent: what is shown is shown alone, and why is known.
+    session.compare_live(&DebugTarget::resource("numbers"), Comparison::Reference).unwrap();
+    assert_eq!(row(&mut session, 0, 0), vec![191; width]);
+    assert_eq!(session.live_mismatch(), Some(Mismatch::Buffer));
+    session.compare_live(&other, Comparison::Reference).unwrap();
+    session.set_debug_target_text("color,after=first").unwrap();
+    assert_eq!(row(&mut session, 0, 0), vec![96; width]);
+    assert_eq!(session.live_mismatch(), Some(Mismatch::Early));
+    session.set_debug_target_text("color").unwrap();
+    let [across, down] = session.size();
+    session.resize(across, down - 8);
+    session.set_param("value", Value::F32(0.125)).unwrap();
+    assert_eq!(row(&mut session, 0, 0), vec![32; width], "both have the new extent");
+    session.set_comparison(None);
+    assert_eq!(row(&mut session, 0, 0), vec![64; width]);
+    assert_eq!(session.live_mismatch(), None);
     assert_silent(&session);
 }

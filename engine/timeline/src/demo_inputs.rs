@@ -1,4 +1,4 @@
-//! Mouse, keyboard and time of day over the time of a demo.
+//! Mouse, keyboard, gamepad and time of day over the time of a demo.
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::names::closest;
@@ -7,7 +7,9 @@ use raxel_language::{Keys, Shape, Value, describe};
 use serde_json::json;
 
 use crate::curve::{Interpolation, sample, segment};
-use crate::inputs::{BUTTONS, DAY, Key, KeySet, LEFT, NO_DRAG, ShownInputs, button_named};
+use crate::inputs::{
+    BUTTONS, DAY, GAMEPAD_BUTTONS, Key, KeySet, LEFT, NO_DRAG, ShownInputs, button_named, gamepad_button_named,
+};
 use crate::read::{Clock, ordered, time};
 
 /// What is held and turned over time. What is left out comes from the window.
@@ -26,6 +28,15 @@ pub struct DemoInputs {
     /// Keys that are held from then on: [seconds, names] in order of time. Names are those of browsers, e.g. `KeyW` or `ArrowLeft`.
     /// From the window when left out.
     pub keys: Option<KeyboardKeys>,
+    /// Sticks of a gamepad, each axis in [−1, 1]: [seconds, [left stick to the right, up, right stick to the right, up]] in order of
+    /// time. They move in straight lines. From the window when left out.
+    pub gamepad_sticks: Option<StickKeys>,
+    /// Triggers of a gamepad, in [0, 1]: [seconds, [left, right]] in order of time. They move in straight lines. From the window when
+    /// left out.
+    pub gamepad_triggers: Option<TriggerKeys>,
+    /// Buttons of a gamepad that are held from then on: [seconds, names] in order of time, e.g. `south` or `left_shoulder`. From the
+    /// window when left out.
+    pub gamepad_buttons: Option<GamepadButtonKeys>,
     /// Seconds since midnight at the start.
     #[keys(range = 0.0..=DAY, default = 0.0, unit = "seconds")]
     pub time_of_day: f64,
@@ -43,6 +54,18 @@ pub struct ButtonKeys(Vec<(f64, u32)>);
 #[derive(Clone, Debug, PartialEq)]
 pub struct WheelKeys(Vec<(f64, [f64; 2])>);
 
+/// Times and sticks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StickKeys(Vec<(f64, [f64; 4])>);
+
+/// Times and triggers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriggerKeys(Vec<(f64, [f64; 2])>);
+
+/// Times and bits of buttons of a gamepad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GamepadButtonKeys(Vec<(f64, u32)>);
+
 /// Times and keys that are held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyboardKeys(Vec<(f64, KeySet)>);
@@ -56,16 +79,21 @@ impl DemoInputs {
         }
         if let Some(buttons) = &self.buttons {
             shown.buttons = held(&buttons.0, time).copied().unwrap_or_default();
-            shown.pressed = 0;
-            for (at, down) in presses(&buttons.0, time, |now, then| now & !then) {
-                if is_between(before, at, time) {
-                    shown.pressed |= down;
-                }
-            }
+            shown.pressed = pressed(&buttons.0, before, time);
             shown.drag = self.drag(buttons, time, scale);
         }
         if let Some(wheel) = &self.wheel {
-            shown.wheel = wheel.at(time);
+            shown.wheel = in_lines(&wheel.0, time);
+        }
+        if let Some(sticks) = &self.gamepad_sticks {
+            shown.gamepad.sticks = in_lines(&sticks.0, time);
+        }
+        if let Some(triggers) = &self.gamepad_triggers {
+            shown.gamepad.triggers = in_lines(&triggers.0, time);
+        }
+        if let Some(buttons) = &self.gamepad_buttons {
+            shown.gamepad.buttons = held(&buttons.0, time).copied().unwrap_or_default();
+            shown.gamepad_pressed = pressed(&buttons.0, before, time);
         }
         if let Some(keys) = &self.keys {
             shown.keys = held(&keys.0, time).copied().unwrap_or_default();
@@ -90,6 +118,9 @@ impl DemoInputs {
             ("buttons", self.buttons.as_ref().map(|keys| of(&keys.0))),
             ("wheel", self.wheel.as_ref().map(|keys| of(&keys.0))),
             ("keys", self.keys.as_ref().map(|keys| of(&keys.0))),
+            ("gamepad_sticks", self.gamepad_sticks.as_ref().map(|keys| of(&keys.0))),
+            ("gamepad_triggers", self.gamepad_triggers.as_ref().map(|keys| of(&keys.0))),
+            ("gamepad_buttons", self.gamepad_buttons.as_ref().map(|keys| of(&keys.0))),
         ];
         named.into_iter().filter_map(|(name, times)| Some((name, times?))).collect()
     }
@@ -114,6 +145,20 @@ fn is_between(before: Option<f64>, at: f64, time: f64) -> bool {
 /// What the last key at or before a time says.
 fn held<T>(keys: &[(f64, T)], time: f64) -> Option<&T> {
     keys.iter().take_while(|(at, _)| *at <= time).last().map(|(_, value)| value)
+}
+
+/// Bits that went down in a frame.
+fn pressed(keys: &[(f64, u32)], before: Option<f64>, time: f64) -> u32 {
+    let presses = presses(keys, time, |now, then| now & !then).filter(|(at, _)| is_between(before, *at, time));
+    presses.fold(0, |pressed, (_, down)| pressed | down)
+}
+
+/// Numbers that move in straight lines, and are zero before their first key.
+fn in_lines<const N: usize>(keys: &[(f64, [f64; N])], time: f64) -> [f64; N] {
+    if time < keys[segment(keys.iter().map(|(at, _)| *at), time)].0 {
+        return [0.0; N];
+    }
+    std::array::from_fn(|axis| sample(keys.len(), |i| (keys[i].0, keys[i].1[axis]), time, Interpolation::Linear))
 }
 
 /// What goes down with each key up to a time.
@@ -156,17 +201,6 @@ impl CursorKeys {
     }
 }
 
-impl WheelKeys {
-    fn at(&self, time: f64) -> [f64; 2] {
-        let keys = &self.0;
-        // Nothing was turned before the first key.
-        if time < keys[segment(keys.iter().map(|(at, _)| *at), time)].0 {
-            return [0.0; 2];
-        }
-        [0, 1].map(|axis| sample(keys.len(), |i| (keys[i].0, keys[i].1[axis]), time, Interpolation::Linear))
-    }
-}
-
 fn pairs(about: &str) -> Shape {
     let key = json!({ "type": "array", "minItems": 2, "maxItems": 2, "description": about });
     Shape::Schema(json!({ "type": "array", "minItems": 1, "items": key }))
@@ -176,6 +210,9 @@ describe! {
     CursorKeys => pairs("[seconds, [x, y]], or [seconds, []] for no cursor");
     ButtonKeys => pairs("[seconds, [names of buttons]]");
     WheelKeys => pairs("[seconds, [lines to the right, lines away]]");
+    StickKeys => pairs("[seconds, [left stick to the right, up, right stick to the right, up]]");
+    TriggerKeys => pairs("[seconds, [left, right]]");
+    GamepadButtonKeys => pairs("[seconds, [names of buttons]]");
     KeyboardKeys => pairs("[seconds, [names of keys]]");
 }
 
@@ -239,6 +276,28 @@ impl Value<Clock> for ButtonKeys {
 impl Value<Clock> for WheelKeys {
     fn read(node: &Node<'_, '_>, (): &(), clock: &Clock) -> Option<Self> {
         read_keys(node, clock, |node| node.numbers(-1e6..=1e6)).map(Self)
+    }
+}
+
+impl Value<Clock> for StickKeys {
+    fn read(node: &Node<'_, '_>, (): &(), clock: &Clock) -> Option<Self> {
+        read_keys(node, clock, |node| node.numbers(-1.0..=1.0)).map(Self)
+    }
+}
+
+impl Value<Clock> for TriggerKeys {
+    fn read(node: &Node<'_, '_>, (): &(), clock: &Clock) -> Option<Self> {
+        read_keys(node, clock, |node| node.numbers(0.0..=1.0)).map(Self)
+    }
+}
+
+impl Value<Clock> for GamepadButtonKeys {
+    fn read(node: &Node<'_, '_>, (): &(), clock: &Clock) -> Option<Self> {
+        let buttons = |node: &Node<'_, '_>| {
+            let bits = named(node, gamepad_button_named, "button of a gamepad", &GAMEPAD_BUTTONS)?;
+            Some(bits.into_iter().fold(0, |held, bit| held | bit))
+        };
+        read_keys(node, clock, buttons).map(Self)
     }
 }
 
@@ -311,6 +370,24 @@ mod tests {
     }
 
     #[test]
+    fn a_gamepad_is_a_function_of_time() {
+        let demo = demo(
+            "gamepad_sticks = [[1.0, [0, 0, 0, 0]], [2.0, [1, -0.5, 0, 0]]]\ngamepad_triggers = [[0.0, [0, 1]]]\n\
+             gamepad_buttons = [[0.5, [\"south\", \"up\"]], [1.0, [\"up\"]], [1.5, [\"south\"]]]\n",
+        )
+        .unwrap();
+        let told = |before, time| {
+            let shown = at(&demo, before, time, 1.0);
+            (shown.gamepad.sticks, shown.gamepad.triggers, shown.gamepad.buttons, shown.gamepad_pressed)
+        };
+        let (south, up) = (gamepad_button_named("south").unwrap(), gamepad_button_named("up").unwrap());
+        assert_eq!(told(None, 0.0), ([0.0; 4], [0.0, 1.0], 0, 0));
+        assert_eq!(told(Some(0.4), 0.5), ([0.0; 4], [0.0, 1.0], south | up, south | up));
+        assert_eq!(told(Some(1.4), 1.5), ([0.5, -0.25, 0.0, 0.0], [0.0, 1.0], south, south));
+        assert_eq!(told(Some(3.0), 3.5), ([1.0, -0.5, 0.0, 0.0], [0.0, 1.0], south, 0));
+    }
+
+    #[test]
     fn mistakes_are_named() {
         for (text, said) in [
             ("keys = [[0.0, [\"W\"]]]", "`W` is no key"),
@@ -322,6 +399,9 @@ mod tests {
             ("cursor = []", "needs one key at least"),
             ("wheel = [[0.0]]", "must be [seconds, value]"),
             ("time_of_day = -1.0", "must be in 0…86400"),
+            ("gamepad_sticks = [[0.0, [0, 0, 0, 1.5]]]", "gamepad_sticks"),
+            ("gamepad_triggers = [[0.0, [-0.5, 0]]]", "gamepad_triggers"),
+            ("gamepad_buttons = [[0.0, [\"soth\"]]]", "`soth` is no button of a gamepad; did you mean `south`?"),
             ("pad = 1", "no key `pad`"),
         ] {
             let found = demo(text).unwrap_err();

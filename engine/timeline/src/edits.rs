@@ -6,11 +6,12 @@ use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_edit::{Brush, Operation, Scene, UNIT, fixed};
 use raxel_language::{Keys, Value};
 use raxel_layouts::instances::Axis;
-use raxel_world::{Bounds, Mode, Orientation};
+use raxel_world::{AIR, Bounds, Mode, Orientation};
 use raxel_worldfile::{CELLS, POSITIONS, QuarterTurns};
 
 use crate::demo::Demo;
 use crate::read::{Clock, time};
+use crate::take::quoted;
 
 /// An edit at a time. The names of materials and models are the world's to know.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,6 +207,55 @@ impl From<Edit> for EditKey {
         };
         Self { time, operation, material, model: named, span }
     }
+}
+
+/// An edit as a demo's file says it, without its time. `None` for one that no file can say: chunks that an undo puts back, a model that lies on
+/// its side, a material that the scene does not have.
+pub(crate) fn written(operation: &Operation, scene: &Scene) -> Option<String> {
+    let voxels = |steps: i64| steps as f64 / UNIT as f64;
+    let paint = |brush: Brush| {
+        let (mode, material) = match brush {
+            Brush::Add(material) => ("add", Some(material)),
+            Brush::Paint(material) => ("paint", Some(material)),
+            Brush::Subtract => ("subtract", None),
+        };
+        let Some(material) = material else { return Some(format!("mode = \"{mode}\"")) };
+        let material = &scene.materials.get(usize::from(material))?.name;
+        Some(format!("mode = \"{mode}\"\nmaterial = {}", quoted(material)))
+    };
+    Some(match operation {
+        Operation::Set { cell, material } => {
+            let brush = if *material == AIR { Brush::Subtract } else { Brush::Add(*material) };
+            format!("op = \"set\"\nat = {cell:?}\n{}", paint(brush)?)
+        }
+        Operation::Box { bounds: Bounds { min, max }, brush } => {
+            format!("op = \"box\"\nmin = {min:?}\nmax = {max:?}\n{}", paint(*brush)?)
+        }
+        Operation::Restore { bounds: Bounds { min, max } } => {
+            format!("op = \"restore\"\nmin = {min:?}\nmax = {max:?}")
+        }
+        Operation::Sphere { center, radius, brush } => {
+            let (center, radius) = (center.map(voxels), voxels(i64::from(*radius)));
+            format!("op = \"sphere\"\ncenter = {center:?}\nradius = {radius:?}\n{}", paint(*brush)?)
+        }
+        Operation::Cylinder { axis, base, radius, height, brush } => {
+            let axis = ["x", "y", "z"].get(usize::from(*axis))?;
+            let (base, radius) = (base.map(voxels), voxels(i64::from(*radius)));
+            let place = format!("base = {base:?}\nradius = {radius:?}\nheight = {height}\naxis = \"{axis}\"");
+            format!("op = \"cylinder\"\n{place}\n{}", paint(*brush)?)
+        }
+        Operation::Model { model, orientation, position, mode } => {
+            let turns = (0..4).find(|turns| Orientation::quarter_turns(*turns).to_vox() == *orientation)?;
+            let mode = match mode {
+                Mode::Add => "add",
+                Mode::Subtract => "subtract",
+                Mode::Paint => "paint",
+            };
+            let place = format!("origin = {position:?}\nrotation = {}\nmode = \"{mode}\"", 90 * turns);
+            format!("op = \"model\"\nmodel = {}\n{place}", quoted(model))
+        }
+        Operation::Put { .. } => return None,
+    })
 }
 
 /// Reads the edits of the TOML array `edits`, written as in a demo but without times, for a scene. All must be right.

@@ -23,6 +23,8 @@ pub use demo::{
     CameraKey, Caption, CaptionEdge, CaptionText, Check, Claim, DebugTargetKey, Demo, GraphKey, Looked, Track,
     TrackKeys,
 };
-pub use demo_inputs::{ButtonKeys, CursorKeys, DemoInputs, KeyboardKeys, WheelKeys};
+pub use demo_inputs::{
+    ButtonKeys, CursorKeys, DemoInputs, GamepadButtonKeys, KeyboardKeys, StickKeys, TriggerKeys, WheelKeys,
+};
 pub use edits::{EditKey, operations};
 pub use read::{read, schema};

@@ -1,19 +1,24 @@
 //! Takes: what the frames of a session were told, as a demo that tells it again. A take has the camera, params, inputs and the debug target
-//! of each frame. Edits of the world are not in it.
+//! of each frame, and the edits of the world between them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use raxel_edit::{Operation, Scene as EditScene};
 use raxel_graph::checked::{Graph, Value};
 
 use crate::camera::Camera;
 use crate::clock::{FrameTime, Pace};
 use crate::debug_target::DebugTarget;
-use crate::inputs::{KeySet, ShownInputs, button_names};
+use crate::edits::written;
+use crate::inputs::{KeySet, ShownInputs, button_names, gamepad_button_names};
 use crate::params;
 
 /// Longest take, in seconds.
 pub const MOST_SECONDS: f64 = 600.0;
+
+/// Most edits of a take.
+pub const MOST_EDITS: usize = 20_000;
 
 /// Frames a second of a take whose frames came as they could.
 const LIVE_RATE: f64 = 60.0;
@@ -30,6 +35,12 @@ pub enum Ended {
     /// The picture has another size, so pixels of the cursor mean another place.
     #[error("the picture has another size")]
     OtherSize,
+    /// An edit was undone or made again, or is one that no demo's file can say.
+    #[error("a demo has no undo, and no edit of this kind")]
+    Unsaid,
+    /// It has [`MOST_EDITS`].
+    #[error("a take has 20,000 edits at most")]
+    ManyEdits,
     /// It has [`MOST_SECONDS`].
     #[error("a take lasts 10 minutes at most")]
     Full,
@@ -106,7 +117,14 @@ pub struct Recorder {
     buttons: Recorded<u32>,
     wheel: Recorded<[f64; 2]>,
     keys: Recorded<KeySet>,
+    gamepad_sticks: Recorded<[f64; 4]>,
+    gamepad_triggers: Recorded<[f64; 2]>,
+    gamepad_buttons: Recorded<u32>,
     targets: Recorded<DebugTarget>,
+    /// Each with the time of the frame that saw it first, as a demo's file says it.
+    edits: Vec<(f64, String)>,
+    /// Edits that no frame has seen yet.
+    unseen: Vec<String>,
     time_of_day: f64,
     last: Option<FrameTime>,
     ended: Option<Ended>,
@@ -165,7 +183,12 @@ impl Recorder {
             buttons: Recorded::new(true),
             wheel: Recorded::new(false),
             keys: Recorded::new(true),
+            gamepad_sticks: Recorded::new(false),
+            gamepad_triggers: Recorded::new(false),
+            gamepad_buttons: Recorded::new(true),
             targets: Recorded::new(true),
+            edits: Vec::new(),
+            unseen: Vec::new(),
             time_of_day: 0.0,
             last: None,
             ended: None,
@@ -206,8 +229,28 @@ impl Recorder {
         self.buttons.note(time, &told.inputs.buttons);
         self.wheel.note(time, &told.inputs.wheel);
         self.keys.note(time, &told.inputs.keys);
+        self.gamepad_sticks.note(time, &told.inputs.gamepad.sticks);
+        self.gamepad_triggers.note(time, &told.inputs.gamepad.triggers);
+        self.gamepad_buttons.note(time, &told.inputs.gamepad.buttons);
         self.targets.note(time, told.target);
+        self.edits.extend(self.unseen.drain(..).map(|edit| (time, edit)));
         self.last = Some(*told.time);
+    }
+
+    /// Notes edits of the world that the next frame shows.
+    pub fn edited(&mut self, operations: &[Operation], scene: &EditScene) {
+        if self.ended.is_some() {
+            return;
+        }
+        for operation in operations {
+            match written(operation, scene) {
+                Some(edit) => self.unseen.push(edit),
+                None => self.ended = Some(Ended::Unsaid),
+            }
+        }
+        if self.edits.len() + self.unseen.len() > MOST_EDITS {
+            self.ended = Some(Ended::ManyEdits);
+        }
     }
 
     /// Why a frame is not part of it.
@@ -278,6 +321,9 @@ impl Recorder {
             line(&mut text, &format!("\n[[show]]\ntime = {time:?}\ntarget = {}", quoted(&shown)));
         }
         self.write_inputs(&mut text);
+        for (time, edit) in &self.edits {
+            line(&mut text, &format!("\n[[edits]]\ntime = {time:?}\n{edit}"));
+        }
         for param in &graph.params {
             let Some(track) = self.params.get(&param.name) else { continue };
             let Some(keys) = track.keys_unless(&param.default) else { continue };
@@ -306,6 +352,15 @@ impl Recorder {
         }
         if let Some(keys) = self.keys.keys_unless(&KeySet::NONE) {
             write_keys(text, "keys", keys, |keys| names(keys.names()));
+        }
+        if let Some(keys) = self.gamepad_sticks.keys_unless(&[0.0; 4]) {
+            write_keys(text, "gamepad_sticks", keys, |sticks| format!("{sticks:?}"));
+        }
+        if let Some(keys) = self.gamepad_triggers.keys_unless(&[0.0; 2]) {
+            write_keys(text, "gamepad_triggers", keys, |triggers| format!("{triggers:?}"));
+        }
+        if let Some(keys) = self.gamepad_buttons.keys_unless(&0) {
+            write_keys(text, "gamepad_buttons", keys, |buttons| names(gamepad_button_names(*buttons)));
         }
     }
 }
@@ -341,7 +396,7 @@ fn param_value(value: &Value) -> String {
 }
 
 /// Text as TOML has it. The escapes of JSON are escapes of TOML, too.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 

@@ -56,6 +56,11 @@ impl Viewer<'_> {
             Command::Pin => self.pin(),
             Command::Look(step) => self.look(step),
             Command::Keep => self.compare(Action::Keep),
+            Command::Beside => {
+                self.panels.layout.beside = !self.panels.layout.beside;
+                self.touched = true;
+            }
+            Command::KeepLive => self.compare(Action::KeepLive),
             Command::NextComparison => self.next_comparison(),
             Command::Flip => self.compare(Action::Flip),
             Command::Cancel => self.cancel(event_loop),
@@ -112,6 +117,7 @@ impl Viewer<'_> {
             Action::Pin(at) => self.inspector.pin(at),
             Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
             action @ (Action::Keep
+            | Action::KeepLive
             | Action::KeepFile(_)
             | Action::ForgetKept
             | Action::CompareMode(_)

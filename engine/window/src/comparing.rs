@@ -1,4 +1,4 @@
-//! Compares what is shown with a picture that was kept: a copy of a target, or a file.
+//! Compares what is shown with a picture that was kept (a copy of a target, or a file), or with another target of the running graph.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +10,7 @@ use raxel_graph::checked::{Display, DisplayMap};
 use raxel_panels::view::{Compare, CompareMode, Figures};
 use raxel_picture::{Encoding, Picture};
 use raxel_runtime::Session;
+use raxel_runtime::debug_target::DebugTarget;
 use raxel_world::srgb_from_linear;
 
 /// Pixels beside the edge of a wipe where a press takes hold of it.
@@ -28,6 +29,8 @@ pub struct Comparing {
     figures: Figures,
     /// Why the two cannot be compared, as it was said last.
     refused: Option<String>,
+    /// Why the running graph has no live target of this name.
+    missing: Option<String>,
     /// On its way: a file that is read, a picture to the device, the figures.
     loading: Option<Receiver<Result<Kept, String>>>,
     uploading: Option<Uploading>,
@@ -75,6 +78,8 @@ struct Kept {
 enum Pixels {
     Texels(Arc<Texels>),
     File(Arc<Picture>),
+    /// Those that a target has in each frame.
+    Live(DebugTarget),
 }
 
 impl Default for Comparing {
@@ -88,6 +93,7 @@ impl Default for Comparing {
             gain: 1.0,
             figures: Figures::None,
             refused: None,
+            missing: None,
             loading: None,
             uploading: None,
             measuring: None,
@@ -100,6 +106,11 @@ impl Comparing {
     pub fn keep(&mut self, name: &str, texels: Texels) {
         let name = format!("{name}, {} × {}", texels.width, texels.height);
         self.replace(Kept { name, pixels: Pixels::Texels(Arc::new(texels)), on_device: None });
+    }
+
+    /// Compares with a target as it goes on.
+    pub fn keep_live(&mut self, target: DebugTarget) {
+        self.replace(Kept { name: format!("{target}, live"), pixels: Pixels::Live(target), on_device: None });
     }
 
     /// Reads a picture from a file on a thread of its own; [`Self::update`] says how that went.
@@ -119,7 +130,7 @@ impl Comparing {
     }
 
     fn replace(&mut self, kept: Kept) {
-        self.kept = Some(kept);
+        (self.kept, self.missing) = (Some(kept), None);
         (self.uploading, self.measuring, self.figures) = (None, None, Figures::None);
         if self.mode == CompareMode::Off {
             self.mode = CompareMode::Wipe;
@@ -191,8 +202,22 @@ impl Comparing {
             (false, CompareMode::Wipe) => Some(Comparison::Wipe(self.edge)),
             (false, CompareMode::Difference) => Some(Comparison::Difference(self.gain)),
         };
-        session.set_comparison(self.reference(session).cloned().zip(comparison));
+        match (self.live(), comparison) {
+            (Some(target), Some(comparison)) => {
+                let compared = session.compare_live(target, comparison);
+                self.missing = compared.err().map(|error| error.to_string());
+            }
+            _ => session.set_comparison(self.reference(session).cloned().zip(comparison)),
+        }
         said.or_else(|| self.refusal(session))
+    }
+
+    /// The target that is compared with as it goes on.
+    fn live(&self) -> Option<&DebugTarget> {
+        match &self.kept.as_ref()?.pixels {
+            Pixels::Live(target) => Some(target),
+            Pixels::Texels(_) | Pixels::File(_) => None,
+        }
     }
 
     /// Why the two cannot be compared, when that is news.
@@ -225,7 +250,7 @@ impl Comparing {
 
     /// Puts the kept picture on the session's device, on a thread of its own: once, and again after a loss of the device.
     fn upload(&mut self, session: &Session) {
-        let Some(kept) = &mut self.kept else { return };
+        let Some(kept) = self.kept.as_mut().filter(|kept| !matches!(kept.pixels, Pixels::Live(_))) else { return };
         let device = session.device().id();
         if let Some(uploading) = self.uploading.take_if(|uploading| uploading.device == device) {
             match uploading.made.try_recv() {
@@ -278,8 +303,12 @@ impl Comparing {
     /// What the panel shows.
     pub fn view(&self, session: &Session) -> Compare {
         let failed = self.kept.as_ref().and_then(|kept| kept.on_device.as_ref()?.1.as_ref().err().cloned());
-        let mismatch = || Some(session.mismatch(self.reference(session)?)?.to_string());
+        let mismatch = || match self.live() {
+            Some(_) => self.missing.clone().or_else(|| Some(session.live_mismatch()?.to_string())),
+            None => Some(session.mismatch(self.reference(session)?)?.to_string()),
+        };
         Compare {
+            live: self.live().is_some(),
             kept: self.kept.as_ref().map(|kept| kept.name.clone()),
             mode: self.mode,
             flipped: self.flipped,
@@ -294,6 +323,8 @@ impl Comparing {
 impl Pixels {
     fn reference(&self, builder: &Builder) -> Result<Reference, ExecuteError> {
         match self {
+            // It is on the device already.
+            Pixels::Live(_) => Err(ExecuteError::NoPlan),
             Pixels::Texels(texels) => builder.reference(texels),
             Pixels::File(picture) => {
                 let values = match picture.encoding {
@@ -309,6 +340,7 @@ impl Pixels {
 /// The figures of `raxel compare`, with the kept picture as the reference.
 fn figures(kept: &Pixels, of: String, shown: &Texels, display: &Display) -> Figures {
     let pictures = match kept {
+        Pixels::Live(_) => Err("a live target has figures once it is kept: show it and press Keep".to_owned()),
         Pixels::Texels(kept) => Ok((picture(kept), picture(shown))),
         Pixels::File(kept) if kept.encoding == Encoding::Linear => Ok(((**kept).clone(), picture(shown))),
         Pixels::File(kept) => displayed(shown, display).map(|shown| ((**kept).clone(), shown)),

@@ -40,6 +40,8 @@ pub(super) enum Command {
     Look(Move),
     /// Keep what is shown, to compare with it.
     Keep,
+    /// Compare with the target that is shown now, as it goes on.
+    KeepLive,
     /// Another way of comparing.
     NextComparison,
     /// Show the kept picture alone, or not any more.
@@ -56,6 +58,8 @@ pub(super) enum Command {
     Cancel,
     /// Write the picture to a PNG.
     Screenshot,
+    /// Put the picture beside the panels, or under them.
+    Beside,
     /// Give mouse and keyboard to the graph alone, or take them back.
     Give,
     /// Begin a take, or end it.
@@ -79,11 +83,13 @@ P               pin the texel under the cursor in Inspect, and let go of it
 + -  0          magnify twice, half as much; the whole picture. Ctrl and the wheel magnify, too; in a magnified picture, the wheel alone,
                 a drag and the arrow keys move the picture
 B  X  V         keep what is shown; ways to compare with it: wipe, difference, off;  the kept picture alone
+Shift+B         compare with the shown target as it goes on: show another one then
 Tab             next debug target or layer of one; Shift+Tab the one before
 O               open another graph, world or demo of the project
 F1              show or hide the panels; Ctrl+Plus and Ctrl+Minus change their size
 Space           pause;  .  one frame;  R  start over
 Delete          give up a pass that the device has worked on for long
+F3              put the picture beside the panels, or under them
 F2              give mouse and keyboard to the graph alone, and take them back
 F9              start over and record a take; end it, and write it as a demo
 F11             capture the next frame, under RenderDoc
@@ -97,6 +103,8 @@ pub struct Controls {
     dragging: bool,
     look: [f64; 2],
     cursor: Option<[f64; 2]>,
+    /// The pixel of the window at the top left of the picture.
+    origin: [u32; 2],
     /// Voxels a second.
     speed: f64,
 }
@@ -107,7 +115,7 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
 impl Default for Controls {
     fn default() -> Self {
         let speed = FlySpeed::default().voxels;
-        Self { held: HashSet::new(), dragging: false, look: [0.0; 2], cursor: None, speed }
+        Self { held: HashSet::new(), dragging: false, look: [0.0; 2], cursor: None, origin: [0; 2], speed }
     }
 }
 
@@ -161,6 +169,7 @@ impl Controls {
             Key::Named(NamedKey::Space) => Command::Pause,
             Key::Named(NamedKey::F1) => Command::Panels,
             Key::Named(NamedKey::F2) => Command::Give,
+            Key::Named(NamedKey::F3) => Command::Beside,
             Key::Named(NamedKey::F9) => Command::Record,
             Key::Named(NamedKey::Home) => Command::Home,
             Key::Named(NamedKey::Delete) => Command::Cancel,
@@ -175,7 +184,9 @@ impl Controls {
             Key::Character(text) if (text == "+" || text == "=") && !modifiers.control_key() => Command::Look(Move::In),
             Key::Character(text) if text == "-" && !modifiers.control_key() => Command::Look(Move::Out),
             Key::Character(text) if text == "0" && !modifiers.control_key() => Command::Look(Move::Whole),
-            Key::Character(text) if text.eq_ignore_ascii_case("b") && !modifiers.control_key() => Command::Keep,
+            Key::Character(text) if text.eq_ignore_ascii_case("b") && !modifiers.control_key() => {
+                if modifiers.shift_key() { Command::KeepLive } else { Command::Keep }
+            }
             Key::Character(text) if text.eq_ignore_ascii_case("x") && !modifiers.control_key() => {
                 Command::NextComparison
             }
@@ -231,18 +242,28 @@ impl Controls {
         self.dragging = false;
     }
 
-    /// Where the cursor is, in pixels from the top left.
+    /// The picture begins at another pixel of the window.
+    pub fn set_origin(&mut self, origin: [u32; 2]) {
+        self.origin = origin;
+    }
+
+    /// Where the cursor is, in pixels from the top left of the picture.
+    pub fn on_picture(&self) -> Option<[f64; 2]> {
+        self.cursor.map(|cursor| [0, 1].map(|axis| cursor[axis] - f64::from(self.origin[axis])))
+    }
+
+    /// Where the cursor is, in pixels from the top left of the window.
     pub fn pointer(&self) -> Option<[f64; 2]> {
         self.cursor
     }
 
-    /// The pixel under the cursor.
+    /// The pixel of the picture under the cursor.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "a cast of a float saturates, and pixels beyond 2³¹ are outside every window"
     )]
     pub fn cursor(&self) -> Option<[i32; 2]> {
-        self.cursor.map(|[x, y]| [x.floor() as i32, y.floor() as i32])
+        self.on_picture().map(|[x, y]| [x.floor() as i32, y.floor() as i32])
     }
 
     /// What is asked of the camera since the last call, and how fast it flies.

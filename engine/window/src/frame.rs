@@ -9,7 +9,7 @@ use raxel_output::shown;
 use raxel_panels::view::{Compiling, Editing, FirstPicture, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
-use raxel_runtime::present::{PresentError, Presented};
+use raxel_runtime::present::{Place, PresentError, Presented};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::session::CaptureError;
 use raxel_runtime::{FrameError, ReadError};
@@ -23,8 +23,8 @@ use super::presenting::{Open, Pictures};
 use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
-    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, REFRESH, SLICE, STILL, Viewer, brush,
-    outline, panel_data,
+    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL, Viewer,
+    brush, outline, panel_data,
 };
 
 impl Open {
@@ -314,6 +314,25 @@ impl Viewer<'_> {
         for action in actions {
             self.perform(action, event_loop);
         }
+        self.place_picture();
+    }
+
+    /// Puts the picture where the panels leave it. Its extent follows once no edge of a dock is held: targets are made anew for it.
+    fn place_picture(&mut self) {
+        let Some(Open { presenter, overlay, .. }) = &mut self.window else { return };
+        let Some(window) = presenter.extent() else { return };
+        let place = overlay.picture(&self.panels).map(|[origin, extent]| Place { origin, extent, ground: GROUND });
+        let held = overlay.is_held();
+        if place != self.placed.place {
+            presenter.set_place(place);
+            self.controls.set_origin(place.map_or([0; 2], |place| place.origin));
+            (self.placed, self.touched) = (Placed { place, outgrown: true }, true);
+        }
+        if self.placed.outgrown && !held {
+            self.placed.outgrown = false;
+            let [width, height] = place.map_or(window, |place| place.extent);
+            self.session.resize(width, height);
+        }
     }
 
     /// Shows the picture of the last frame with the panels over it. False when it could not be shown yet.
@@ -397,6 +416,8 @@ impl Viewer<'_> {
         let window = open.window.clone();
         drop(open);
         self.window = Some(self.opened(&window)?);
+        self.placed = Placed::default();
+        self.controls.set_origin([0; 2]);
         Ok(())
     }
 
@@ -446,6 +467,7 @@ impl Viewer<'_> {
         let window = self.session.viewport().window();
         self.session.set_cursor(cursor.map(|pixel| self.magnifier.unmagnified(pixel, window)));
         self.note_time_of_day();
+        self.read_gamepad();
         self.end_take();
         let (mut input, speed) = self.controls.fly();
         // A drag moves a magnified picture, and turns the camera else.

@@ -118,6 +118,15 @@ impl Viewer<'_> {
         Ok(format!("wrote a take of {:.1} s to {path}{why}", take.seconds))
     }
 
+    /// What the gamepad does, for graphs that ask.
+    pub(super) fn read_gamepad(&mut self) {
+        let graph = self.session.graph().clone();
+        if let Some(said) = self.gamepads.read(&graph, self.session.inputs()) {
+            self.console.message(&said);
+            self.notice(said);
+        }
+    }
+
     /// Seconds since midnight, for graphs that ask.
     pub(super) fn note_time_of_day(&mut self) {
         let now = jiff::Zoned::now();

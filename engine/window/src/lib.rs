@@ -12,6 +12,7 @@ mod described;
 mod editor;
 mod elements;
 mod frame;
+mod gamepad;
 mod given;
 mod history;
 mod inspector;
@@ -44,6 +45,7 @@ use raxel_panels::view::{Brush, Problem, ProjectFile};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::present::Place;
 use raxel_runtime::reload::Waker;
 use raxel_runtime::{ManifestDefaults, Observe, Options, Saves, Session};
 use winit::application::ApplicationHandler;
@@ -59,6 +61,7 @@ use self::comparing::Comparing;
 use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
+use self::gamepad::Gamepads;
 use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
@@ -197,6 +200,15 @@ enum Holder {
     Graph,
 }
 
+/// Where the picture is in the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Placed {
+    /// Its place, if it does not fill the window.
+    place: Option<Place>,
+    /// The output has the extent of another place.
+    outgrown: bool,
+}
+
 struct Viewer<'a> {
     args: &'a Args,
     /// A program that drives the session too.
@@ -239,6 +251,8 @@ struct Viewer<'a> {
     home: Camera,
     controls: Controls,
     holder: Holder,
+    placed: Placed,
+    gamepads: Gamepads,
     /// What the right button does to voxels.
     brush: Brush,
     /// Why the last edit was not made.
@@ -346,7 +360,9 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
                 if self.painting.is_some() {
                     self.stroke();
                 }
-                self.comparing.drag_edge(position.x, self.session.viewport().window()[0]);
+                if let Some([x, _]) = self.controls.on_picture() {
+                    self.comparing.drag_edge(x, self.session.viewport().window()[0]);
+                }
                 self.redraw();
             }
             WindowEvent::CursorLeft { .. } => self.controls.cursor_left(),
@@ -418,6 +434,8 @@ impl<'a> Viewer<'a> {
             window: None,
             controls: Controls::default(),
             holder: Holder::default(),
+            placed: Placed::default(),
+            gamepads: Gamepads::default(),
             brush: Brush::default(),
             refused: None,
             painting: None,
@@ -529,7 +547,7 @@ impl<'a> Viewer<'a> {
     /// The left button was pressed or released. Whether it holds the edge of a wipe now.
     fn hold_wipe(&mut self, pressed: bool) -> bool {
         self.comparing.release_edge();
-        let Some([x, _]) = self.controls.pointer().filter(|_| pressed) else { return false };
+        let Some([x, _]) = self.controls.on_picture().filter(|_| pressed) else { return false };
         self.comparing.hold_edge(x, self.session.viewport().window()[0], &self.session)
     }
 
@@ -537,7 +555,10 @@ impl<'a> Viewer<'a> {
         if let Some(open) = &mut self.window {
             open.presenter.resize([size.width, size.height]);
         }
-        self.session.resize(size.width, size.height);
+        // Beside the panels, the picture follows once they are drawn.
+        if self.placed.place.is_none() {
+            self.session.resize(size.width, size.height);
+        }
         self.redraw();
     }
 

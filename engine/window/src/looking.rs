@@ -2,6 +2,7 @@
 
 use raxel_panels::view::{CompareMode, Magnified, Shown};
 use raxel_panels::{Action, Panel};
+use raxel_runtime::debug_target::DebugTarget;
 use winit::keyboard::ModifiersState;
 
 use super::inspector::{CopiedFor, Copy};
@@ -62,7 +63,7 @@ impl Viewer<'_> {
     fn zoom(&mut self, factor: f64) {
         let window = self.session.viewport().window();
         let middle = window.map(|side| f64::from(side) / 2.0);
-        let at = self.controls.pointer().unwrap_or(middle);
+        let at = self.controls.on_picture().unwrap_or(middle);
         let at = [0, 1].map(|axis| (at[axis] / f64::from(window[axis])).clamp(0.0, 1.0));
         self.magnifier.zoom_about(at, factor, self.extents());
         let whole = if self.magnifier.is_on() { "; 0 shows the whole" } else { "" };
@@ -116,6 +117,12 @@ impl Viewer<'_> {
         self.touched = true;
         match action {
             Action::Keep => self.inspector.copy(CopiedFor::Keeping),
+            Action::KeepLive => {
+                let target = DebugTarget { after: None, ..self.session.debug_target().clone() };
+                let named = if target.resource.is_empty() { DebugTarget::resource(self.target()) } else { target };
+                self.notice(format!("compares with {named} as it goes on: show another target; X goes through ways"));
+                self.comparing.keep_live(named);
+            }
             Action::KeepFile(path) => self.comparing.load(&self.session.project().root().join(&path), &path),
             Action::ForgetKept => self.comparing.forget(),
             Action::CompareMode(mode) => self.comparing.set_mode(mode),

@@ -68,6 +68,22 @@ impl Overlay {
         panels.has_pointer(&self.context, self.point(pixel))
     }
 
+    /// Where the picture is beside the panels, in pixels of the window: its top left, and its extent. `None` where it fills the window.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts of floats saturate, and points of a window are small numbers"
+    )]
+    pub fn picture(&self, panels: &Panels) -> Option<[[u32; 2]; 2]> {
+        let area = panels.picture(&self.context);
+        if area == self.context.content_rect() {
+            return None;
+        }
+        let pixel = |point: Pos2| [point.x, point.y].map(|at| (at * self.context.pixels_per_point()).round() as u32);
+        let (from, to) = (pixel(area.min), pixel(area.max));
+        Some([from, [0, 1].map(|axis| to[axis].saturating_sub(from[axis]).max(1))])
+    }
+
     /// Whether something of a panel is dragged or pressed.
     pub fn is_held(&self) -> bool {
         self.context.is_using_pointer()

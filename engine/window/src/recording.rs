@@ -28,8 +28,8 @@ pub type Key = (f64, Value);
 pub struct Recorder {
     on: bool,
     recording: Option<Recording>,
-    /// The demo does not drive meanwhile.
-    took_over: bool,
+    /// The demo does not drive the param meanwhile.
+    released: bool,
 }
 
 impl Recorder {
@@ -44,13 +44,13 @@ impl Recorder {
     }
 
     /// The demo drives the param, and must not until it is let go of.
-    pub fn take_over(&mut self) {
-        self.took_over = true;
+    pub fn release(&mut self) {
+        self.released = true;
     }
 
-    /// Whether the demo is to drive again. Says so once.
-    pub fn hands_back(&mut self) -> bool {
-        std::mem::take(&mut self.took_over)
+    /// Whether the demo is to drive the param again. Says so once.
+    pub fn gives_back(&mut self) -> bool {
+        std::mem::take(&mut self.released)
     }
 
     /// A param was moved at a time, and had a value before. Gives the recording of another param, which has ended.

@@ -122,15 +122,16 @@ impl Viewer<'_> {
         }
     }
 
-    /// Notes that a param is moved, if that is recorded. A demo that drives the param must not change it meanwhile.
+    /// Notes that a param is moved, if that is recorded. A demo that drives the param must not change it meanwhile; its camera and its other
+    /// tracks go on.
     pub(super) fn record_param(&mut self, name: &str, before: Value, numbers: &[f64]) {
         if !self.recorder.is_on() {
             return;
         }
         let tracked = |demo: &Arc<Demo>| demo.tracks.iter().any(|track| track.param.value == name);
         if self.session.demo_drives() && self.session.demo().is_some_and(tracked) {
-            self.session.take_over();
-            self.recorder.take_over();
+            self.session.release_param(Some(name));
+            self.recorder.release();
         }
         let time = self.seconds();
         if let Some(recording) = self.recorder.moved(name, before, time, numbers) {
@@ -167,8 +168,8 @@ impl Viewer<'_> {
                 Err(error) => self.warn(error),
             }
         }
-        if self.recorder.hands_back() {
-            self.session.hand_back();
+        if self.recorder.gives_back() {
+            self.session.release_param(None);
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{ChainImage, Presented, Surface};
-use crate::command::{Recording, transition};
+use crate::command::{Barrier, Recording, transition};
 use crate::image::{Image, ImageInfo};
 use crate::memory::Backing;
 use crate::queue::{TimelineValue, WindowSemaphores};
@@ -15,6 +15,10 @@ use crate::result::{Named, Result};
 pub struct AcquiredImage<'s> {
     surface: &'s mut Surface,
     picture: Picture,
+}
+
+fn opaque([r, g, b]: [f32; 3]) -> [f32; 4] {
+    [r, g, b, 1.0]
 }
 
 /// How far the image has come.
@@ -40,7 +44,7 @@ impl<'s> AcquiredImage<'s> {
     }
 
     /// Records the copy of a picture (RGBA, 8 bits, sRGB-encoded bytes, in `GENERAL`, last touched by a transfer or made visible to
-    /// one), scaled to the window: the nearest texel.
+    /// one), scaled to the window or its place in it: the nearest texel.
     pub fn copy_picture(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<()> {
         let source = if self.surface.encode { self.surface.encode(recording, picture)? } else { picture.clone() };
         let (Some(image), extent) = (self.chain_image().map(|image| image.raw), self.extent()) else { return Ok(()) };
@@ -51,7 +55,20 @@ impl<'s> AcquiredImage<'s> {
                 .dst_stage_mask(transfer)
                 .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
         );
-        recording.blit(&source, image, vk::ImageLayout::TRANSFER_DST_OPTIMAL, extent);
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let mut corners = [[0; 2], extent];
+        if let Some(place) = self.surface.place {
+            recording.clear_raw(image, layout, opaque(place.ground));
+            let written = (transfer, vk::AccessFlags2::TRANSFER_WRITE);
+            recording.barrier(&Barrier::default().memory(written, written));
+            // The window may have become smaller since.
+            let end = [0, 1].map(|axis| place.origin[axis].saturating_add(place.extent[axis]).min(extent[axis]));
+            corners = [[0, 1].map(|axis| place.origin[axis].min(extent[axis].saturating_sub(1))), end];
+        }
+        let [from, to] = corners;
+        if from[0] < to[0] && from[1] < to[1] {
+            recording.blit(&source, image, layout, corners);
+        }
         self.picture = Picture::Copied;
         Ok(())
     }
@@ -66,8 +83,7 @@ impl<'s> AcquiredImage<'s> {
                 .dst_stage_mask(transfer)
                 .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
         );
-        let [r, g, b] = color;
-        recording.clear_raw(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, [r, g, b, 1.0]);
+        recording.clear_raw(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, opaque(color));
         self.picture = Picture::Copied;
     }
 

@@ -109,6 +109,10 @@ fn moves(fill: &Fill) -> bool {
             | Builtin::InputPressed
             | Builtin::InputDrag
             | Builtin::InputWheel
+            | Builtin::InputGamepadSticks
+            | Builtin::InputGamepadTriggers
+            | Builtin::InputGamepadButtons
+            | Builtin::InputGamepadPressed
             | Builtin::InputTimeOfDay => true,
         },
     }

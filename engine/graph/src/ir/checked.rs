@@ -129,6 +129,16 @@ impl Graph {
         self.resources.iter().filter_map(|resource| resource.kind.supplied_by()).collect()
     }
 
+    /// Values of the runtime that its passes read; one that several members hold comes several times.
+    pub fn reads(&self) -> impl Iterator<Item = Builtin> + '_ {
+        let blocks = self.passes.iter().flat_map(|pass| &pass.uniforms);
+        let fills = self.passes.iter().flat_map(|pass| &pass.push).chain(blocks.flat_map(|block| &block.fills));
+        fills.filter_map(|fill| match fill.from {
+            Source::Builtin(builtin) => Some(builtin),
+            _ => None,
+        })
+    }
+
     /// The buffers that the runtime takes something out of after each frame.
     pub fn collected(&self) -> impl Iterator<Item = ResourceId> + '_ {
         let collected = self.resources.iter().enumerate().filter(|(_, resource)| resource.collected_as().is_some());

@@ -82,10 +82,30 @@ pub struct FileImage {
     pub extent: [u32; 3],
     /// 3-D, else 2-D.
     pub volume: bool,
-    /// Each mip: x first, then y, then z, without padding. Of a video, those of its first frame.
+    /// Each mip: x first, then y, then z, without padding. Of a video, those of its first frame; of a sound, those of silence.
     pub mips: Vec<Vec<u8>>,
-    /// The video, if the file is one.
-    pub video: Option<Video>,
+    /// What plays, if the file is a video or a sound.
+    pub plays: Option<Plays>,
+}
+
+/// A file whose texels are others as time goes by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Plays {
+    /// Frames.
+    Video(Video),
+    /// Spectrum and waveform.
+    Sound(Sound),
+}
+
+/// A sound file, decoded.
+#[derive(Clone, PartialEq)]
+pub struct Sound {
+    /// Its project path.
+    pub path: String,
+    /// All of it, as one channel; at least one sample.
+    pub samples: Arc<[i16]>,
+    /// What the graph says of its texels.
+    pub request: ImageRequest,
 }
 
 /// A video file, whose frames become texels as time goes by.
@@ -121,6 +141,12 @@ impl fmt::Debug for FileContents {
             FileContents::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
             FileContents::Image(image) => image.fmt(f),
         }
+    }
+}
+
+impl fmt::Debug for Sound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} samples of {}", self.samples.len(), self.path)
     }
 }
 

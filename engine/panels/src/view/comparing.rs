@@ -56,6 +56,8 @@ pub enum Figures {
 pub struct Compare {
     /// The kept picture in words; `None` before anything is kept.
     pub kept: Option<String>,
+    /// It is a target of the running graph, as it is in each frame.
+    pub live: bool,
     /// How both are shown.
     pub mode: CompareMode,
     /// The kept picture is shown alone.

@@ -7,5 +7,5 @@ mod viewport;
 
 pub use error::PresentError;
 pub use presenter::{Presenter, new_overlay};
-pub use raxel_gpu::{OverlayFrame, OverlayMesh, OverlayVertex, Presented, TexturePatch};
+pub use raxel_gpu::{OverlayFrame, OverlayMesh, OverlayVertex, Place, Presented, TexturePatch};
 pub use viewport::Viewport;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use raxel_execute::{FramePicture, Picture};
 use raxel_gpu::{
-    Acquire, AcquiredImage, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Presented, Recording,
+    Acquire, AcquiredImage, CommandBuffer, Device, Overlay, OverlayFrame, OverlayShaders, Place, Presented, Recording,
     Surface, TexturePatch,
 };
 use raxel_shader::{GraphicsStage, compile_graphics};
@@ -58,6 +58,11 @@ impl Presenter {
     /// Sets the area of the window in pixels, zero if it is minimised.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
+    }
+
+    /// Puts pictures into a part of the window from now on, or into all of it. The overlay always covers all of it.
+    pub fn set_place(&mut self, place: Option<Place>) {
+        self.surface.set_place(place);
     }
 
     /// Area of the window in pixels, `None` while it is zero.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_execute::{Builtins, Override};
-use raxel_graph::checked::{Builtin, Graph, MOST_STILL, PassId, Source, Value};
+use raxel_graph::checked::{Builtin, Graph, MOST_STILL, PassId, Value};
 
 use crate::world::SessionWorld;
 
@@ -27,17 +27,19 @@ struct Reads {
 
 impl Reads {
     fn of(graph: &Arc<Graph>) -> Self {
-        let inputs = [Builtin::InputButtons, Builtin::InputPressed, Builtin::InputDrag, Builtin::InputWheel];
-        let fills = || {
-            graph
-                .passes
-                .iter()
-                .flat_map(|pass| pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills)))
-        };
-        let reads = |builtin: &Builtin| fills().any(|fill| fill.from == Source::Builtin(*builtin));
+        let inputs = [
+            Builtin::InputButtons,
+            Builtin::InputPressed,
+            Builtin::InputDrag,
+            Builtin::InputWheel,
+            Builtin::InputGamepadSticks,
+            Builtin::InputGamepadTriggers,
+            Builtin::InputGamepadButtons,
+            Builtin::InputGamepadPressed,
+        ];
         Self {
             graph: graph.clone(),
-            builtins: inputs.into_iter().filter(reads).collect(),
+            builtins: inputs.into_iter().filter(|input| graph.reads().any(|builtin| builtin == *input)).collect(),
             keys: graph.source_names().contains("input.keys"),
         }
     }
@@ -57,7 +59,7 @@ pub(super) struct Changes {
 /// What a picture depends on besides the time.
 pub(super) struct Inputs<'a> {
     pub(super) world: &'a Arc<SessionWorld>,
-    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and which frames of videos are shown.
+    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and what videos and sounds show.
     pub(super) versions: [u64; 4],
     pub(super) graph: &'a Arc<Graph>,
     /// Those of the frame but for what the tracker tells it.
@@ -91,9 +93,8 @@ impl ChangeTracker {
         }
         let is_read = |builtin| self.reads.as_ref().is_some_and(|reads| reads.builtins.contains(&builtin));
         let keys = if self.reads.as_ref().is_some_and(|reads| reads.keys) { *keys } else { [0; 24] };
-        let none = Builtins::default();
         // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
-        let timeless = Builtins {
+        let mut timeless = Builtins {
             camera_previous_cell: builtins.camera_cell,
             camera_previous_frac: builtins.camera_frac,
             camera_previous_view_to_world: builtins.camera_view_to_world,
@@ -102,15 +103,36 @@ impl ChangeTracker {
             frame_time: 0.0,
             frame_delta: 0.0,
             history_valid: 0,
-            input_buttons: if is_read(Builtin::InputButtons) { builtins.input_buttons } else { none.input_buttons },
-            input_pressed: if is_read(Builtin::InputPressed) { builtins.input_pressed } else { none.input_pressed },
-            input_drag: if is_read(Builtin::InputDrag) { builtins.input_drag } else { none.input_drag },
-            input_wheel: if is_read(Builtin::InputWheel) { builtins.input_wheel } else { none.input_wheel },
             input_time_of_day: 0.0,
             world_changed_min: [0; 3],
             world_changed_max: [0; 3],
             ..*builtins
         };
+        let none = Builtins::default();
+        if !is_read(Builtin::InputButtons) {
+            timeless.input_buttons = none.input_buttons;
+        }
+        if !is_read(Builtin::InputPressed) {
+            timeless.input_pressed = none.input_pressed;
+        }
+        if !is_read(Builtin::InputDrag) {
+            timeless.input_drag = none.input_drag;
+        }
+        if !is_read(Builtin::InputWheel) {
+            timeless.input_wheel = none.input_wheel;
+        }
+        if !is_read(Builtin::InputGamepadSticks) {
+            timeless.input_gamepad_sticks = none.input_gamepad_sticks;
+        }
+        if !is_read(Builtin::InputGamepadTriggers) {
+            timeless.input_gamepad_triggers = none.input_gamepad_triggers;
+        }
+        if !is_read(Builtin::InputGamepadButtons) {
+            timeless.input_gamepad_buttons = none.input_gamepad_buttons;
+        }
+        if !is_read(Builtin::InputGamepadPressed) {
+            timeless.input_gamepad_pressed = none.input_gamepad_pressed;
+        }
         let Some(last) = &mut self.last else {
             self.last = Some(Last {
                 world: world.clone(),

@@ -144,7 +144,29 @@ impl Session {
     /// Compares the debug target with a reference from the next frame on, while [`Self::mismatch`] returns `None`. A loss of the device
     /// ends the comparison: upload the reference again with [`Self::builder`].
     pub fn set_comparison(&mut self, compared: Option<(Arc<Reference>, Comparison)>) {
+        if self.renderer.shown.live.take().is_some() {
+            self.settings_changed();
+        }
         self.renderer.executor.set_comparison(compared);
+    }
+
+    /// Compares the debug target with another target as both are at the end of each frame, from the next frame on, while
+    /// [`Self::live_mismatch`] returns `None`. [`Self::set_comparison`] ends that. Call it again after a reload: it finds the target by its
+    /// name.
+    pub fn compare_live(&mut self, target: &DebugTarget, comparison: Comparison) -> Result<(), DebugTargetError> {
+        let part = target.resolve(&self.renderer.graph)?;
+        let name = &self.renderer.graph.resource(part.resource).name;
+        if self.renderer.shown.live.as_ref() != Some(name) {
+            self.renderer.shown.live = Some(name.clone());
+            self.settings_changed();
+        }
+        self.renderer.executor.compare_live((part, comparison));
+        Ok(())
+    }
+
+    /// Returns why the debug target cannot be compared with the target of [`Self::compare_live`], or `None` if it can.
+    pub fn live_mismatch(&self) -> Option<Mismatch> {
+        self.renderer.executor.live_mismatch()
     }
 
     /// Returns why the debug target cannot be compared with a reference, or `None` if it can.
@@ -287,6 +309,11 @@ impl Session {
         self.renderer.plans.stale = true;
     }
 
+    /// Keeps the demo from driving a param, until it drives this one again with `None`. Camera and other tracks go on.
+    pub fn release_param(&mut self, name: Option<&str>) {
+        self.playback.demo.released = name.map(str::to_owned);
+    }
+
     /// Whether the session follows a demo.
     pub fn demo_drives(&self) -> bool {
         self.playback.demo.drives()
@@ -299,7 +326,7 @@ impl Session {
             graph_path: self.files.state.graph_path.clone(),
             output: shown.viewport.output(),
             debug_target: shown.debug_target.clone(),
-            pinned: shown.pinned.clone(),
+            pinned: shown.kept(),
             observe: self.options.observe,
             params: self.playback.params.of_frame(&self.renderer.graph),
             alias: self.options.alias,

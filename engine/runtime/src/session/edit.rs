@@ -48,19 +48,23 @@ impl Session {
     /// changed. raxel saves the edit if the world has a save and [`super::Options::saves`] allows it.
     pub fn edit(&mut self, operations: &[Operation]) -> Result<usize, EditFailure> {
         let change = self.world.editing.apply(operations)?;
-        self.show_edit(operations, &change, Editing::take_back)
+        let changed = self.show_edit(operations, &change, Editing::take_back)?;
+        if let Some(take) = self.playback.take.as_mut().filter(|_| changed > 0) {
+            take.edited(operations, self.world.editing.scene());
+        }
+        Ok(changed)
     }
 
     /// Undoes the newest step. Returns `false` if there is none.
     pub fn undo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.world.editing.undo().map_err(EditError::from)? else { return Ok(false) };
-        self.show_edit(&[change.as_put()], &change, Editing::redo).map(|_| true)
+        self.show_step(&change, Editing::redo)
     }
 
     /// Redoes the step that was undone last. Returns `false` if there is none, or if an edit came after the undo.
     pub fn redo(&mut self) -> Result<bool, EditFailure> {
         let Some(change) = self.world.editing.redo().map_err(EditError::from)? else { return Ok(false) };
-        self.show_edit(&[change.as_put()], &change, Editing::undo).map(|_| true)
+        self.show_step(&change, Editing::undo)
     }
 
     /// How many steps can be undone and redone.
@@ -146,6 +150,20 @@ impl Session {
                 Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
             }
         }
+    }
+
+    /// Shows a step that was undone or made again.
+    fn show_step(
+        &mut self,
+        change: &Change,
+        reverse: fn(&mut Editing) -> Result<Option<Change>, Unavailable>,
+    ) -> Result<bool, EditFailure> {
+        let put = [change.as_put()];
+        self.show_edit(&put, change, reverse)?;
+        if let Some(take) = &mut self.playback.take {
+            take.edited(&put, self.world.editing.scene());
+        }
+        Ok(true)
     }
 
     /// Brings the demo's edits to a time.

@@ -148,12 +148,12 @@ impl Session {
         sources.move_instances(&self.world.shown, &self.renderer.graph, values, poses);
         sources.write_keys(self.playback.inputs.shown.key_words());
         let waits = matches!(self.playback.clock.pace(), Pace::Fixed(_));
-        let (videos, wrong) = sources.play_videos(time.time.seconds(), waits);
+        let (played, wrong) = sources.play_files(time.time.seconds(), waits);
         wrong.into_iter().for_each(|message| self.world.editing.say(message));
         let edited = self.stream().map_or(0, |stream| stream.changes().seen);
         let inputs = Inputs {
             world: &self.world.shown,
-            versions: [version, edited, poses.serial(), videos],
+            versions: [version, edited, poses.serial(), played],
             // The graph and not its plan: another plan, for another debug target, computes the same.
             graph: &self.renderer.graph,
             builtins: &self.builtins(&time, Changes::default()),

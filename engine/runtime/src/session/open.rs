@@ -98,12 +98,13 @@ impl Session {
             display: None,
             region: Region::WHOLE,
             pinned: options.pinned.clone(),
+            live: None,
         };
         let settings = BuildSettings {
             graph_path: files.state.graph_path.clone(),
             output: shown.viewport.output(),
             debug_target: shown.debug_target.clone(),
-            pinned: shown.pinned.clone(),
+            pinned: shown.kept(),
             observe: options.observe,
             params: params.clone(),
             alias: options.alias,

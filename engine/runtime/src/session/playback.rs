@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_execute::moment::{Fraction, Moment};
 use raxel_execute::{Builtins, Override};
-use raxel_graph::checked::{Graph, Value};
+use raxel_graph::checked::{Graph, ParamId, Value};
 
 use crate::camera::Camera;
 use crate::clock::{Clock, FrameTime, Pace};
@@ -60,6 +60,8 @@ pub(super) struct DemoPlayback {
     pub target: Option<DebugTarget>,
     /// It does not change what is shown.
     pub target_held: bool,
+    /// The param that it does not drive at the moment: somebody moves it.
+    pub released: Option<String>,
 }
 
 /// What a demo changes from one frame to the next, besides camera and params.
@@ -84,7 +86,7 @@ impl Playback {
                 members: BTreeMap::new(),
                 overrides: Vec::new(),
             },
-            demo: DemoPlayback { demo, taken_over: false, target: None, target_held: false },
+            demo: DemoPlayback { demo, taken_over: false, target: None, target_held: false, released: None },
             take: None,
         }
     }
@@ -97,7 +99,8 @@ impl Playback {
         if let Some(camera) = demo.camera(time) {
             self.view.camera = camera;
         }
-        for (id, value) in demo.params(time, graph) {
+        let released = |id: ParamId| self.demo.released.as_ref() == Some(&graph.params[id.0 as usize].name);
+        for (id, value) in demo.params(time, graph).filter(|(id, _)| !released(*id)) {
             self.params.shown[id.0 as usize] = value;
         }
         followed.cut = before.is_some_and(|before| demo.cuts_between(before, time));
@@ -225,6 +228,10 @@ impl CameraView {
             input_pressed: inputs.pressed,
             input_drag: inputs.drag,
             input_wheel: inputs.wheel.map(|lines| lines as f32),
+            input_gamepad_sticks: inputs.gamepad.sticks.map(|axis| axis as f32),
+            input_gamepad_triggers: inputs.gamepad.triggers.map(|axis| axis as f32),
+            input_gamepad_buttons: inputs.gamepad.buttons,
+            input_gamepad_pressed: inputs.gamepad_pressed,
             input_time_of_day: inputs.time_of_day as f32,
             ..crate::builtins::of(&self.camera, &self.previous, output, world)
         };

@@ -48,6 +48,15 @@ pub(super) struct Shown {
     pub region: Region,
     /// Resources that can be read at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
+    /// The resource that the debug target is compared with as it goes on; it is pinned, too.
+    pub live: Option<String>,
+}
+
+impl Shown {
+    /// Everything that can be read at the end of a frame, besides the debug target.
+    pub fn kept(&self) -> Vec<String> {
+        self.pinned.iter().chain(&self.live).cloned().collect()
+    }
 }
 
 impl Renderer {

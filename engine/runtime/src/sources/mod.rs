@@ -7,6 +7,7 @@ mod file;
 mod instances;
 mod name;
 mod on_device;
+mod sound;
 mod video;
 
 pub(crate) use catalog::SourceCatalog;

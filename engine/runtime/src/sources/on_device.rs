@@ -9,7 +9,7 @@ use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::{self as execute, Builder, ExecuteError, ExternalResource, FRAME_BYTES, Texture};
 use raxel_graph::checked::{Fact, Graph, Origin, Resource, Value};
 use raxel_graph::plan::{SourceSize, copy_name};
-use raxel_graph::{FileContents, FileImage};
+use raxel_graph::{FileContents, FileImage, Plays};
 use raxel_layouts::{Encoded, EncodedImage, EncodingLimits, Layout, LayoutError, LiveLayout, Patch};
 use raxel_stream::{Refused, WorldStream};
 use raxel_world::{Chunk, ChunkPos};
@@ -18,6 +18,7 @@ use super::SourceName;
 use super::catalog::{EDITS, POSES, VOXEL_FORMAT};
 use super::check::no_model;
 use super::instances::{LiveInstances, WrittenPoses};
+use super::sound::Listener;
 use super::video::Player;
 use crate::build_error::BuildError;
 use crate::world::{SessionWorld, WorldIdentity};
@@ -48,6 +49,7 @@ enum Live {
     /// The words that were written last.
     Keys([u32; 24]),
     Video(Box<Player>),
+    Sound(Box<Listener>),
 }
 
 /// What a source on the device was made from.
@@ -167,8 +169,11 @@ impl OnDevice {
                 upload_voxels(name, parsed, *copied, resource, world, builder)?
             }
             (Key::File(_), Origin::File(contents)) => {
-                if let FileContents::Image(FileImage { video: Some(video), .. }) = &**contents {
-                    live = Some(Live::Video(Box::new(Player::new(video))));
+                if let FileContents::Image(FileImage { plays: Some(plays), .. }) = &**contents {
+                    live = Some(match plays {
+                        Plays::Video(video) => Live::Video(Box::new(Player::new(video))),
+                        Plays::Sound(sound) => Live::Sound(Box::new(Listener::new(sound))),
+                    });
                 }
                 upload_file(name, contents, resource, builder)?
             }
@@ -227,17 +232,25 @@ impl OnDevice {
         }
     }
 
-    /// Plays the videos to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes. Gives
-    /// a number that differs where other frames are shown, and what has gone wrong.
-    pub fn play_videos(&self, seconds: f64, waits: bool) -> (u64, Vec<Diagnostic>) {
+    /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes.
+    /// Gives a number that differs where other texels are shown, and what has gone wrong.
+    pub fn play_files(&self, seconds: f64, waits: bool) -> (u64, Vec<Diagnostic>) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut shown, mut wrong) = (0_u64, Vec::new());
         for entry in entries.iter_mut().filter(|entry| entry.key.is_alive()) {
-            if let Some(Live::Video(player)) = &mut entry.live {
-                player.follow(seconds, waits, &entry.source);
-                shown = shown.wrapping_mul(31).wrapping_add(player.shown());
-                wrong.extend(player.take_problem());
-            }
+            let number = match &mut entry.live {
+                Some(Live::Video(player)) => {
+                    player.follow(seconds, waits, &entry.source);
+                    wrong.extend(player.take_problem());
+                    player.shown()
+                }
+                Some(Live::Sound(listener)) => {
+                    listener.follow(seconds, &entry.source);
+                    listener.serial()
+                }
+                _ => continue,
+            };
+            shown = shown.wrapping_mul(31).wrapping_add(number);
         }
         (shown, wrong)
     }
@@ -382,13 +395,24 @@ fn upload_file(
             let buffer = builder.upload_buffer(bytes, name).map_err(refused)?;
             Ok(builder.source(name, Some(buffer), None))
         }
-        FileContents::Image(FileImage { format, extent, volume, mips, video: _ }) => {
+        FileContents::Image(FileImage { format, extent, volume, mips, plays: _ }) => {
             let mips: Vec<&[u8]> = mips.iter().map(Vec::as_slice).collect();
             let texture = Texture { format: *format, extent: *extent, volume: *volume };
             let image = builder.upload_image(name, texture, &mips).map_err(refused)?;
             Ok(builder.source(name, None, Some((image, *format))))
         }
     }
+}
+
+/// Writes all texels of an image into its source, before the next frame. False where too much waits already.
+pub(super) fn write_image(image: &FileImage, source: &Arc<ExternalResource>) -> bool {
+    let [width, height, depth] = image.extent;
+    let side = |side: u32, mip: u32| (side >> mip).max(1);
+    let mut mips = image.mips.iter().zip(0..);
+    mips.all(|(bytes, mip)| {
+        let depth = if image.volume { side(depth, mip) } else { 1 };
+        source.write_texels(mip, [0; 3], [side(width, mip), side(height, mip), depth], bytes).is_ok()
+    })
 }
 
 /// What a device can hold of a layout.

@@ -9,6 +9,7 @@ use raxel_execute::ExternalResource;
 use raxel_graph::{FileImage, Video};
 
 use super::file::video::{Frames, frame};
+use super::on_device::write_image;
 
 /// Frames that are decoded before they are asked for.
 const AHEAD: usize = 3;
@@ -62,17 +63,11 @@ impl Player {
             self.decode_to(wanted, waits);
         }
         if let Some((number, image)) = self.unwritten.take() {
-            let mips = image.mips.iter().zip(0..);
-            let side = |side: u32, mip: u32| (side >> mip).max(1);
-            let written = mips.map(|(bytes, mip)| {
-                let [width, height, depth] = image.extent;
-                let depth = if image.volume { side(depth, mip) } else { 1 };
-                source.write_texels(mip, [0; 3], [side(width, mip), side(height, mip), depth], bytes)
-            });
             // Where too much waits already, the next frame tries again.
-            match written.collect::<Result<Vec<()>, _>>() {
-                Ok(_) => self.shown = number,
-                Err(_) => self.unwritten = Some((number, image)),
+            if write_image(&image, source) {
+                self.shown = number;
+            } else {
+                self.unwritten = Some((number, image));
             }
         }
     }

@@ -1,8 +1,10 @@
-//! Mouse, keyboard and time of day, as frames are told of them. What a frame is told follows from what was held in the frame before and from
+//! Mouse, keyboard, gamepad and time of day, as frames are told of them. What a frame is told follows from what was held in the frame before and from
 //! what is held now, or from the tracks of a demo.
 
+mod gamepad;
 mod keys;
 
+pub use gamepad::{GAMEPAD_BUTTONS, Gamepad, gamepad_button_named, gamepad_button_names};
 pub use keys::{Key, KeySet};
 
 /// Names of mouse buttons, in the order of their bits in `input.buttons`.
@@ -38,6 +40,9 @@ pub struct Inputs {
     wheel: [f64; 2],
     keys: KeySet,
     tapped_keys: KeySet,
+    gamepad: Gamepad,
+    /// Went down on the gamepad since the last frame.
+    tapped_gamepad: u32,
     /// Seconds since midnight: at the start, or with a live clock now.
     time_of_day: f64,
 }
@@ -68,7 +73,42 @@ impl Inputs {
         }
     }
 
-    /// Nothing is held any more.
+    /// Buttons of the gamepad went down or up: bits of `input.gamepad_buttons`.
+    pub fn gamepad_button(&mut self, bits: u32, down: bool) {
+        if down {
+            self.gamepad.buttons |= bits;
+            self.tapped_gamepad |= bits;
+        } else {
+            self.gamepad.buttons &= !bits;
+        }
+    }
+
+    /// Exactly these buttons of the gamepad are held.
+    pub fn hold_gamepad_buttons(&mut self, buttons: u32) {
+        self.gamepad_button(!buttons, false);
+        self.gamepad_button(buttons & !self.gamepad.buttons, true);
+    }
+
+    /// Where the sticks of the gamepad are. What is not finite leaves them.
+    pub fn set_gamepad_sticks(&mut self, sticks: [f64; 4]) {
+        if sticks.iter().all(|axis| axis.is_finite()) {
+            self.gamepad.sticks = sticks.map(|axis| axis.clamp(-1.0, 1.0));
+        }
+    }
+
+    /// Where the triggers of the gamepad are. What is not finite leaves them.
+    pub fn set_gamepad_triggers(&mut self, triggers: [f64; 2]) {
+        if triggers.iter().all(|axis| axis.is_finite()) {
+            self.gamepad.triggers = triggers.map(|axis| axis.clamp(0.0, 1.0));
+        }
+    }
+
+    /// The gamepad is at rest: nothing of it is held.
+    pub fn rest_gamepad(&mut self) {
+        self.gamepad = Gamepad::default();
+    }
+
+    /// Mouse and keyboard are held no more. A gamepad does not belong to a window.
     pub fn release_all(&mut self) {
         (self.buttons, self.keys) = (0, KeySet::NONE);
     }
@@ -108,6 +148,11 @@ impl Inputs {
         self.keys
     }
 
+    /// The gamepad.
+    pub fn gamepad(&self) -> Gamepad {
+        self.gamepad
+    }
+
     /// Lines that the wheel was turned since the start, to the right and away from the user.
     pub fn wheel(&self) -> [f64; 2] {
         self.wheel
@@ -137,6 +182,10 @@ pub struct ShownInputs {
     pub drag: [i32; 4],
     /// `input.wheel`, lines.
     pub wheel: [f64; 2],
+    /// `input.gamepad_sticks`, `input.gamepad_triggers` and `input.gamepad_buttons`.
+    pub gamepad: Gamepad,
+    /// `input.gamepad_pressed`.
+    pub gamepad_pressed: u32,
     /// `input.time_of_day`, seconds.
     pub time_of_day: f64,
     /// Keys that are held.
@@ -155,6 +204,8 @@ impl Default for ShownInputs {
             pressed: 0,
             drag: NO_DRAG,
             wheel: [0.0; 2],
+            gamepad: Gamepad::default(),
+            gamepad_pressed: 0,
             time_of_day: 0.0,
             keys: KeySet::NONE,
             keys_pressed: KeySet::NONE,
@@ -185,7 +236,8 @@ impl InputState {
     pub fn advance(&mut self, time: Option<f64>) {
         let (live, last) = (&mut self.live, self.shown);
         let (buttons, keys) = (live.buttons | live.tapped, live.keys.or(live.tapped_keys));
-        (live.tapped, live.tapped_keys) = (0, KeySet::NONE);
+        let gamepad = Gamepad { buttons: live.gamepad.buttons | live.tapped_gamepad, ..live.gamepad };
+        (live.tapped, live.tapped_keys, live.tapped_gamepad) = (0, KeySet::NONE, 0);
         let pressed = buttons & !last.buttons;
         let keys_pressed = keys.without(last.keys);
         let mut drag = last.drag;
@@ -200,6 +252,8 @@ impl InputState {
             pressed,
             drag,
             wheel: live.wheel,
+            gamepad,
+            gamepad_pressed: gamepad.buttons & !last.gamepad.buttons,
             time_of_day: (live.time_of_day + time.unwrap_or_default()).rem_euclid(DAY),
             keys,
             keys_pressed,
@@ -240,6 +294,29 @@ mod tests {
         state.live.cursor = Some([9, 9]);
         state.advance(None);
         assert_eq!(state.shown.drag, [5, 4, 3, 4], "no button is held");
+    }
+
+    #[test]
+    fn a_gamepad_is_told_and_goes_to_rest() {
+        let mut state = InputState::default();
+        let south = gamepad_button_named("south").unwrap();
+        state.live.gamepad_button(south, true);
+        state.live.gamepad_button(south, false);
+        state.live.set_gamepad_sticks([0.25, -3.0, 0.0, 1.0]);
+        state.live.set_gamepad_sticks([f64::NAN; 4]);
+        state.live.set_gamepad_triggers([-1.0, 0.5]);
+        state.advance(None);
+        let told = Gamepad { sticks: [0.25, -1.0, 0.0, 1.0], triggers: [0.0, 0.5], buttons: south };
+        assert_eq!((state.shown.gamepad, state.shown.gamepad_pressed), (told, south));
+        state.live.release_all();
+        state.advance(None);
+        assert_eq!((state.shown.gamepad, state.shown.gamepad_pressed), (Gamepad { buttons: 0, ..told }, 0));
+        state.live.hold_gamepad_buttons(south | 2);
+        state.live.rest_gamepad();
+        state.advance(None);
+        assert_eq!(state.shown.gamepad_pressed, south | 2, "they went down before");
+        state.advance(None);
+        assert_eq!((state.shown.gamepad, state.shown.gamepad_pressed), (Gamepad::default(), 0));
     }
 
     #[test]

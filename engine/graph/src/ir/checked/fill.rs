@@ -123,6 +123,10 @@ builtins! {
     InputPressed = "input.pressed", U32, (1, 1), "Mouse buttons that went down since the last frame, with the bits of `input.buttons`.";
     InputDrag = "input.drag", I32, (4, 1), "Drag with the left button: pixel where it is or ended, and pixel where it began. (−1, −1, −1, −1) before the first.";
     InputWheel = "input.wheel", F32, (2, 1), "Lines that the wheel was turned since the last reset: to the right, and away from the user.";
+    InputGamepadSticks = "input.gamepad_sticks", F32, (4, 1), "Sticks of the gamepad: left stick to the right and up, right stick to the right and up, each in [−1, 1].";
+    InputGamepadTriggers = "input.gamepad_triggers", F32, (2, 1), "Triggers of the gamepad, left and right, each in [0, 1].";
+    InputGamepadButtons = "input.gamepad_buttons", U32, (1, 1), "Buttons of the gamepad that are held: bit 0 south, 1 east, 2 west, 3 north, 4 and 5 shoulders, 6 select, 7 start, 8 home, 9 and 10 sticks, 11 up, 12 down, 13 left, 14 right.";
+    InputGamepadPressed = "input.gamepad_pressed", U32, (1, 1), "Buttons of the gamepad that went down since the last frame, with the bits of `input.gamepad_buttons`.";
     InputTimeOfDay = "input.time_of_day", F32, (1, 1), "Seconds since midnight, in local time. Without a window and in demos: since the midnight at which the session or `[inputs]` begins.";
     WorldMin = "world.min", I32, (3, 1), "Smallest voxel coordinate of the world's bounds.";
     WorldMax = "world.max", I32, (3, 1), "Largest voxel coordinate of the world's bounds, plus one.";

@@ -1,9 +1,11 @@
-//! Files as sources: PNG, OpenEXR and videos become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
+//! Files as sources: PNG, OpenEXR, videos and sounds become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
 //! graph uses them, so that an edit of something else does not decode them again.
 
 mod exr;
+mod ffmpeg;
 mod mips;
 mod png;
+pub(super) mod sound;
 mod texels;
 pub(super) mod video;
 
@@ -53,11 +55,12 @@ impl FileSources {
             return Ok(contents);
         }
         let contents = Arc::new(match request {
-            Some(request) if video::is_video(path) => {
+            Some(request) if video::is_video(path) || sound::is_sound(path) => {
                 let Some(root) = files.root() else {
-                    return Err(refused("source", format!("`{path}` is a video, and there is no disk here")));
+                    return Err(refused("source", format!("`{path}` is read by ffmpeg, and there is no disk here")));
                 };
-                FileContents::Image(video::open(path, &root.join(path), request)?)
+                let open = if sound::is_sound(path) { sound::open } else { video::open };
+                FileContents::Image(open(path, &root.join(path), request)?)
             }
             Some(request) => FileContents::Image(image(path, &bytes, request)?),
             None => FileContents::Bytes(buffer(path, &bytes)?),
@@ -97,7 +100,7 @@ fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, 
         Some("exr") => exr::decode,
         _ => {
             let message = format!("`{path}` is not a picture that raxel reads");
-            let help = "a target takes .png, .exr and videos; a buffer takes any file as bytes".to_owned();
+            let help = "a target takes .png, .exr, videos and sounds; a buffer takes any file as bytes".to_owned();
             return Err(Refusal { help: Some(help), ..refused("source", message) });
         }
     };
@@ -151,7 +154,7 @@ fn shape(path: &str, picture: &Picture, request: &ImageRequest) -> Result<FileIm
     }
     let mut mips = vec![convert(picture, channel, channels, request.srgb)];
     mips::append(&mut mips, extent, channel, channels, count);
-    Ok(FileImage { format: channel.format(channels), extent, volume, mips, video: None })
+    Ok(FileImage { format: channel.format(channels), extent, volume, mips, plays: None })
 }
 
 /// Whether a channel of a file loses nothing that matters in a channel of a format: integers take the stored numbers as they are.

@@ -1,11 +1,12 @@
-//! Video files: what ffprobe says of them, and a process that decodes their frames. Both are found on the path.
+//! Video files: what ffprobe says of them, and a process that decodes their frames.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use raxel_graph::Video;
+use raxel_graph::{Plays, Video};
 
+use super::ffmpeg::{LOCAL, missing, probe as probe_stream};
 use super::{FileImage, Picture, Refusal, check_extent, refused, shape};
 use crate::sources::file::texels::Channel;
 
@@ -14,9 +15,6 @@ const EXTENSIONS: [&str; 6] = ["mp4", "mkv", "mov", "webm", "avi", "gif"];
 
 /// Frames that a video has at most.
 const MOST_FRAMES: u64 = 1 << 24;
-
-/// What files are read by: no video leads to another file or to the network, as a list of files would.
-const LOCAL: [&str; 4] = ["-protocol_whitelist", "file", "-format_whitelist", "mov,matroska,avi,gif"];
 
 /// Whether a file is a video, by its name.
 pub(super) fn is_video(path: &str) -> bool {
@@ -33,7 +31,7 @@ pub(super) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest)
     let first = frames.next().map_err(cannot)?;
     let Some(first) = first else { return Err(cannot("no frame of it can be decoded".to_owned())) };
     let image = frame(&video, first)?;
-    Ok(FileImage { video: Some(video), ..image })
+    Ok(FileImage { plays: Some(Plays::Video(video)), ..image })
 }
 
 /// A frame as the graph wants it: bytes of red, green, blue and alpha.
@@ -44,18 +42,12 @@ pub(in crate::sources) fn frame(video: &Video, rgba: Vec<u8>) -> Result<FileImag
 
 /// Extent, frames a second, and how many.
 fn probe(disk: &Path) -> Result<([u32; 2], f64, u64), String> {
-    let mut command = Command::new("ffprobe");
-    command.args(["-v", "error"]).args(LOCAL).args(["-select_streams", "v:0", "-count_packets"]);
-    command.args(["-show_entries", "stream=width,height,avg_frame_rate,nb_read_packets"]);
-    command.args(["-of", "default=noprint_wrappers=1"]).arg(disk).stdin(Stdio::null());
-    let output = command.output().map_err(|error| missing("ffprobe", &error))?;
-    let said = String::from_utf8_lossy(&output.stdout);
+    let entries = "stream=width,height,avg_frame_rate,nb_read_packets";
+    let said = probe_stream(disk, "v:0", &["-count_packets"], entries)?;
     let value = |key: &str| said.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='));
     let number = |key: &str| value(key).and_then(|value| value.trim().parse::<u64>().ok());
     let (Some(width), Some(height)) = (number("width"), number("height")) else {
-        let why = String::from_utf8_lossy(&output.stderr);
-        let why = why.lines().next().map_or("", |line| line.rsplit_once(": ").map_or(line, |(_, why)| why));
-        return Err(if why.is_empty() { "it has no video".to_owned() } else { format!("ffprobe says: {why}") });
+        return Err("it has no video".to_owned());
     };
     let extent = check_extent(width, height, 4)?;
     let rate = value("avg_frame_rate").and_then(|rate| {
@@ -65,13 +57,6 @@ fn probe(disk: &Path) -> Result<([u32; 2], f64, u64), String> {
     });
     // A picture that stands still has no rate.
     Ok((extent, rate.unwrap_or(1.0), number("nb_read_packets").unwrap_or(1).clamp(1, MOST_FRAMES)))
-}
-
-fn missing(program: &str, error: &std::io::Error) -> String {
-    match error.kind() {
-        ErrorKind::NotFound => format!("{program} is not installed; `apt-get install ffmpeg`"),
-        _ => format!("{program} cannot be started: {error}"),
-    }
 }
 
 /// Frames of a video from its beginning, as bytes of red, green, blue and alpha.

@@ -1,0 +1,56 @@
+//! Sound files: ffmpeg decodes all of a sound when its graph is loaded.
+
+use std::path::Path;
+
+use raxel_graph::{ImageRequest, Plays, Sound};
+use raxel_shader::format::Format;
+
+use super::{FileImage, Picture, Refusal, ffmpeg, refused, shape};
+use crate::sources::file::texels::Channel;
+use crate::sources::sound::{ROWS, SAMPLE_RATE, TEXELS, silence};
+
+/// Names that end so are sounds.
+const EXTENSIONS: [&str; 12] = ["wav", "mp3", "ogg", "oga", "opus", "flac", "m4a", "aac", "aif", "aiff", "wma", "mka"];
+
+/// Longest sound, in seconds.
+const MOST_SECONDS: u64 = 2700;
+
+/// Whether a file is a sound, by its name.
+pub(super) fn is_sound(path: &str) -> bool {
+    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+}
+
+/// A sound. `disk` is where the file lies.
+pub(super) fn open(path: &str, disk: &Path, request: &ImageRequest) -> Result<FileImage, Refusal> {
+    if request.srgb {
+        return Err(refused("encoding", format!("`{path}` is a sound, and holds no colours")));
+    }
+    let cannot = |reason: String| refused("source", format!("`{path}` cannot be read: {reason}"));
+    if ffmpeg::probe(disk, "a:0", &[], "stream=sample_rate").map_err(cannot)?.is_empty() {
+        return Err(cannot("it has no sound".to_owned()));
+    }
+    let rate = SAMPLE_RATE.to_string();
+    let form = ["-map", "0:a:0", "-ac", "1", "-ar", &rate, "-f", "s16le"];
+    let most = 2 * u64::from(SAMPLE_RATE) * MOST_SECONDS;
+    let bytes = ffmpeg::decode(disk, &form, most + 2).map_err(cannot)?;
+    if bytes.len() as u64 > most {
+        return Err(cannot(format!("it is longer than {} minutes", MOST_SECONDS / 60)));
+    }
+    let samples: Vec<i16> = bytes.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect();
+    if samples.is_empty() {
+        return Err(cannot("it has no samples".to_owned()));
+    }
+    // Filtered everywhere, which `r32f` is not.
+    let request = ImageRequest { format: request.format.or(Some(Format::R16f)), ..request.clone() };
+    let sound = Sound { path: path.to_owned(), samples: samples.into(), request };
+    let image = texels(&sound, &silence())?;
+    Ok(FileImage { plays: Some(Plays::Sound(sound)), ..image })
+}
+
+/// Spectrum and waveform as the graph wants them.
+pub(in crate::sources) fn texels(sound: &Sound, values: &[f32]) -> Result<FileImage, Refusal> {
+    let bytes = bytemuck::cast_slice(values).to_vec();
+    let picture = Picture { extent: [TEXELS, ROWS], channel: Channel::Float, channels: 1, bytes };
+    shape(&sound.path, &picture, &sound.request)
+}

@@ -1,0 +1,216 @@
+//! Sounds that play: the spectrum and the waveform at the time of each frame. Both follow from the time alone, so that
+//! a film is the same at each run, and a seek needs nothing of the frames before.
+
+use std::fmt;
+use std::sync::Arc;
+
+use raxel_execute::ExternalResource;
+use raxel_graph::Sound;
+use realfft::num_complex::Complex;
+use realfft::{RealFftPlanner, RealToComplex};
+
+use super::file::sound::texels;
+use super::on_device::write_image;
+
+/// Samples of a second.
+pub(super) const SAMPLE_RATE: u32 = 48_000;
+
+/// Texels of a row: frequencies of the spectrum, samples of the waveform.
+pub(super) const TEXELS: u32 = 512;
+
+/// Spectrum, then waveform.
+pub(super) const ROWS: u32 = 2;
+
+/// Samples that one spectrum is made of. Its frequencies are `SAMPLE_RATE / WINDOW` apart, and a row has the lower half of them.
+const WINDOW: usize = 2048;
+
+/// Magnitudes that are shown, in decibels below a full one.
+const QUIETEST: f32 = -100.0;
+const LOUDEST: f32 = -30.0;
+
+/// Spectra are smoothed over those of so many steps of time before, each of which counts for less.
+const STEPS: u32 = 24;
+const STEP: u64 = SAMPLE_RATE as u64 / 60;
+const FADE: f32 = 0.8;
+
+/// A row of silence in each.
+pub(super) fn silence() -> Vec<f32> {
+    [[0.0; TEXELS as usize], [0.5; TEXELS as usize]].concat()
+}
+
+/// A sound that plays into a source.
+pub(super) struct Listener {
+    sound: Sound,
+    transform: Arc<dyn RealToComplex<f32>>,
+    weights: Vec<f32>,
+    /// How many samples were over when the texels were made that the source holds.
+    heard: Option<u64>,
+    written: Vec<f32>,
+    /// How often the source was written.
+    serial: u64,
+}
+
+impl fmt::Debug for Listener {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} at {:?}", self.sound, self.heard)
+    }
+}
+
+impl Listener {
+    /// The source holds silence.
+    pub(super) fn new(sound: &Sound) -> Self {
+        Self {
+            sound: sound.clone(),
+            transform: RealFftPlanner::new().plan_fft_forward(WINDOW),
+            weights: (0..WINDOW).map(blackman).collect(),
+            heard: None,
+            written: silence(),
+            serial: 0,
+        }
+    }
+
+    /// Brings spectrum and waveform of a time into the source, before the next frame of the session. At its end, the sound begins again.
+    pub(super) fn follow(&mut self, seconds: f64, source: &Arc<ExternalResource>) {
+        let over = samples_before(seconds);
+        if self.heard == Some(over) {
+            return;
+        }
+        let values = self.values(over);
+        // Silence after silence makes no work.
+        if values != self.written {
+            // The shape was right when the graph was loaded.
+            let Ok(image) = texels(&self.sound, &values) else { return };
+            // Where too much waits already, the next frame tries again.
+            if !write_image(&image, source) {
+                return;
+            }
+            (self.written, self.serial) = (values, self.serial + 1);
+        }
+        self.heard = Some(over);
+    }
+
+    /// A number that differs where the source holds something else.
+    pub(super) fn serial(&self) -> u64 {
+        self.serial
+    }
+
+    /// Both rows, once so many samples are over.
+    fn values(&self, over: u64) -> Vec<f32> {
+        let mut values = silence();
+        let (spectrum, waveform) = values.split_at_mut(TEXELS as usize);
+        let mut samples = self.transform.make_input_vec();
+        let (mut bins, mut scratch) = (self.transform.make_output_vec(), self.transform.make_scratch_vec());
+        let (mut weight, mut weights) = (1.0, 0.0);
+        for step in 0..STEPS {
+            if let Some(over) = over.checked_sub(u64::from(step) * STEP) {
+                self.magnitudes(over, &mut samples, &mut bins, &mut scratch);
+                for (sum, bin) in spectrum.iter_mut().zip(&bins) {
+                    *sum += weight * bin.norm();
+                }
+            }
+            weights += weight;
+            weight *= FADE;
+        }
+        for sum in &mut *spectrum {
+            let decibels = 20.0 * (*sum / (weights * WINDOW as f32)).log10();
+            *sum = ((decibels - QUIETEST) / (LOUDEST - QUIETEST)).clamp(0.0, 1.0);
+        }
+        for (texel, at) in waveform.iter_mut().zip(0..u64::from(TEXELS)) {
+            *texel = 0.5 + 0.5 * (over + at).checked_sub(u64::from(TEXELS)).map_or(0.0, |at| self.sample(at));
+        }
+        values
+    }
+
+    /// The spectrum of the samples before one.
+    fn magnitudes(&self, over: u64, samples: &mut [f32], bins: &mut [Complex<f32>], scratch: &mut [Complex<f32>]) {
+        for ((sample, weight), at) in samples.iter_mut().zip(&self.weights).zip(0..WINDOW as u64) {
+            *sample = (over + at).checked_sub(WINDOW as u64).map_or(0.0, |at| weight * self.sample(at));
+        }
+        // All three have the lengths that the transform asked for.
+        if self.transform.process_with_scratch(samples, bins, scratch).is_err() {
+            bins.fill(Complex::default());
+        }
+    }
+
+    /// A sample of the first turn or of a later one, in [−1, 1).
+    #[expect(clippy::cast_possible_truncation, reason = "the remainder is below the number of samples")]
+    fn sample(&self, at: u64) -> f32 {
+        f32::from(self.sound.samples[(at % self.sound.samples.len() as u64) as usize]) / 32_768.0
+    }
+}
+
+/// How many samples are over at a time.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast of a float saturates")]
+fn samples_before(seconds: f64) -> u64 {
+    // A sample is over at its end, whatever the product rounds to.
+    ((seconds.max(0.0) * f64::from(SAMPLE_RATE) + 1e-6).floor() as u64).min(u64::MAX / 2)
+}
+
+/// The weight of a sample: Blackman's window with α = 0.16, as the Web Audio API has it.
+fn blackman(at: usize) -> f32 {
+    let turn = std::f32::consts::TAU * at as f32 / WINDOW as f32;
+    0.42 - 0.5 * turn.cos() + 0.08 * (2.0 * turn).cos()
+}
+
+#[cfg(test)]
+mod tests {
+    use raxel_graph::ImageRequest;
+
+    use super::*;
+
+    /// A tone of a frequency and an amplitude between two samples, and nothing around it.
+    fn tone(bin: f64, amplitude: f64, between: std::ops::Range<usize>, samples: usize) -> Listener {
+        let value = |at: usize| {
+            let turns = bin * at as f64 / WINDOW as f64;
+            let value = amplitude * (std::f64::consts::TAU * turns).sin();
+            if between.contains(&at) { (value * 32_767.0).round() as i16 } else { 0 }
+        };
+        let samples: Vec<i16> = (0..samples).map(value).collect();
+        Listener::new(&Sound { path: "a.wav".to_owned(), samples: samples.into(), request: ImageRequest::default() })
+    }
+
+    fn loudest(values: &[f32]) -> usize {
+        (0..TEXELS as usize).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap()
+    }
+
+    #[test]
+    fn a_tone_is_a_peak_at_its_frequency_and_while_it_sounds() {
+        let second = SAMPLE_RATE as usize;
+        for bin in [3, 40, 137, 500] {
+            let listener = tone(bin as f64, 0.05, second..3 * second, 4 * second);
+            assert_eq!(listener.values(second as u64), silence(), "nothing sounds before");
+            let values = listener.values(2 * second as u64);
+            assert_eq!(loudest(&values), bin);
+            // Half of the amplitude, times the mean of the weights.
+            let decibels = 20.0 * (0.05_f32 / 2.0 * 0.42).log10();
+            let expected = (decibels + 100.0) / 70.0;
+            assert!((values[bin] - expected).abs() < 0.005, "{} {expected}", values[bin]);
+            assert!(values[(bin + 256) % 512] < 0.1, "{}", values[(bin + 256) % 512]);
+            // It fades, and is gone after half a second.
+            let after = |seconds: f64| listener.values(3 * second as u64 + samples_before(seconds))[bin];
+            assert!(after(0.1) > 0.3 && after(0.1) < values[bin], "{}", after(0.1));
+            assert!(after(0.5).abs() < f32::EPSILON, "{}", after(0.5));
+        }
+    }
+
+    #[test]
+    fn the_waveform_is_the_last_samples() {
+        let listener = tone(8.0, 0.5, 0..4800, 4800);
+        let values = listener.values(1000);
+        for (texel, at) in [(512, 488), (600, 576), (1023, 999)] {
+            let turns = 8.0 * f64::from(at) / WINDOW as f64;
+            let expected = 0.5 + 0.25 * (std::f64::consts::TAU * turns).sin();
+            assert!((f64::from(values[texel]) - expected).abs() < 1e-4, "{texel}: {} {expected}", values[texel]);
+        }
+        // Before the beginning is silence, and after the end the beginning.
+        assert!((listener.values(100)[512 + 411] - 0.5).abs() < f32::EPSILON);
+        assert_eq!(listener.values(4800 + 512)[512..], listener.values(512)[512..]);
+    }
+
+    #[test]
+    fn times_are_samples() {
+        assert_eq!([0.0, -1.0, 1.0 / 48_000.0, 0.1, 3.0].map(samples_before), [0, 0, 1, 4800, 144_000]);
+        let far = tone(8.0, 0.5, 0..4800, 4800).values(samples_before(f64::MAX));
+        assert!(far.iter().all(|value| value.is_finite()));
+    }
+}

@@ -1,0 +1,221 @@
+//! The gamepad: what it does is told to shaders. Reading gamepads is a feature, since it needs a library of the system on Linux.
+
+use raxel_graph::checked::{Builtin, Graph};
+use raxel_runtime::inputs::Inputs;
+
+/// Whether a graph reads a gamepad.
+fn is_read(graph: &Graph) -> bool {
+    let of_gamepad = [
+        Builtin::InputGamepadSticks,
+        Builtin::InputGamepadTriggers,
+        Builtin::InputGamepadButtons,
+        Builtin::InputGamepadPressed,
+    ];
+    graph.reads().any(|builtin| of_gamepad.contains(&builtin))
+}
+
+/// The gamepads of the system, of which one is used at a time.
+#[derive(Default)]
+pub enum Gamepads {
+    /// No graph has read one so far.
+    #[default]
+    Unasked,
+    /// They are read.
+    #[cfg(feature = "gamepad")]
+    Read(Box<of_system::Reader>),
+    /// They cannot be read, which was said.
+    Refused,
+}
+
+impl Gamepads {
+    /// Tells the inputs what happened since the last call, once a graph reads a gamepad. Gives what a user should know.
+    pub fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
+        match self {
+            Self::Unasked if is_read(graph) => {
+                let (opened, said) = Self::open();
+                *self = opened;
+                said
+            }
+            #[cfg(feature = "gamepad")]
+            Self::Read(reader) => reader.read(inputs),
+            Self::Unasked | Self::Refused => {
+                // Where gamepads are no feature, nothing else takes them.
+                let _ = inputs;
+                None
+            }
+        }
+    }
+
+    #[cfg(feature = "gamepad")]
+    fn open() -> (Self, Option<String>) {
+        match of_system::Reader::open() {
+            Ok(reader) => (Self::Read(Box::new(reader)), None),
+            Err(error) => (Self::Refused, Some(error)),
+        }
+    }
+
+    #[cfg(not(feature = "gamepad"))]
+    fn open() -> (Self, Option<String>) {
+        let said = "the graph reads a gamepad, and this raxel reads none: build it with `--features gamepad`";
+        (Self::Refused, Some(said.to_owned()))
+    }
+}
+
+#[cfg(feature = "gamepad")]
+mod of_system {
+    use gilrs::{Axis, Button, EventType, GamepadId, Gilrs};
+    use raxel_runtime::inputs::{Inputs, gamepad_button_named};
+
+    /// What happened to a gamepad, in the terms of `input.gamepad_*`.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Happened {
+        /// A button, by its bit.
+        Button(u32, bool),
+        /// An axis of the sticks.
+        Stick(usize, f64),
+        /// Left or right.
+        Trigger(usize, f64),
+    }
+
+    /// Tells the inputs what happened.
+    fn note(inputs: &mut Inputs, happened: Happened) {
+        let gamepad = inputs.gamepad();
+        match happened {
+            Happened::Button(bit, down) => inputs.gamepad_button(bit, down),
+            Happened::Stick(axis, value) => {
+                let mut sticks = gamepad.sticks;
+                sticks[axis] = value;
+                inputs.set_gamepad_sticks(sticks);
+            }
+            Happened::Trigger(axis, value) => {
+                let mut triggers = gamepad.triggers;
+                triggers[axis] = value;
+                inputs.set_gamepad_triggers(triggers);
+            }
+        }
+    }
+
+    /// Reads the gamepad that was touched first, until it is unplugged.
+    pub struct Reader {
+        gilrs: Gilrs,
+        used: Option<GamepadId>,
+    }
+
+    impl Reader {
+        pub fn open() -> Result<Self, String> {
+            match Gilrs::new() {
+                Ok(gilrs) => Ok(Self { gilrs, used: None }),
+                Err(error) => Err(format!("gamepads cannot be read: {error}")),
+            }
+        }
+
+        /// Tells the inputs what happened since the last call. Gives what a user should know.
+        pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
+            let mut said = None;
+            while let Some(event) = self.gilrs.next_event() {
+                let name = || self.gilrs.gamepad(event.id).name().to_owned();
+                if let EventType::Disconnected = event.event {
+                    if self.used == Some(event.id) {
+                        said = Some(format!("gamepad `{}` is gone: its values are at rest", name()));
+                        self.used = None;
+                        inputs.rest_gamepad();
+                    }
+                    continue;
+                }
+                let Some(happened) = happened(event.event) else { continue };
+                if self.used.is_none() {
+                    said = Some(format!("gamepad `{}`", name()));
+                    self.used = Some(event.id);
+                }
+                if self.used == Some(event.id) {
+                    note(inputs, happened);
+                }
+            }
+            said
+        }
+    }
+
+    fn happened(event: EventType) -> Option<Happened> {
+        match event {
+            EventType::ButtonPressed(button, _) => Some(Happened::Button(bit(button)?, true)),
+            EventType::ButtonReleased(button, _) => Some(Happened::Button(bit(button)?, false)),
+            EventType::ButtonChanged(Button::LeftTrigger2, value, _) => Some(Happened::Trigger(0, value.into())),
+            EventType::ButtonChanged(Button::RightTrigger2, value, _) => Some(Happened::Trigger(1, value.into())),
+            EventType::AxisChanged(axis, value, _) => {
+                let axis = [Axis::LeftStickX, Axis::LeftStickY, Axis::RightStickX, Axis::RightStickY]
+                    .iter()
+                    .position(|known| *known == axis)?;
+                Some(Happened::Stick(axis, value.into()))
+            }
+            _ => None,
+        }
+    }
+
+    fn bit(button: Button) -> Option<u32> {
+        gamepad_button_named(match button {
+            Button::South => "south",
+            Button::East => "east",
+            Button::West => "west",
+            Button::North => "north",
+            Button::LeftTrigger => "left_shoulder",
+            Button::RightTrigger => "right_shoulder",
+            Button::Select => "select",
+            Button::Start => "start",
+            Button::Mode => "home",
+            Button::LeftThumb => "left_stick",
+            Button::RightThumb => "right_stick",
+            Button::DPadUp => "up",
+            Button::DPadDown => "down",
+            Button::DPadLeft => "left",
+            Button::DPadRight => "right",
+            _ => return None,
+        })
+    }
+
+    #[cfg(test)]
+    #[allow(clippy::float_cmp, reason = "these values are exact")]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn what_happens_is_told() {
+            let mut inputs = Inputs::default();
+            for happened in [
+                Happened::Button(4, true),
+                Happened::Button(8, true),
+                Happened::Button(4, false),
+                Happened::Stick(2, -0.5),
+                Happened::Trigger(1, 0.25),
+            ] {
+                note(&mut inputs, happened);
+            }
+            let told = inputs.gamepad();
+            assert_eq!((told.buttons, told.sticks, told.triggers), (8, [0.0, 0.0, -0.5, 0.0], [0.0, 0.25]));
+        }
+
+        #[test]
+        fn every_button_has_its_bit() {
+            let buttons = [
+                Button::South,
+                Button::East,
+                Button::West,
+                Button::North,
+                Button::LeftTrigger,
+                Button::RightTrigger,
+                Button::Select,
+                Button::Start,
+                Button::Mode,
+                Button::LeftThumb,
+                Button::RightThumb,
+                Button::DPadUp,
+                Button::DPadDown,
+                Button::DPadLeft,
+                Button::DPadRight,
+            ];
+            for (at, button) in buttons.into_iter().enumerate() {
+                assert_eq!(bit(button), Some(1 << at));
+            }
+            assert_eq!(bit(Button::LeftTrigger2), None, "it is a trigger");
+        }
+    }
+}
