@@ -108,7 +108,7 @@ mod tests {
         assert_eq!(lamps.count, 2);
         // Four sides of each voxel and the top of the upper one, by the emission of the world.
         assert_eq!(lamps.of_models, [0.0, 18.0]);
-        assert_eq!(f32::from_bits(lamps.words[0]), 36.0);
+        assert_eq!(lamps.words[0], 36.0_f32.to_bits());
         let quad = |at: usize| &lamps.words[4 * at..4 * at + 4];
         assert_eq!((quad(1), quad(3)), (&[0, 5, 9, 0][..], &[2, 5, 9, 0][..]));
         assert_eq!(lamps.words.len(), 4 * (5 + 2 * 9));
