@@ -213,7 +213,7 @@ impl Device {
 
     /// The first SPIR-V capability that a module declares and the device lacks.
     pub fn lacks(&self, spirv: &[u32]) -> Option<String> {
-        modules::lacking(&self.capabilities.shaders, spirv)
+        crate::modules::lacking(&self.capabilities.shaders, spirv)
     }
 
     /// Whether an image of this kind can be made with these usages.
