@@ -186,7 +186,6 @@ fn a_folder_that_takes_no_files_is_no_riddle() {
     for (arguments, said) in [
         (&["render", "--size", "32x18", "-o", "x.png"][..], "`x.png` cannot be written"),
         (&["new", "other"], "the folder `other` cannot be made"),
-        (&["init"], "cannot be written"),
         (&["schema"], "cannot be written"),
         (&["shaders"], "cannot be made"),
         (&["man", "pages"], "the folder `pages` cannot be made"),
