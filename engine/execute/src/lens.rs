@@ -253,7 +253,8 @@ impl Filler {
         }
         let pipeline = shared.pipelines.display(device, variant)?;
         let set = |source: Resource| {
-            let elements = [vec![source], vec![Resource::Buffer { buffer: buffer.clone(), offset: 0, size: buffer.size() }]];
+            let elements =
+                [vec![source], vec![Resource::Buffer { buffer: buffer.clone(), offset: 0, size: buffer.size() }]];
             Ok(Descriptors::new(device, "copy of a live target", &pipeline, &elements)?)
         };
         let sets = sources.into_iter().map(set).collect::<Result<Vec<_>, ExecuteError>>()?;
