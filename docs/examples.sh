@@ -11,7 +11,7 @@ for graph in graphs/examples/*.toml; do
         copy) more="--world worlds/meadow.toml" ;;
         drill) more="--world worlds/meadow.toml --set radius=10" ;;
         gamepad | paint) graph=worlds/$name.demo.toml more= ;;
-        lantern) more="--world worlds/lantern.toml --set walk=30" ;;
+        lantern) more="--world worlds/lantern.toml --set walk=30 --set mist=3" ;;
         model) more="--world worlds/valley.toml" ;;
         *) more= ;;
     esac

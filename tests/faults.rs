@@ -316,7 +316,9 @@ fn try_all(root: &Path) {
                                 || (outcome.sum == whole.sum
                                     && outcome.presented == whole.presented
                                     && outcome.rare == whole.rare));
-                        if !same {
+                        // A driver that says no of a format has not failed: the session says so, and keeps the picture that it has.
+                        let no = fault == Fault::FormatNotSupported && outcome.refused.iter().any(|text| text.contains("RX0410"));
+                        if !same && !no {
                             println!("WRONG {what}: other texels; refused {:?}", outcome.refused);
                         }
                     }

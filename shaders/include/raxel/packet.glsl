@@ -446,15 +446,14 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             barrier();
             if (lane == 0u) rx_tile_free = 0x7f7fffffu;
             barrier();
-            uint height = (id >> 28) & 7u;
-            float side = uintBitsToFloat((height << 24) + 0x3f800000u);  // 4^height
+            float side = uintBitsToFloat(((id >> 4) & 0x07000000u) + 0x3f800000u);
             vec3 at = fma(child_at, vec3(side), place);
             if (((ones >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(rx_tile_enters(at, slow)));
             if (((twos >> lane) & 1u) != 0u) atomicMin(rx_tile_free, floatBitsToUint(rx_tile_enters(vec3(at.x, at.y + 2.0 * side, at.z), slow)));
             if (lane < waiting) atomicMin(rx_tile_free, floatBitsToUint(rx_tile_enters(uintBitsToFloat(rx_tile_stack[lane & (RX_TILE_STACK - 1u)].xyz), slow)));
             barrier();
-            // A tile with rays in several octants has one time for each. A camera in a solid voxel has handed on all rays before, and none gets this time.
-            if (one_octant) free = uintBitsToFloat(rx_tile_free);
+            // A tile with rays in several octants has one time for each, and hits of a camera in a solid voxel have none.
+            if (one_octant && !RX_TILE_ANY(rest != 0u)) free = uintBitsToFloat(rx_tile_free);
         }
         // What is left hits nothing, or is handed on.
         if (too_much) rest |= alive;
@@ -464,7 +463,11 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         uint s = uint(findLSB(missed | rest)) & 7u;
         ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
         if (((missed >> s) & 1u) != 0u) rx_tile_miss(pixel);
-        if (((rest >> s) & 1u) != 0u) rx_tile_rest(pixel, free * (0.999 * rx_camera_length(view_to_world, tan_half_fov, pixel, size)));
+        if (((rest >> s) & 1u) != 0u) {
+            // A direction at depth 1 is as long as this.
+            vec3 dir = view_to_world[0].xyz * rx_tile_views[(((s & 1u) << 3) | (lane & 7u)) & 31u] + view_to_world[1].xyz * rx_tile_views[(16u | ((s & 6u) << 1) | (lane >> 3)) & 31u] - back;
+            rx_tile_rest(pixel, free * (0.999 * length(dir) / far_away));
+        }
         missed &= ~(1u << s);
         rest &= ~(1u << s);
     }

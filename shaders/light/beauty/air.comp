@@ -1,5 +1,5 @@
 // Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. What
-// air_light.comp and air_lamps.comp have found throws shafts into the mist, and is kept for their next run.
+// air_light.comp and air_lamps.comp have found throws shafts into the mist.
 #version 460
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
@@ -10,9 +10,6 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler3D sunBySlice;
 uniform sampler3D skyBySlice;
 uniform sampler3D lampsBySlice;
-layout(rgba32f) uniform writeonly image3D outSun;
-layout(rgba32f) uniform writeonly image3D outSky;
-layout(rgba16f) uniform writeonly image3D outLamps;
 layout(rgba16f) uniform writeonly image3D outAir;
 layout(rgba16f) uniform writeonly image2D outGlow;   // of lamps, in the whole column: what is seen before the sky
 uniform sampler2D scattered;
@@ -40,9 +37,6 @@ void main() {
         float from = slice_depth(float(i) / float(size.z)), to = slice_depth(float(i + 1) / float(size.z)), length = to - from;
         float height = camera_height + 0.5 * (from + to) * dir.y;
         vec4 of_sun = texelFetch(sunBySlice, slice, 0), of_sky = texelFetch(skyBySlice, slice, 0), of_lamps = texelFetch(lampsBySlice, slice, 0);
-        imageStore(outSun, slice, of_sun);
-        imageStore(outSky, slice, of_sky);
-        imageStore(outLamps, slice, of_lamps);
         vec3 lit = of_sun.rgb * sun_through_clouds(eye_place + 0.5 * (from + to) * dir), above = of_sky.rgb;
         RxAir air = rx_air(max(RX_AIR_EYE + 0.001 * (height - camera_height), 0.0));
         float thick = 0.001 * push.mist * mist_between(camera_height + from * dir.y, camera_height + to * dir.y, push.mist_height, push.mist_floor);

@@ -9,6 +9,7 @@
 #include "air_slices.glsl"
 #include "air_mist.glsl"
 #include <raxel/light/reproject.glsl>
+#include "cubic.glsl"
 #include <raxel/light/atmosphere.glsl>
 #include <raxel/light/lamps.glsl>
 #include "../face_cache/known_lamps.glsl"
@@ -19,7 +20,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
-layout(rgba16f) uniform writeonly image3D outLamps;  // radiance for each voxel of the way and unit of density
+layout(rgba32f) uniform writeonly image3D outLamps;  // radiance for each voxel of the way and unit of density
 uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; float mist; float mist_height; float mist_floor; } push;   // the camera of the last frame
 
@@ -132,7 +133,7 @@ void main() {
     vec3 place;
     float frames = 0.0;
     if (place_before(slice, size, place)) {
-        vec4 before = texture(lampsBefore, place);
+        vec4 before = cubic_between(lampsBefore, place);
         frames = min(before.a, max(MOST, float(frame.still)) - 1.0);
         if (state.changed != 0u) frames = min(frames, floor(state.cap));
         light = mix(before.rgb, light, 1.0 / (frames + 1.0));

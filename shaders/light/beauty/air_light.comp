@@ -41,31 +41,6 @@ vec3 open_share(RxSceneRay ray) {
     return blocked ? vec3(0.0) : share;
 }
 
-// What earlier frames have found at a place of the textures: cubic between texels, within what the nearest of them have.
-void means_before(vec3 place, out vec4 sun_mean, out vec4 sky_mean) {
-    ivec3 size = textureSize(sunBefore, 0);
-    vec3 at = place * vec3(size) - 0.5, part = at - floor(at);
-    ivec3 base = ivec3(floor(at));
-    vec4 along = cubic(part.x), down = cubic(part.y), deep = cubic(part.z);
-    vec4 low = vec4(1e9), high = vec4(-1e9), low_sky = low, high_sky = high;
-    sun_mean = vec4(0.0);
-    sky_mean = vec4(0.0);
-    for (int i = 0; i < 64; ++i) {
-        ivec3 step = ivec3(i & 3, i >> 2 & 3, i >> 4), texel = clamp(base + step - 1, ivec3(0), size - 1);
-        float weight = along[step.x] * down[step.y] * deep[step.z];
-        vec4 tap = texelFetch(sunBefore, texel, 0), tap_sky = texelFetch(skyBefore, texel, 0);
-        sun_mean += weight * tap;
-        sky_mean += weight * tap_sky;
-        if (any(equal(step & 3, ivec3(0))) || any(equal(step, ivec3(3)))) continue;
-        low = min(low, tap);
-        high = max(high, tap);
-        low_sky = min(low_sky, tap_sky);
-        high_sky = max(high_sky, tap_sky);
-    }
-    sun_mean = clamp(sun_mean, low, high);
-    sky_mean = clamp(sky_mean, low_sky, high_sky);
-}
-
 void main() {
     ivec3 slice = ivec3(gl_GlobalInvocationID), size = imageSize(outSun);
     if (any(greaterThanEqual(slice, size))) return;
@@ -97,8 +72,7 @@ void main() {
     vec3 place;
     float sun_frames = 0.0, sky_frames = 0.0;
     if (place_before(slice, size, place)) {
-        vec4 sun_before, sky_before;
-        means_before(place, sun_before, sky_before);
+        vec4 sun_before = cubic_between(sunBefore, place), sky_before = cubic_between(skyBefore, place);
         sun_frames = min(sun_before.a, (rests ? MOST_AT_REST : fast ? MOST_FAST : MOST) - 1.0);
         sky_frames = min(sky_before.a, (rests ? MOST_AT_REST : MOST_OF_SKY) - 1.0);
         // What an edit has opened or closed is new at once. The sky is as open under another sun.
