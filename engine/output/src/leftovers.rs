@@ -2,12 +2,17 @@
 //! they would remove is listed here, and removed before the signal has its usual effect.
 
 use std::collections::BTreeMap;
+#[cfg(unix)]
+use std::sync::MutexGuard;
 use std::sync::{Mutex, PoisonError};
 
 type Undo = Box<dyn FnOnce() + Send>;
 
+/// The number of the last one, and each with its number.
+type List = (u64, BTreeMap<u64, Undo>);
+
 /// What there is to undo, in the order in which it was listed.
-static LISTED: Mutex<(u64, BTreeMap<u64, Undo>)> = Mutex::new((0, BTreeMap::new()));
+static LISTED: Mutex<List> = Mutex::new((0, BTreeMap::new()));
 
 /// Something that is undone when a signal ends the process; dropped, it no longer is.
 #[derive(Debug)]
@@ -28,13 +33,14 @@ impl Drop for Listed {
     }
 }
 
-/// Undoes everything, the last first.
+/// Undoes everything, the last first. While the result is there, no [`Listed`] can be dropped: a thread that finds its files gone comes no further.
 #[cfg(unix)]
-fn undo_all() {
+fn undo_all() -> MutexGuard<'static, List> {
     let mut listed = LISTED.lock().unwrap_or_else(PoisonError::into_inner);
     while let Some((_, undo)) = listed.1.pop_last() {
         undo();
     }
+    listed
 }
 
 /// Waits for signals on a thread of its own. A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
@@ -47,7 +53,7 @@ pub fn watch_signals() {
     let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else { return };
     std::thread::spawn(move || {
         for signal in &mut signals {
-            undo_all();
+            let _held = undo_all();
             let _ = signal_hook::low_level::emulate_default_handler(signal);
         }
     });
