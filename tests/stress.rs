@@ -202,7 +202,7 @@ fn a_start_too_far_ahead_is_caught() {
 fn a_beam_that_goes_too_far_is_caught() {
     let project = Project::empty();
     let beam = std::fs::read_to_string(repository().join("shaders/include/raxel/beam.glsl")).unwrap();
-    let (right, wrong) = ("depth * length(dir) * 0.99999 - 0.01;", "depth * length(dir) + 0.75;");
+    let (right, wrong) = ("pixel, size) * 0.99999 - 0.01;", "pixel, size) + 0.75;");
     assert!(beam.contains(right));
     project.write("shaders/include/raxel/beam.glsl", beam.replace(right, wrong));
     let scope = ["stress", "--scenes", "hills,menger,gravel", "--sets", "tiles,pinhole", "--rays", "6e4"];
