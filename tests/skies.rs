@@ -381,11 +381,11 @@ fn lamps_light_the_mist_as_a_march_says() {
         frame(&mut session);
     }
     let found = pairs(&mut session);
-    let sum = |of: &dyn Fn(&([usize; 2], [f32; 4], [f32; 4])) -> f32| {
-        found.iter().map(|pair| f64::from(of(pair))).sum::<f64>()
+    let sum = |of: &dyn Fn(f32, f32) -> f32| {
+        found.iter().map(|(_, light, truth)| f64::from(of(light[0], truth[0]))).sum::<f64>()
     };
-    let (light, truth) = (sum(&|pair| pair.1[0]), sum(&|pair| pair.2[0]));
-    let off = sum(&|pair| (pair.1[0] - pair.2[0]).abs());
+    let (light, truth) = (sum(&|light, _| light), sum(&|_, truth| truth));
+    let off = sum(&|light, truth| (light - truth).abs());
     eprintln!("mean {}, off {}", light / truth, off / truth);
     assert!(
         truth > 0.0 && (light / truth - 1.0).abs() < 0.03 && off < 0.1 * truth,
