@@ -114,7 +114,9 @@ fn every_graph_runs_over_every_world() {
             let what = format!("{graph} over {world}");
             let files = (Some(graph.into()), Some(world.into()));
             let mut session = open(&what, Options { graph: files.0, world: files.1, ..options() });
-            assert!(differs(&run(&what, &mut session)), "{what} is of one colour");
+            let picture = run(&what, &mut session);
+            // A crypt whose only light is an instance is black without instances.
+            assert!(world == "worlds/lantern.toml" || differs(&picture), "{what} is of one colour");
             is_within(graph, &what, &session);
         }
     }
