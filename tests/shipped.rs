@@ -60,12 +60,13 @@ fn open(what: &str, options: Options) -> Session {
     session
 }
 
-/// The picture of the second of the next two frames, which is drawn with the history of the first. The left button is held in the middle: a
-/// canvas stays empty without it.
+/// The picture of the second of the next two frames, which is drawn with the history of the first. The left button is held in the middle, and
+/// the right trigger of a gamepad: canvases stay empty without them.
 fn run(what: &str, session: &mut Session) -> Vec<u8> {
     let inputs = session.inputs();
     inputs.cursor = Some(SIZE.map(|size| size.cast_signed() / 2));
     inputs.button(1, true);
+    inputs.set_gamepad_triggers([0.0, 1.0]);
     for _ in 0..2 {
         session.frame().unwrap_or_else(|error| panic!("{what}: {error}"));
     }
