@@ -317,7 +317,8 @@ fn try_all(root: &Path) {
                                     && outcome.presented == whole.presented
                                     && outcome.rare == whole.rare));
                         // A driver that says no of a format has not failed: the session says so, and keeps the picture that it has.
-                        let no = fault == Fault::FormatNotSupported && outcome.refused.iter().any(|text| text.contains("RX0410"));
+                        let no = fault == Fault::FormatNotSupported
+                            && outcome.refused.iter().any(|text| text.contains("RX0410"));
                         if !same && !no {
                             println!("WRONG {what}: other texels; refused {:?}", outcome.refused);
                         }
