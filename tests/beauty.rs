@@ -363,6 +363,24 @@ fn the_exposure_follows_the_light_as_fast_at_any_frame_rate() {
     );
 }
 
+/// More frames of one moment, as `--settle` makes them, change no exposure: a settled picture has that of its film.
+#[test]
+fn the_exposure_stands_still_where_time_does() {
+    let project = Project::shipped();
+    lawn(&project, &[]);
+    let mut session = open(&project, BEAUTY, SIZE, &[]);
+    let before = seconds(&mut session, 60, 1);
+    session.set_param("sun_strength", Value::F32(0.2)).unwrap();
+    frames(&mut session, 4);
+    let on_its_way = exposure(&mut session);
+    for _ in 0..40 {
+        session.again();
+        frames(&mut session, 1);
+    }
+    assert!(on_its_way > 1.01 * before, "{on_its_way}, {before} in more light");
+    assert_eq!(exposure(&mut session), on_its_way);
+}
+
 /// Where the camera jumps to, its exposure is right at once, and it stays there: noise and single bright pixels do not move it.
 #[test]
 fn the_exposure_is_right_after_a_jump() {
