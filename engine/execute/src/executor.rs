@@ -10,20 +10,17 @@ use raxel_graph::checked::PassId;
 use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
-use super::capture::{Capture, Captured};
+use super::capture::Captured;
 use super::error::{ExecuteError, Suspect};
+use super::frame::slot_of;
 use super::heartbeat::Heartbeat;
-use super::inputs::FrameInputs;
 use super::lens::Lens;
-use super::physical::Filling;
-use super::prepare::{Builder, Prepared, display_key};
+use super::prepare::{Builder, Prepared};
 use super::readback::ReadTicket;
-use super::record::{DeviceRecorder, initialize_resources};
-use super::replay::Counts;
-use super::report::{FrameReport, GpuTimes, PassOutcome, PassTime, SwapReport};
+use super::report::{GpuTimes, PassOutcome, PassTime, SwapReport};
 use super::shared::{Running, Shared, lock};
 use super::slot::FrameSlot;
-use super::thumbnails::{Making, Thumbnails};
+use super::thumbnails::Thumbnails;
 use super::times::Times;
 use super::told::Told;
 use super::upload::Uploads;
@@ -52,34 +49,34 @@ impl Default for ExecutorOptions {
 pub struct Executor {
     pub(super) shared: Arc<Shared>,
     pub(super) running: Option<Prepared>,
-    /// The plan of the last frame: what can be read is what it left.
+    /// The plan of the last frame. Its resources can be read.
     pub(super) ran: Option<Arc<Plan>>,
     pub(super) slots: [FrameSlot; FRAMES],
     /// Frames begun; rotates histories.
     pub(super) frame: u64,
     /// The next recording waits for everything before it: the barriers of the plan cover only frame after frame.
-    needs_full_barrier: bool,
+    pub(super) needs_full_barrier: bool,
     /// Passes that the last frame has dispatched.
-    dispatched: u32,
-    full: Barrier,
-    uploads: Uploads,
+    pub(super) dispatched: u32,
+    pub(super) full: Barrier,
+    pub(super) uploads: Uploads,
     /// The versions of the running plan's sources that its memo knows: index of the resource, version.
-    versions: Vec<(usize, u64)>,
+    pub(super) versions: Vec<(usize, u64)>,
     /// The running plan's copies of sources: indices of resources.
-    copies: Vec<usize>,
-    memo: bool,
+    pub(super) copies: Vec<usize>,
+    pub(super) memo: bool,
     times: Times,
     pub(super) readbacks: ReadbackRing,
     /// How the debug target is shown.
     pub(super) lens: Lens,
     /// The next frame copies what it shows; of a buffer, these bytes.
-    capture: Option<Range<u64>>,
-    captured: Option<ReadTicket<Captured>>,
+    pub(super) capture: Option<Range<u64>>,
+    pub(super) captured: Option<ReadTicket<Captured>>,
     pub(super) wants_thumbnails: bool,
     pub(super) thumbnails: Option<Thumbnails>,
     /// What passes have told in finished frames.
     pub(super) told: Told,
-    progress: Observed,
+    pub(super) progress: Observed,
 }
 
 /// The picture of the last frame: RGBA with 8 bits a channel, sRGB-encoded, in the image layout `GENERAL`. The next frame overwrites it,
@@ -116,9 +113,9 @@ pub enum Progress {
 }
 
 /// How far the device was seen to have come, and when it was first seen so.
-struct Observed {
+pub(super) struct Observed {
     beat: Heartbeat,
-    since: Instant,
+    pub(super) since: Instant,
 }
 
 impl Executor {
@@ -254,155 +251,6 @@ impl Executor {
         })
     }
 
-    /// Runs one frame, up to its picture. Waits for the device only when it still works on the frame before the last.
-    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
-    pub fn frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
-        let number = self.frame;
-        let result = self.run_frame(inputs);
-        if result.is_ok() {
-            self.ran = self.plan().cloned();
-        }
-        result.map_err(|error| {
-            // Nothing was submitted: the next frame is this one.
-            self.needs_full_barrier = true;
-            if let Some(running) = self.running.as_mut().filter(|_| self.frame != number) {
-                running.replay.undo();
-                // A lost device says by its marks which pass it worked on.
-                if !matches!(error, ExecuteError::DeviceLost { .. }) {
-                    self.slots[(number % FRAMES as u64) as usize].undo();
-                }
-            }
-            self.frame = number;
-            self.supply_sources();
-            self.attribute_loss(error)
-        })
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
-    fn run_frame(&mut self, inputs: &FrameInputs<'_>) -> Result<FrameReport, ExecuteError> {
-        let slot_index = (self.frame % FRAMES as u64) as usize;
-        let device = self.shared.device.clone();
-        self.wait_at_work(self.slots[slot_index].commands.submitted())?;
-        device.collect();
-        self.read_times(slot_index)?;
-        self.read_told(slot_index);
-        // The frame that used this slot's staging buffer last has finished.
-        let uploads = self.uploads.stage(&device, slot_index)?;
-
-        let start = Instant::now();
-        let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
-        for (index, known) in &mut self.versions {
-            let version = running.resources[*index].source().map_or(*known, |source| source.version());
-            if version != std::mem::replace(known, version) {
-                running.replay.memo.supply(*index, version);
-            }
-        }
-        for index in &self.copies {
-            let due = running.resources[*index].filling.as_ref().and_then(Filling::due);
-            running.replay.memo.fill_copy(*index, due);
-        }
-        let capture = match (self.capture.take(), running.display.resource) {
-            (Some(bytes), Some(index)) => {
-                Capture::of_shown(&device, running.plan(), &running.resources[index], &bytes)?
-            }
-            _ => None,
-        };
-        let (moves, captures) = (self.dispatched > 0, capture.is_some());
-        self.lens.prepare_live(&self.shared, running)?;
-        let look = self.lens.look(&device, &running.display, (captures, moves))?;
-        if let Some(changes) = look.changes {
-            let key = display_key(running.plan(), &look.push, changes);
-            running.replay.set_display(key);
-        }
-        let number = self.frame;
-        if self.wants_thumbnails && self.thumbnails.is_none() {
-            self.thumbnails = Some(Thumbnails::new(&self.shared, running)?);
-        }
-        let mut making = self
-            .thumbnails
-            .as_mut()
-            .map(|thumbnails| {
-                let runs = self.memo.then(|| running.replay.memo.runs());
-                thumbnails.begin(&device, runs)
-            })
-            .transpose()?;
-        running.replay.memo.force(making.iter().flat_map(Making::forced));
-        let decided = running.replay.decide(number, inputs);
-        let uninitialized = running.resources.iter().any(|p| p.needs_init())
-            || !running.display.picture.initialized.load(Ordering::Relaxed);
-        let slot = &mut self.slots[slot_index];
-        let mut report = FrameReport { frame: number, ..FrameReport::default() };
-        self.frame += 1;
-        if !decided && !uninitialized && !uploads {
-            // The barriers of the plan reach from one recorded frame to the next only if none is left out.
-            self.needs_full_barrier = true;
-            self.dispatched = 0;
-            count(&mut report, running.replay.walk(&mut NullRecorder));
-            note_filled(running, &self.copies);
-            if let Some(making) = making {
-                making.submitted(&device, TimelineValue::default(), number, running.replay.memo.runs());
-            }
-            report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
-            return Ok(report);
-        }
-
-        slot.begin(number, &running.instrumentation);
-        let mut recording = slot.commands.begin()?;
-        if uninitialized {
-            initialize_resources(&mut recording, running);
-        } else if self.needs_full_barrier {
-            recording.barrier(&self.full);
-        }
-        running.printed.begin(&mut recording);
-        self.uploads.record(&mut recording, slot_index, &running.updates);
-        if let Some(timestamps) = &running.instrumentation.timestamps[slot_index] {
-            recording.reset_timestamps(timestamps);
-        }
-        let mut recorder = DeviceRecorder {
-            recording: &mut recording,
-            prepared: running,
-            frame: number,
-            slot: slot_index,
-            ran: &mut slot.ran,
-            display: look.push,
-            display_sets: look.sets,
-            filler: look.filler,
-            capture: capture.as_ref(),
-            thumbnails: making.as_mut(),
-            failed: None,
-        };
-        let counts = running.replay.walk(&mut recorder);
-        if let Some(error) = recorder.failed {
-            return Err(error.into());
-        }
-        count(&mut report, counts);
-        running.counted.record(&mut recording, running, (number, slot_index), (&slot.ran, &mut slot.copied));
-        slot.counted = Some(running.counted.clone());
-        running.printed.record(&mut recording, slot_index, &slot.ran, &mut slot.printing);
-        slot.printed = Some(running.printed.clone());
-        // Nothing may fail from here on: the frame is a fact.
-        let submitted = recording.submit()?;
-        slot.submitted = Instant::now();
-        running.printed.submitted();
-        if let Some(making) = making {
-            making.submitted(&device, submitted, number, running.replay.memo.runs());
-        }
-        if let Some(capture) = capture.filter(|_| counts.displayed) {
-            self.captured = Some(capture.ticket(&device, submitted));
-        }
-        self.progress.since = start;
-        self.uploads.submitted();
-        note_filled(running, &self.copies);
-        if uninitialized {
-            running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
-            running.display.picture.initialized.store(true, Ordering::Relaxed);
-        }
-        self.needs_full_barrier = !decided;
-        self.dispatched = report.dispatched;
-        report.cpu_nanoseconds = start.elapsed().as_nanos() as u64;
-        Ok(report)
-    }
-
     /// The picture of the last frame; `None` before the first.
     pub fn picture(&self) -> Option<FramePicture> {
         let picture = &self.running.as_ref()?.display.picture;
@@ -421,10 +269,8 @@ impl Executor {
     }
 
     /// Waits at most so long until the next frame can begin without waiting. Errors as for [`Self::wait_picture`].
-    #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots, and 2⁶⁴ nanoseconds are 584 years")]
     pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
-        let slot = (self.frame % FRAMES as u64) as usize;
-        self.observe(self.slots[slot].commands.submitted(), at_most)
+        self.observe(self.slots[slot_of(self.frame)].commands.submitted(), at_most)
     }
 
     fn observe(&mut self, until: TimelineValue, at_most: Duration) -> Result<Progress, ExecuteError> {
@@ -501,7 +347,7 @@ impl Executor {
     }
 
     /// Reads the times of a finished frame, if they are of the plan that runs now.
-    fn read_times(&mut self, slot: usize) -> Result<(), ExecuteError> {
+    pub(super) fn read_times(&mut self, slot: usize) -> Result<(), ExecuteError> {
         let slot = &mut self.slots[slot];
         if std::mem::replace(&mut slot.times_read, true) {
             return Ok(());
@@ -514,7 +360,7 @@ impl Executor {
     }
 
     /// Tells the memo what the running plan's sources hold.
-    fn supply_sources(&mut self) {
+    pub(super) fn supply_sources(&mut self) {
         let Some(running) = &mut self.running else { return };
         self.versions.clear();
         self.copies.clear();
@@ -524,7 +370,7 @@ impl Executor {
             }
             if let Some(source) = physical.source() {
                 let version = source.version();
-                // What passes made of it is not what its version says.
+                // A pass has written it, so its version says nothing about its contents.
                 if !physical.is_written() {
                     running.replay.memo.supply(index, version);
                 }
@@ -572,37 +418,4 @@ impl Drop for Executor {
 fn is_poisoned(plan: &Plan, index: usize) -> bool {
     let planned = &plan.resources[index];
     planned.clear.is_some() && !plan.graph.resource(planned.resource).kind.is_cleared()
-}
-
-/// Copies of sources that were due have been filled, or written over in the frame before anybody looked: they are not due again.
-fn note_filled(running: &Prepared, copies: &[usize]) {
-    for &index in copies {
-        if let (Some(filling), Some(version)) = (&running.resources[index].filling, running.replay.memo.copy_due(index))
-        {
-            filling.filled(version);
-        }
-    }
-}
-
-fn count(report: &mut FrameReport, counts: Counts) {
-    report.dispatched = counts.dispatched;
-    report.skipped = counts.skipped;
-    report.idle = counts.idle;
-    report.barriers = counts.barriers;
-    report.clears = counts.clears;
-    report.displayed = counts.displayed;
-}
-
-/// Records nothing.
-struct NullRecorder;
-
-impl super::replay::Recorder for NullRecorder {
-    fn uniforms(&mut self, _: &[u8]) {}
-    fn barrier(&mut self, _: usize) {}
-    fn clear(&mut self, _: usize, _: usize) {}
-    fn copy(&mut self, _: usize) {}
-    fn bind(&mut self, _: usize) {}
-    fn push(&mut self, _: usize, _: &[u8]) {}
-    fn dispatch(&mut self, _: usize) {}
-    fn present(&mut self) {}
 }

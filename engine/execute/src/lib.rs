@@ -12,6 +12,7 @@ mod display;
 mod error;
 mod executor;
 mod fit;
+mod frame;
 mod heartbeat;
 mod inputs;
 mod instrumentation;
