@@ -18,34 +18,63 @@ pub(super) struct ChangeTracker {
     reads: Option<Reads>,
 }
 
-/// The inputs that a graph reads.
+/// Which inputs a graph reads.
 struct Reads {
     graph: Arc<Graph>,
-    builtins: Vec<Builtin>,
+    /// What clears each builtin that it does not read.
+    unread: Vec<Clear>,
     keys: bool,
 }
 
+/// Gives a builtin the value that it has in other builtins.
+type Clear = fn(&mut Builtins, &Builtins);
+
+const INPUTS: [(Builtin, Clear); 8] = [
+    (Builtin::InputButtons, |to, none| to.input_buttons = none.input_buttons),
+    (Builtin::InputPressed, |to, none| to.input_pressed = none.input_pressed),
+    (Builtin::InputDrag, |to, none| to.input_drag = none.input_drag),
+    (Builtin::InputWheel, |to, none| to.input_wheel = none.input_wheel),
+    (Builtin::InputGamepadSticks, |to, none| to.input_gamepad_sticks = none.input_gamepad_sticks),
+    (Builtin::InputGamepadTriggers, |to, none| to.input_gamepad_triggers = none.input_gamepad_triggers),
+    (Builtin::InputGamepadButtons, |to, none| to.input_gamepad_buttons = none.input_gamepad_buttons),
+    (Builtin::InputGamepadPressed, |to, none| to.input_gamepad_pressed = none.input_gamepad_pressed),
+];
+
 impl Reads {
     fn of(graph: &Arc<Graph>) -> Self {
-        let inputs = [
-            Builtin::InputButtons,
-            Builtin::InputPressed,
-            Builtin::InputDrag,
-            Builtin::InputWheel,
-            Builtin::InputGamepadSticks,
-            Builtin::InputGamepadTriggers,
-            Builtin::InputGamepadButtons,
-            Builtin::InputGamepadPressed,
-        ];
+        let is_unread = |input: Builtin| !graph.reads().any(|builtin| builtin == input);
         Self {
             graph: graph.clone(),
-            builtins: inputs.into_iter().filter(|input| graph.reads().any(|builtin| builtin == *input)).collect(),
+            unread: INPUTS.into_iter().filter(|(input, _)| is_unread(*input)).map(|(_, clear)| clear).collect(),
             keys: graph.source_names().contains("input.keys"),
         }
     }
+
+    /// The builtins whose change changes the picture. Time does not count, nor does what earlier frames have left. Nor does an input that
+    /// the graph does not read: a key that moves no camera must not begin a sum again.
+    fn counted(&self, builtins: &Builtins) -> Builtins {
+        let mut counted = Builtins {
+            // The camera of the frame before follows the camera.
+            camera_previous_cell: builtins.camera_cell,
+            camera_previous_frac: builtins.camera_frac,
+            camera_previous_view_to_world: builtins.camera_view_to_world,
+            camera_previous_world_to_view: builtins.camera_world_to_view,
+            frame_index: 0,
+            frame_time: 0.0,
+            frame_delta: 0.0,
+            history_valid: 0,
+            input_time_of_day: 0.0,
+            world_changed_min: [0; 3],
+            world_changed_max: [0; 3],
+            ..*builtins
+        };
+        let none = Builtins::default();
+        self.unread.iter().for_each(|clear| clear(&mut counted, &none));
+        counted
+    }
 }
 
-/// What a frame is told of what has changed.
+/// The builtins that tell a frame about changes.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Changes {
     /// `frame.still`.
@@ -87,58 +116,18 @@ impl ChangeTracker {
     /// Notes a frame, and gives what it is told.
     pub(super) fn note(&mut self, inputs: &Inputs<'_>) -> Changes {
         let Inputs { world, versions, graph, builtins, keys, values, overrides, disabled } = *inputs;
-        // An input that the graph does not read changes nothing: a key that moves no camera must not begin a sum again.
-        if !self.reads.as_ref().is_some_and(|reads| Arc::ptr_eq(&reads.graph, graph)) {
-            self.reads = Some(Reads::of(graph));
-        }
-        let is_read = |builtin| self.reads.as_ref().is_some_and(|reads| reads.builtins.contains(&builtin));
-        let keys = if self.reads.as_ref().is_some_and(|reads| reads.keys) { *keys } else { [0; 24] };
-        // The camera of the frame before follows the camera; time, and what frames before have left, is no change.
-        let mut timeless = Builtins {
-            camera_previous_cell: builtins.camera_cell,
-            camera_previous_frac: builtins.camera_frac,
-            camera_previous_view_to_world: builtins.camera_view_to_world,
-            camera_previous_world_to_view: builtins.camera_world_to_view,
-            frame_index: 0,
-            frame_time: 0.0,
-            frame_delta: 0.0,
-            history_valid: 0,
-            input_time_of_day: 0.0,
-            world_changed_min: [0; 3],
-            world_changed_max: [0; 3],
-            ..*builtins
+        let reads = match &mut self.reads {
+            Some(reads) if Arc::ptr_eq(&reads.graph, graph) => reads,
+            reads => reads.insert(Reads::of(graph)),
         };
-        let none = Builtins::default();
-        if !is_read(Builtin::InputButtons) {
-            timeless.input_buttons = none.input_buttons;
-        }
-        if !is_read(Builtin::InputPressed) {
-            timeless.input_pressed = none.input_pressed;
-        }
-        if !is_read(Builtin::InputDrag) {
-            timeless.input_drag = none.input_drag;
-        }
-        if !is_read(Builtin::InputWheel) {
-            timeless.input_wheel = none.input_wheel;
-        }
-        if !is_read(Builtin::InputGamepadSticks) {
-            timeless.input_gamepad_sticks = none.input_gamepad_sticks;
-        }
-        if !is_read(Builtin::InputGamepadTriggers) {
-            timeless.input_gamepad_triggers = none.input_gamepad_triggers;
-        }
-        if !is_read(Builtin::InputGamepadButtons) {
-            timeless.input_gamepad_buttons = none.input_gamepad_buttons;
-        }
-        if !is_read(Builtin::InputGamepadPressed) {
-            timeless.input_gamepad_pressed = none.input_gamepad_pressed;
-        }
+        let builtins = reads.counted(builtins);
+        let keys = if reads.keys { *keys } else { [0; 24] };
         let Some(last) = &mut self.last else {
             self.last = Some(Last {
                 world: world.clone(),
                 versions,
                 graph: graph.clone(),
-                builtins: timeless,
+                builtins,
                 keys,
                 values: values.to_vec(),
                 overrides: overrides.to_vec(),
@@ -157,7 +146,7 @@ impl ChangeTracker {
         let same = same_world
             && last.versions == versions
             && Arc::ptr_eq(&last.graph, graph)
-            && last.builtins == timeless
+            && last.builtins == builtins
             && last.keys == keys
             && last.values == values
             && last.overrides == overrides
@@ -170,7 +159,7 @@ impl ChangeTracker {
         } else {
             self.now.still = 0;
             // In place: a frame allocates nothing while the numbers of params stay the same.
-            (last.world, last.versions, last.graph, last.builtins) = (world.clone(), versions, graph.clone(), timeless);
+            (last.world, last.versions, last.graph, last.builtins) = (world.clone(), versions, graph.clone(), builtins);
             last.keys = keys;
             last.values.clear();
             last.values.extend_from_slice(values);
