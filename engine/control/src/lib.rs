@@ -4,6 +4,10 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod answer;
+mod describe;
+mod inputs;
+mod read;
+mod refusal;
 mod request;
 
 use std::io::BufRead;
@@ -16,7 +20,8 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
-use self::answer::{Middle, Refusal};
+use self::read::Middle;
+use self::refusal::Refusal;
 use self::request::Request;
 use raxel_terminal::{console, prints};
 

@@ -4,7 +4,7 @@ use raxel_worldfile::CAMERA_FOV;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::answer::Refusal;
+use super::refusal::Refusal;
 
 /// The version of the protocol. A higher one has more requests; none changes its meaning.
 pub(super) const PROTOCOL: u32 = 1;
@@ -22,25 +22,9 @@ pub(super) enum Request {
     /// Chooses the debug target; an empty one is the graph's own.
     Target { target: String },
     /// Moves the camera, or only tells where it is. Degrees and voxels.
-    Camera {
-        name: Option<String>,
-        position: Option<[f64; 3]>,
-        look_at: Option<[f64; 3]>,
-        yaw: Option<f64>,
-        pitch: Option<f64>,
-        fov: Option<f64>,
-    },
+    Camera(CameraMove),
     /// Says what is held and turned from the next frame on, or only tells it. Buttons and keys by their names.
-    Input {
-        cursor: Option<Vec<i32>>,
-        buttons: Option<Vec<String>>,
-        wheel: Option<[f64; 2]>,
-        keys: Option<Vec<String>>,
-        gamepad_sticks: Option<[f64; 4]>,
-        gamepad_triggers: Option<[f64; 2]>,
-        gamepad_buttons: Option<Vec<String>>,
-        time_of_day: Option<f64>,
-    },
+    Input(HeldInputs),
     /// Starts over and records a take.
     Record {},
     /// Ends the take and writes it as a demo.
@@ -122,6 +106,32 @@ pub(super) enum Request {
     Quit {},
 }
 
+/// Where the camera shall be. Absent fields stay as they are; without any, nothing moves.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraMove {
+    pub name: Option<String>,
+    pub position: Option<[f64; 3]>,
+    pub look_at: Option<[f64; 3]>,
+    pub yaw: Option<f64>,
+    pub pitch: Option<f64>,
+    pub fov: Option<f64>,
+}
+
+/// What shall be held. Absent fields stay as they are.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HeldInputs {
+    pub cursor: Option<Vec<i32>>,
+    pub buttons: Option<Vec<String>>,
+    pub wheel: Option<[f64; 2]>,
+    pub keys: Option<Vec<String>>,
+    pub gamepad_sticks: Option<[f64; 4]>,
+    pub gamepad_triggers: Option<[f64; 2]>,
+    pub gamepad_buttons: Option<Vec<String>>,
+    pub time_of_day: Option<f64>,
+}
+
 fn yes() -> bool {
     true
 }
@@ -182,45 +192,54 @@ fn told(value: &Value, error: &serde_json::Error) -> String {
 
 /// Numbers that nothing can be done with are refused here, once.
 fn within(request: Request) -> Result<Request, Refusal> {
-    let refuse = |message: &str| Err(Refusal::new(message));
-    match &request {
-        Request::Step { frames } if !(1..=MOST_FRAMES).contains(frames) => refuse("`frames` must be in 1…100000"),
+    let message = match &request {
+        Request::Step { frames } if !(1..=MOST_FRAMES).contains(frames) => Some("`frames` must be in 1…100000"),
         Request::Resize { size } if size.iter().any(|side| !(1..=16384).contains(side)) => {
-            refuse("both sides of `size` must be in 1…16384")
+            Some("both sides of `size` must be in 1…16384")
         }
         Request::Seek { seconds } | Request::WaitReload { seconds } if !(0.0..=86_400.0).contains(seconds) => {
-            refuse("`seconds` must be in 0…86400")
+            Some("`seconds` must be in 0…86400")
         }
-        Request::Input { cursor: Some(cursor), .. } if ![0, 2].contains(&cursor.len()) => {
-            refuse("`cursor` is [x, y], or [] without a cursor")
+        Request::Input(held) => held.mistake(),
+        Request::Camera(moved) => moved.mistake(),
+        _ => None,
+    };
+    message.map_or(Ok(request), |message| Err(Refusal::new(message)))
+}
+
+impl HeldInputs {
+    fn mistake(&self) -> Option<&'static str> {
+        let exceeds = |axes: &[f64], most: f64| axes.iter().any(|axis| axis.abs() > most);
+        if self.cursor.as_ref().is_some_and(|cursor| ![0, 2].contains(&cursor.len())) {
+            Some("`cursor` is [x, y], or [] without a cursor")
+        } else if self.time_of_day.is_some_and(|seconds| !(0.0..=86_400.0).contains(&seconds)) {
+            Some("`time_of_day` must be in 0…86400")
+        } else if self.wheel.is_some_and(|lines| exceeds(&lines, 1e6)) {
+            Some("`wheel` must be in -1000000…1000000")
+        } else if self.gamepad_sticks.is_some_and(|axes| exceeds(&axes, 1.0)) {
+            Some("`gamepad_sticks` must be in -1…1")
+        } else if self.gamepad_triggers.is_some_and(|axes| axes.iter().any(|axis| !(0.0..=1.0).contains(axis))) {
+            Some("`gamepad_triggers` must be in 0…1")
+        } else {
+            None
         }
-        Request::Input { time_of_day: Some(seconds), .. } if !(0.0..=86_400.0).contains(seconds) => {
-            refuse("`time_of_day` must be in 0…86400")
+    }
+}
+
+impl CameraMove {
+    fn mistake(&self) -> Option<&'static str> {
+        let is_outside = |place: [f64; 3]| !place.iter().all(|x| x.abs() <= 2_147_483_648.0);
+        if self.fov.is_some_and(|fov| !CAMERA_FOV.contains(&fov)) {
+            Some("`fov` must be in 1…179")
+        } else if self.pitch.is_some_and(|pitch| !(-90.0..=90.0).contains(&pitch)) {
+            Some("`pitch` must be in -90…90")
+        } else if self.look_at.is_some() && (self.yaw.is_some() || self.pitch.is_some()) {
+            Some("`look_at` and `yaw` or `pitch` exclude each other")
+        } else if [self.position, self.look_at].into_iter().flatten().any(is_outside) {
+            Some("a position is in -2147483648…2147483648")
+        } else {
+            None
         }
-        Request::Input { wheel: Some(lines), .. } if lines.iter().any(|lines| lines.abs() > 1e6) => {
-            refuse("`wheel` must be in -1000000…1000000")
-        }
-        Request::Input { gamepad_sticks: Some(axes), .. } if axes.iter().any(|axis| axis.abs() > 1.0) => {
-            refuse("`gamepad_sticks` must be in -1…1")
-        }
-        Request::Input { gamepad_triggers: Some(axes), .. } if axes.iter().any(|axis| !(0.0..=1.0).contains(axis)) => {
-            refuse("`gamepad_triggers` must be in 0…1")
-        }
-        Request::Camera { fov: Some(fov), .. } if !CAMERA_FOV.contains(fov) => refuse("`fov` must be in 1…179"),
-        Request::Camera { pitch: Some(pitch), .. } if !(-90.0..=90.0).contains(pitch) => {
-            refuse("`pitch` must be in -90…90")
-        }
-        Request::Camera { look_at: Some(_), yaw, pitch, .. } if yaw.is_some() || pitch.is_some() => {
-            refuse("`look_at` and `yaw` or `pitch` exclude each other")
-        }
-        Request::Camera { position, look_at, .. }
-            if [position, look_at]
-                .iter()
-                .any(|place| place.is_some_and(|place| !place.iter().all(|x| x.abs() <= 2_147_483_648.0))) =>
-        {
-            refuse("a position is in -2147483648…2147483648")
-        }
-        _ => Ok(request),
     }
 }
 

@@ -1,0 +1,144 @@
+//! Reads what frames have left: pictures, texels, bytes of buffers.
+
+use std::path::Path;
+
+use data_encoding::BASE64;
+use raxel_execute::{Captured, Texels};
+use raxel_graph::plan::Present;
+use raxel_output::{Coding, Compression, Output, Pending, PictureFormat, Shot};
+use raxel_runtime::Session;
+use raxel_runtime::debug_target::DebugTarget;
+use raxel_shader::interface::ScalarKind;
+use serde_json::{Value, json};
+
+use super::refusal::Refusal;
+
+/// What was shown right after a pass of the last frame.
+pub(super) struct Middle {
+    of: Present,
+    texels: Texels,
+}
+
+/// The copy that the last frame took.
+pub(super) fn shown_in_the_middle(session: &mut Session) -> Option<Middle> {
+    let copy = session.captured()?.poll().ok().flatten()?;
+    let of = session.debug_target().resolve(session.graph()).ok()?;
+    match copy {
+        Captured::Texels(texels) if of.after.is_some() => Some(Middle { of, texels }),
+        _ => None,
+    }
+}
+
+/// The picture of the last frame.
+pub(super) fn picture(session: &mut Session) -> Result<Value, Refusal> {
+    let picture = session.read_presented()?;
+    Ok(json!({
+        "width": picture.width, "height": picture.height, "channels": 4, "type": "u1",
+        "data": BASE64.encode(&picture.rgba),
+    }))
+}
+
+/// All texels of a target as numbers.
+pub(super) fn texels(session: &mut Session, target: &DebugTarget, middle: Option<&Middle>) -> Result<Value, Refusal> {
+    let texels = texels_of(session, target, middle)?;
+    let (kind, bytes) = numbers(&texels);
+    Ok(json!({
+        "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
+        "format": texels.format.name(), "data": BASE64.encode(&bytes),
+    }))
+}
+
+/// One texel of a target.
+pub(super) fn pixel(
+    session: &mut Session,
+    target: &DebugTarget,
+    [x, y]: [u32; 2],
+    middle: Option<&Middle>,
+) -> Result<Value, Refusal> {
+    let texels = texels_of(session, target, middle)?;
+    if x >= texels.width || y >= texels.height {
+        let (width, height) = (texels.width, texels.height);
+        return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
+    }
+    let (kind, bytes) = numbers(&texels);
+    let channels = texels.format.channels() as usize;
+    let at = (y as usize * texels.width as usize + x as usize) * channels * 4;
+    let words = bytes[at..at + channels * 4].chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]);
+    let bits: Vec<u32> = words.map(u32::from_le_bytes).collect();
+    let values: Vec<Value> = bits.iter().map(|bits| number(kind, *bits)).collect();
+    Ok(json!({ "format": texels.format.name(), "values": values, "bits": bits }))
+}
+
+/// Texels at the end of the last frame, or right after a pass of it.
+fn texels_of(session: &mut Session, target: &DebugTarget, middle: Option<&Middle>) -> Result<Texels, Refusal> {
+    if target.after.is_none() {
+        return Ok(session.read_texels(&target.resource, target.age, target.mip, target.layer)?);
+    }
+    let wanted = target.resolve(session.graph())?;
+    match middle.filter(|middle| middle.of == wanted) {
+        Some(middle) => Ok(middle.texels.clone()),
+        None => Err(Refusal {
+            error: format!("the last frame has no copy of `{target}`"),
+            help: vec![format!(
+                "choose it with `target`, \"{target}\", and run a frame with `step`; a window takes no copies"
+            )],
+        }),
+    }
+}
+
+/// Writes the picture of the last frame to a file.
+pub(super) fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
+    let Output::Single(kind, file) = Output::parse(path, None)? else {
+        return Err(Refusal::new(format!("`{path}` names no single picture")));
+    };
+    let pending = Pending::new(&file)?;
+    let shot = if kind.wants_texels() {
+        let graph = session.graph();
+        let target = session.debug_target();
+        if target.after.is_some() {
+            // The frame has run: its middle is gone.
+            let message =
+                format!("`{target}` is not what the frame ends with, and `{path}` takes texels as they are at the end");
+            let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
+            return Err(Refusal { error: message, help });
+        }
+        let (age, mip, layer) = (target.age, target.mip, target.layer);
+        let shown = if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource };
+        let name = shown.clone();
+        let texels = session.read_texels(&name, age, mip, layer)?;
+        Shot::Texels(vec![(name, texels)])
+    } else {
+        Shot::Picture(session.read_presented()?)
+    };
+    let size = shot.size();
+    let coding = Coding { kind, compression: Compression::default(), quality: 90 };
+    pending.finish(&coding.encode(shot)?)?;
+    Ok(
+        json!({ "path": Path::new(path), "size": size, "kind": match kind { PictureFormat::Jpg => "jpg", other => other.extension() } }),
+    )
+}
+
+/// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
+fn numbers(texels: &Texels) -> (&'static str, Vec<u8>) {
+    let channels = texels.format.channels() as usize;
+    let words = |words: Vec<[u32; 4]>| {
+        words.iter().flat_map(|texel| texel[..channels].iter().flat_map(|word| word.to_le_bytes())).collect()
+    };
+    match (texels.scalar(), texels.integers()) {
+        (ScalarKind::Uint, Some(integers)) => ("u4", words(integers)),
+        (ScalarKind::Int, Some(integers)) => ("i4", words(integers)),
+        _ => ("f4", words(texels.floats().into_iter().map(|texel| texel.map(f32::to_bits)).collect())),
+    }
+}
+
+/// A word as a number of JSON, which has neither NaN nor infinity: those are text.
+fn number(kind: &str, bits: u32) -> Value {
+    match kind {
+        "u4" => bits.into(),
+        "i4" => bits.cast_signed().into(),
+        _ => {
+            let value = f32::from_bits(bits);
+            if value.is_finite() { json!(value) } else { json!(value.to_string()) }
+        }
+    }
+}
