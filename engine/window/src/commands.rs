@@ -9,7 +9,7 @@ use raxel_edit::EditError;
 use raxel_execute::moment::Moment;
 use raxel_graph::checked::{BufferSize, Param, ResourceKind, Value};
 use raxel_output::{self as output, Pending, shown};
-use raxel_panels::view::{Brush, Effect, Sought};
+use raxel_panels::view::{Brush, Effect, Lane, Sought};
 use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -79,27 +79,10 @@ impl Viewer<'_> {
     pub(super) fn perform(&mut self, action: Action, event_loop: &ActiveEventLoop) {
         (self.titled, self.touched) = (None, true);
         match action {
-            Action::Show(shown) => {
-                self.before_peek = None;
-                self.data.peek(&self.session, false);
-                self.select(panel_data::debug_target(&shown));
-            }
-            Action::ShowDefault => {
-                self.before_peek = None;
-                self.data.peek(&self.session, false);
-                self.select(DebugTarget::default());
-            }
-            Action::Peek(Some(shown)) => {
-                self.data.peek(&self.session, true);
-                self.before_peek.get_or_insert_with(|| self.session.debug_target().clone());
-                self.select(panel_data::debug_target(&shown));
-            }
-            Action::Peek(None) => {
-                self.data.peek(&self.session, false);
-                if let Some(target) = self.before_peek.take() {
-                    self.select(target);
-                }
-            }
+            Action::Show(shown) => self.show_target(panel_data::debug_target(&shown)),
+            Action::ShowDefault => self.show_target(DebugTarget::default()),
+            Action::Peek(Some(shown)) => self.peek(panel_data::debug_target(&shown)),
+            Action::Peek(None) => self.end_peek(),
             Action::Display(map) => self.inspector.shows(map),
             Action::Rows(first) => self.inspector.rows(first),
             Action::WriteTable => self.inspector.write(),
@@ -109,10 +92,7 @@ impl Viewer<'_> {
             Action::WriteParams(names, to) => self.write_params(&names, to),
             Action::SavePreset(name) => self.save_preset(&name),
             Action::ApplyPreset(name) => self.apply_preset(&name),
-            Action::DeletePreset(name) => match self.presets.remove(self.session.graph_path(), &name) {
-                Ok(written) => self.note_write([written]),
-                Err(error) => self.warn(error),
-            },
+            Action::DeletePreset(name) => self.delete_preset(&name),
             Action::UndoWrite => self.undo_write(),
             Action::Pin(at) => self.inspector.pin(at),
             Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
@@ -138,48 +118,44 @@ impl Viewer<'_> {
                 self.notice(format!("copied {text}"));
                 self.copy(text);
             }
-            Action::Edit(place) => {
-                let opened = self.editors.open(self.session.project().root(), &place);
-                self.said(opened);
-            }
+            Action::Edit(place) => self.open_editor(&place),
             Action::Cancel => self.cancel(event_loop),
-            Action::CheckBounds(on) => {
-                self.session.check_bounds(on);
-                self.notice(format!("compiling the shaders {} checks of bounds", if on { "with" } else { "without" }));
-            }
-            Action::Seek(seconds) => {
-                self.session.hand_back();
-                self.session.seek(seconds);
-            }
+            Action::CheckBounds(on) => self.check_bounds(on),
+            Action::Seek(seconds) => self.seek(seconds),
             Action::Loop(looped) => self.looped = Some(looped),
             Action::HandBack => self.session.hand_back(),
-            Action::MoveKey { lane, key, to } => {
-                self.write_demo(&format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
-                    demo_keys::with_time(text, &lane, key, to)
-                });
-            }
-            Action::DeleteKey { lane, key } => {
-                self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| {
-                    demo_keys::without_key(text, &lane, key)
-                });
-            }
+            Action::MoveKey { lane, key, to } => self.move_key(&lane, key, to),
+            Action::DeleteKey { lane, key } => self.delete_key(&lane, key),
             Action::RecordKey => self.write_demo("the camera is a key of the demo now", demo_keys::with_camera_key),
-            Action::Camera(name) => match named_camera(self.session.world(), &name) {
-                Ok(camera) => self.go_to(camera),
-                Err(failure) => self.console.failure(&failure),
-            },
+            Action::Camera(name) => self.go_to_named(&name),
             Action::Home => self.go_to(self.home),
-            Action::CopyCamera => {
-                let lines = write_back::camera_lines("camera", self.session.camera());
-                console::data(&lines);
-                self.notice("copied the camera, as lines for a world's file".to_owned());
-                self.copy(lines);
-            }
+            Action::CopyCamera => self.copy_camera(),
             Action::WriteCamera(name) => self.write_camera(&name),
             Action::Speed(voxels) => self.controls.set_speed(voxels),
             Action::Brush(brush) => self.brush = brush,
             Action::Undo => self.undo_world(),
             Action::Redo => self.redo_world(),
+        }
+    }
+
+    /// Shows another target, until a panel asks for another one.
+    fn show_target(&mut self, target: DebugTarget) {
+        self.before_peek = None;
+        self.data.peek(&self.session, false);
+        self.select(target);
+    }
+
+    /// Shows another target until [`Self::end_peek`].
+    fn peek(&mut self, target: DebugTarget) {
+        self.data.peek(&self.session, true);
+        self.before_peek.get_or_insert_with(|| self.session.debug_target().clone());
+        self.select(target);
+    }
+
+    fn end_peek(&mut self) {
+        self.data.peek(&self.session, false);
+        if let Some(target) = self.before_peek.take() {
+            self.select(target);
         }
     }
 
@@ -240,6 +216,35 @@ impl Viewer<'_> {
         self.session.set_camera(camera);
     }
 
+    fn go_to_named(&mut self, name: &str) {
+        match named_camera(self.session.world(), name) {
+            Ok(camera) => self.go_to(camera),
+            Err(failure) => self.console.failure(&failure),
+        }
+    }
+
+    fn copy_camera(&mut self) {
+        let lines = write_back::camera_lines("camera", self.session.camera());
+        console::data(&lines);
+        self.notice("copied the camera, as lines for a world's file".to_owned());
+        self.copy(lines);
+    }
+
+    fn seek(&mut self, seconds: f64) {
+        self.session.hand_back();
+        self.session.seek(seconds);
+    }
+
+    fn check_bounds(&mut self, on: bool) {
+        self.session.check_bounds(on);
+        self.notice(format!("compiling the shaders {} checks of bounds", if on { "with" } else { "without" }));
+    }
+
+    fn open_editor(&mut self, place: &str) {
+        let opened = self.editors.open(self.session.project().root(), place);
+        self.said(opened);
+    }
+
     /// Gives up the pass that the device works on, if it has worked on it for long.
     fn cancel(&mut self, event_loop: &ActiveEventLoop) {
         if self.busy.take().is_none() {
@@ -287,6 +292,13 @@ impl Viewer<'_> {
                 self.note_write([written]);
                 self.notice(format!("kept the values as `{name}`"));
             }
+            Err(error) => self.warn(error),
+        }
+    }
+
+    fn delete_preset(&mut self, name: &str) {
+        match self.presets.remove(self.session.graph_path(), name) {
+            Ok(written) => self.note_write([written]),
             Err(error) => self.warn(error),
         }
     }
@@ -376,6 +388,16 @@ impl Viewer<'_> {
             }
             Err(error) => self.warn(error),
         }
+    }
+
+    fn move_key(&mut self, lane: &Lane, key: usize, to: f64) {
+        self.write_demo(&format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
+            demo_keys::with_time(text, lane, key, to)
+        });
+    }
+
+    fn delete_key(&mut self, lane: &Lane, key: usize) {
+        self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| demo_keys::without_key(text, lane, key));
     }
 
     /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
