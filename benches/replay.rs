@@ -16,8 +16,7 @@ use raxel_execute::{
     Builtins, DeviceMemory, Executor, ExecutorOptions, FrameInputs, Recorder, Replay, Sources, limits,
 };
 use raxel_gpu::{Device, DeviceOptions};
-use raxel_graph::checked::Fact;
-use raxel_graph::plan::{Observe, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Plan, PlanInput};
 use raxel_shader::Compiler;
 use vk_graph::driver::ash::vk;
 use vk_graph::driver::compute::{ComputePipeline, ComputePipelineInfo};
@@ -64,21 +63,9 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
     let mut texts = SourceMap::default();
     let (graph, _) = raxel_graphfile::compile("graphs/chain.toml", &*files, &compiler, &Vec::new(), &mut texts)
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
-    let facts = |_: &Fact| true;
-    let input = PlanInput {
-        output: [EXTENT, EXTENT],
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
-        pinned: &[],
-        observe: Observe::Shown,
-        facts: &facts,
-        counts: &[],
-        sources: &BTreeMap::new(),
-        world: WorldInput::ON_PAPER,
-        memory: &DeviceMemory(device.clone()),
-        alias: true,
-        poison: false,
-        limits: limits(device),
-    };
+    let (sources, memory) = (BTreeMap::new(), DeviceMemory(device.clone()));
+    let paper = PlanInput::on_paper(&graph, [EXTENT, EXTENT], &sources);
+    let input = PlanInput { memory: &memory, limits: limits(device), ..paper };
     let plan = raxel_graph::plan(Arc::new(graph), &input).unwrap_or_else(|errors| panic!("{errors:#?}"));
     assert_eq!(plan.passes.len(), PASSES);
     Arc::new(plan)

@@ -1,6 +1,6 @@
 //! Operations of edits: plain data of integers.
 
-use raxel_generate::Placed;
+use raxel_generate::{Placed, Shape};
 use raxel_world::{AIR, Bounds, ChunkPos, MaterialIndex, Mode, Orientation, Placement};
 use serde::{Deserialize, Serialize};
 
@@ -213,9 +213,9 @@ impl Operation {
                 Bounds { min, max: min.map(|c| c + 1) }
             }
             Self::Box { bounds, .. } | Self::Restore { bounds } => *bounds,
-            Self::Sphere { center, radius, .. } => Ball { center: *center, radius: *radius }.reach(),
+            Self::Sphere { center, radius, .. } => Ball { center: *center, radius: *radius }.bounds(),
             Self::Cylinder { axis, base, radius, height, .. } => {
-                Pillar { axis: usize::from(*axis), base: *base, radius: *radius, height: *height }.reach()
+                Pillar { axis: usize::from(*axis), base: *base, radius: *radius, height: *height }.bounds()
             }
             Self::Model { model, position, .. } => {
                 let placement = self.placement().unwrap_or(Placement::IDENTITY);

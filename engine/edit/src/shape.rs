@@ -22,7 +22,7 @@ fn near_far(first: i64, edge: i64, from: i64) -> [i64; 2] {
 }
 
 /// The first voxel that may be within a radius of a position, and one past the last.
-fn streaming_range(position: i64, radius: u32) -> [i64; 2] {
+fn reach(position: i64, radius: u32) -> [i64; 2] {
     let radius = i64::from(radius);
     [(position - radius).div_euclid(UNIT), (position + radius).div_euclid(UNIT) + 1]
 }
@@ -36,16 +36,10 @@ pub(crate) struct Ball {
     pub(crate) radius: u32,
 }
 
-impl Ball {
-    pub(crate) fn reach(&self) -> Bounds {
-        let ends = self.center.map(|c| streaming_range(c, self.radius));
-        Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
-    }
-}
-
 impl Shape for Ball {
     fn bounds(&self) -> Bounds {
-        self.reach()
+        let ends = self.center.map(|c| reach(c, self.radius));
+        Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
     }
 
     fn span(&self, min: [i64; 3], edge: i64) -> Span3 {
@@ -61,10 +55,6 @@ impl Shape for Ball {
         } else {
             Span3::Both
         }
-    }
-
-    fn contains(&self, cell: [i64; 3]) -> bool {
-        self.span(cell, 1) == Span3::Inside
     }
 }
 
@@ -86,18 +76,13 @@ impl Pillar {
         let foot = self.base[self.axis].div_euclid(UNIT);
         [foot, foot + i64::from(self.height)]
     }
-
-    pub(crate) fn reach(&self) -> Bounds {
-        let ends: [[i64; 2]; 3] = std::array::from_fn(|i| {
-            if i == self.axis { self.layers() } else { streaming_range(self.base[i], self.radius) }
-        });
-        Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
-    }
 }
 
 impl Shape for Pillar {
     fn bounds(&self) -> Bounds {
-        self.reach()
+        let ends: [[i64; 2]; 3] =
+            std::array::from_fn(|i| if i == self.axis { self.layers() } else { reach(self.base[i], self.radius) });
+        Bounds { min: ends.map(|end| end[0]), max: ends.map(|end| end[1]) }
     }
 
     fn span(&self, min: [i64; 3], edge: i64) -> Span3 {
@@ -115,10 +100,6 @@ impl Shape for Pillar {
         } else {
             Span3::Both
         }
-    }
-
-    fn contains(&self, cell: [i64; 3]) -> bool {
-        self.span(cell, 1) == Span3::Inside
     }
 }
 

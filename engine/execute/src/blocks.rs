@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use raxel_graph::checked::{Builtin, ClockId, ClockValue, Fill, ParamId, PassId, Source, Value};
+use raxel_graph::checked::{Builtin, ClockId, ClockValue, Fill, ParamId, PassId, Value, ValueOrigin};
 use raxel_graph::plan::{CopySelector, Plan, Step};
 use raxel_shader::interface::ByteRanges;
 
@@ -101,13 +101,13 @@ impl Blocks {
             let pass = plan.graph.pass(planned.pass);
             let interface = &pass.shader.interface;
             let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 });
-            let turn = |clock: ClockId| step.map_or(CopySelector::After(clock), |step| plan.clock_at(step, clock));
+            let selector = |clock: ClockId| step.map_or(CopySelector::After(clock), |step| plan.clock_at(step, clock));
             let push = end..end + interface.push.as_ref().map_or(0, |block| block.size) as usize;
             end = push.end;
-            blocks.add(plan, turn, &pass.push, &push);
+            blocks.add(plan, selector, &pass.push, &push);
             blocks.passes[index].reads.extend(within(&push, &interface.push_reads));
             for (block, place) in pass.uniforms.iter().zip(blocks.passes[index].uniforms.clone()) {
-                blocks.add(plan, turn, &block.fills, &place.bytes());
+                blocks.add(plan, selector, &block.fills, &place.bytes());
                 let reads = &interface.bindings[place.binding as usize].reads;
                 blocks.passes[index].reads.extend(within(&place.bytes(), reads));
             }
@@ -121,17 +121,17 @@ impl Blocks {
         blocks
     }
 
-    fn add(&mut self, plan: &Plan, turn: impl Fn(ClockId) -> CopySelector, fills: &[Fill], block: &Range<usize>) {
+    fn add(&mut self, plan: &Plan, selector: impl Fn(ClockId) -> CopySelector, fills: &[Fill], block: &Range<usize>) {
         for fill in fills {
             let from = match fill.from {
-                Source::Param(param) => ChangingSource::Param(param),
-                Source::Builtin(builtin) => ChangingSource::Builtin(builtin),
-                Source::Clock(clock, value) => ChangingSource::Clock(turn(clock), value),
-                Source::Value(_)
-                | Source::ExtentOf(_)
-                | Source::CountOf(_)
-                | Source::Material(_)
-                | Source::Round(_) => {
+                ValueOrigin::Param(param) => ChangingSource::Param(param),
+                ValueOrigin::Builtin(builtin) => ChangingSource::Builtin(builtin),
+                ValueOrigin::Clock(clock, value) => ChangingSource::Clock(selector(clock), value),
+                ValueOrigin::Value(_)
+                | ValueOrigin::ExtentOf(_)
+                | ValueOrigin::CountOf(_)
+                | ValueOrigin::Material(_)
+                | ValueOrigin::Round(_) => {
                     let value = plan.constant(&fill.from).unwrap_or(Value::U32(0));
                     self.constants.push((block.clone(), Member::of(fill), value));
                     continue;
@@ -156,7 +156,7 @@ impl Blocks {
         for changing in &self.changing {
             let value = match changing.from {
                 ChangingSource::Builtin(builtin) => inputs.builtins.value(builtin),
-                ChangingSource::Clock(turn, value) => ticks.value(turn, value),
+                ChangingSource::Clock(selector, value) => ticks.value(selector, value),
                 ChangingSource::Param(param) => {
                     let default = || plan.graph.params.get(param.0 as usize).map(|param| &param.default);
                     inputs.params.get(param.0 as usize).or_else(default).copied().unwrap_or(Value::U32(0))

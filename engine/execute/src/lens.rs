@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Location, Recording, Resource, vk,
+    Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Location, Recording, Resource,
+    Sampling, vk,
 };
 use raxel_graph::checked::{Display, Interval, ResourceKind};
 use raxel_graph::plan::{CopySelector, Lifetime, Present, ResourceDesc, Step};
@@ -119,9 +120,10 @@ struct Compared {
 
 /// Copies a target of the running plan to a reference, before the debug target is shown.
 pub(super) struct Filler {
-    /// Index of the target into the plan's resources, and by what its copies turn.
+    /// Index of the target into the plan's resources.
     resource: usize,
-    turn: CopySelector,
+    /// Selects its current copy.
+    selector: CopySelector,
     age: u32,
     pipeline: Arc<ComputePipeline>,
     /// For each copy of the target.
@@ -242,7 +244,7 @@ impl Filler {
             _ => vk::ImageViewType::TYPE_2D_ARRAY,
         };
         let physical = &running.resources[resource];
-        let sampler = shared.pipelines.sampler(device, false, false)?;
+        let sampler = shared.pipelines.sampler(device, Sampling::default())?;
         let mut sources = Vec::new();
         for image in (0..physical.count() as usize).filter_map(|copy| physical.image(copy)) {
             if !image.info().usage.contains(vk::ImageUsageFlags::SAMPLED) {
@@ -261,7 +263,7 @@ impl Filler {
         let step = plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0);
         let filler = Filler {
             resource,
-            turn: plan.turn(step, part.resource),
+            selector: plan.selector(step, part.resource),
             age: part.age,
             pipeline,
             sets,
@@ -282,7 +284,7 @@ impl Filler {
         running: &Prepared,
         rotation: impl Fn(CopySelector) -> u64,
     ) {
-        let copy = copy_of(rotation(self.turn), self.age, running.resources[self.resource].count());
+        let copy = copy_of(rotation(self.selector), self.age, running.resources[self.resource].count());
         recording.barrier(&Barrier::full());
         recording.bind(&self.pipeline, &self.sets[copy]);
         recording.push(&self.pipeline, bytemuck::bytes_of(&self.push));

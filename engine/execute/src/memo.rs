@@ -47,7 +47,7 @@ struct Slot {
 struct SlotAccess {
     slot: u32,
     age: u32,
-    turn: CopySelector,
+    selector: CopySelector,
     /// Index in `Memo::content` of mip 0 of the copy that it is about in this frame.
     base: usize,
     mips: (u32, u32),
@@ -120,7 +120,7 @@ const MADE_UP: Digest = 0xf0 << 64;
 const SUPPLIED: Digest = 0x50 << 64;
 
 impl Memo {
-    /// For a plan of which nothing is in place yet but the `init` contents.
+    /// For a plan whose resources have only their `init` contents.
     #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its steps and resources in 32 bits")]
     pub fn new(plan: &Plan) -> Memo {
         let index_of = |resource| plan.resources.iter().position(|r| r.resource == resource);
@@ -142,13 +142,13 @@ impl Memo {
                 let mips = memo.slots[slot as usize].mips;
                 let first = part.first.min(mips - 1);
                 let count = if part.count == 0 { mips - first } else { part.count.min(mips - first) };
-                let turn = plan.turn(step, resource);
+                let selector = plan.selector(step, resource);
                 let (reads, writes) = (access.reads(), access.writes());
                 let whole = match &plan.resources[slot as usize].desc {
                     ResourceDesc::Image(image) => layers.first == 0 && [0, image.layers].contains(&layers.count),
                     _ => true,
                 };
-                Some(SlotAccess { slot, age, turn, base: 0, mips: (first, count), whole, reads, writes, seen: 0 })
+                Some(SlotAccess { slot, age, selector, base: 0, mips: (first, count), whole, reads, writes, seen: 0 })
             };
             let (maker, accesses): (_, Vec<SlotAccess>) = match kind {
                 Step::Barrier(_) => continue,
@@ -300,7 +300,7 @@ impl Memo {
         for node in &mut self.nodes {
             for access in &mut node.accesses {
                 let slot = &self.slots[access.slot as usize];
-                access.base = slot.base(ticks.rotation(frame, access.turn), access.age);
+                access.base = slot.base(ticks.rotation(frame, access.selector), access.age);
             }
         }
     }

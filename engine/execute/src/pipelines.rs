@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use raxel_gpu::{ComputePipeline, Device, DeviceKind, PipelineInfo, Sampler, Slot, vk};
+use raxel_gpu::{ComputePipeline, DescriptorSlot, Device, DeviceKind, PipelineInfo, Sampler, Sampling, vk};
 use raxel_graph::checked::{Pass, Value};
 use raxel_graph::plan::{PassPlan, Plan};
 use raxel_shader::Shader;
@@ -35,7 +35,7 @@ const BYTES_PER_SPIRV_BYTE: u64 = 48;
 pub(super) struct Pipelines {
     passes: Mutex<Retained<PipelineKey, ComputePipeline>>,
     displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,
-    samplers: Mutex<HashMap<(bool, bool), Arc<Sampler>>>,
+    samplers: Mutex<HashMap<Sampling, Arc<Sampler>>>,
     making: Making,
 }
 
@@ -60,18 +60,13 @@ impl Pipelines {
     }
 
     /// A sampler.
-    pub(super) fn sampler(
-        &self,
-        device: &Arc<Device>,
-        linear: bool,
-        repeat: bool,
-    ) -> Result<Arc<Sampler>, ExecuteError> {
+    pub(super) fn sampler(&self, device: &Arc<Device>, sampling: Sampling) -> Result<Arc<Sampler>, ExecuteError> {
         let mut samplers = lock(&self.samplers);
-        if let Some(sampler) = samplers.get(&(linear, repeat)) {
+        if let Some(sampler) = samplers.get(&sampling) {
             return Ok(sampler.clone());
         }
-        let sampler = Arc::new(Sampler::new(device, linear, repeat)?);
-        samplers.insert((linear, repeat), sampler.clone());
+        let sampler = Arc::new(Sampler::new(device, sampling)?);
+        samplers.insert(sampling, sampler.clone());
         Ok(sampler)
     }
 
@@ -211,7 +206,7 @@ fn make_pipeline(
     shader: &Shader,
     (specialization, subgroup_size): (&[(u32, u32)], Option<u32>),
 ) -> raxel_gpu::Result<ComputePipeline> {
-    let slots: Vec<Slot> = shader
+    let slots: Vec<DescriptorSlot> = shader
         .interface
         .bindings
         .iter()
@@ -223,9 +218,9 @@ fn make_pipeline(
                 BindingKind::UniformBuffer(_) => vk::DescriptorType::UNIFORM_BUFFER,
                 BindingKind::Unsupported(_) => return None,
             };
-            Some(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
+            Some(DescriptorSlot { set: binding.set, binding: binding.binding, ty, count: binding.count.max(1) })
         })
-        .chain(shader.interface.prints.iter().map(|prints| Slot {
+        .chain(shader.interface.prints.iter().map(|prints| DescriptorSlot {
             set: 0,
             binding: prints.binding,
             ty: vk::DescriptorType::STORAGE_BUFFER,

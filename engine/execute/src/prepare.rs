@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Resource,
-    vk,
+    Sampling, vk,
 };
 use raxel_graph::checked::{BoundAccess, Dispatch, Interval, Usage};
 use raxel_graph::plan::{CopySelector, Plan, SourceUpdates, Step};
@@ -71,7 +71,7 @@ pub(super) struct PreparedPass {
 
 pub(super) enum Groups {
     Direct([u32; 3]),
-    /// Copies of the argument buffer, age, by what they turn, byte offset.
+    /// Copies of the argument buffer, age, the selector of the current copy, byte offset.
     Indirect(Vec<Arc<Buffer>>, u32, CopySelector, u64),
 }
 
@@ -86,7 +86,7 @@ pub(super) struct PreparedDisplay {
     /// Index of the debug target into the plan's resources.
     pub(super) resource: Option<usize>,
     pub(super) age: u32,
-    pub(super) turn: CopySelector,
+    pub(super) selector: CopySelector,
     pub(super) push: display::Push,
     pub(super) groups: [u32; 3],
     pub(super) picture: Arc<PictureImage>,
@@ -239,9 +239,10 @@ impl Builder {
         let pipeline = self.shared.pipelines.of_pass(&self.shared.device, pass, &planned.specialization)?;
         // Descriptors name physical copies, so there is a set for every way the copies it touches can stand.
         let step = plan.steps.iter().position(|step| *step == Step::Dispatch { pass: index as u32 }).unwrap_or(0);
-        let turn = |access: &BoundAccess| plan.turn(step, access.resource);
-        let turns = pass.accesses.iter().filter_map(|a| Some((turn(a), u64::from(physical(a)?.count().max(1)))));
-        let rotations = Rotations::of(turns);
+        let selector = |access: &BoundAccess| plan.selector(step, access.resource);
+        let selectors =
+            pass.accesses.iter().filter_map(|a| Some((selector(a), u64::from(physical(a)?.count().max(1)))));
+        let rotations = Rotations::of(selectors);
         let frames = if pass.uniforms.is_empty() { 1 } else { FRAMES };
         let places = replay.uniform_places(index);
         let mut sets = Vec::new();
@@ -252,7 +253,7 @@ impl Builder {
                     let mut bound = Vec::new();
                     for access in pass.accesses.iter().filter(|access| access.binding == Some(b as u32)) {
                         if let Some(physical) = physical(access) {
-                            let rotation = rotations.rotation(way, turn(access));
+                            let rotation = rotations.rotation(way, selector(access));
                             bound.extend(self.element(physical, access, binding, rotation)?);
                         }
                     }
@@ -275,8 +276,13 @@ impl Builder {
                 let arguments = pass.accesses.iter().find(of);
                 let physical = arguments.and_then(physical);
                 let copies = physical.map(|p| (0..p.count()).filter_map(|c| p.buffer(c as usize).cloned()).collect());
-                let turn = arguments.map_or(CopySelector::Frame, turn);
-                Groups::Indirect(copies.unwrap_or_default(), arguments.map_or(0, |access| access.age), turn, *offset)
+                let selector = arguments.map_or(CopySelector::Frame, selector);
+                Groups::Indirect(
+                    copies.unwrap_or_default(),
+                    arguments.map_or(0, |access| access.age),
+                    selector,
+                    *offset,
+                )
             }
             (_, groups) => Groups::Direct(groups.unwrap_or([0; 3])),
         };
@@ -312,12 +318,14 @@ impl Builder {
             }
             BindingKind::SampledImage { dim, arrayed, .. } => {
                 let view = physical::view(device, image, view_type(*dim, *arrayed), access.mips, access.layers)?;
-                let (linear, repeat) = access.sampler.map_or((false, false), |s| (s.linear, s.repeat));
-                let filtered = physical.format().filter(|_| linear);
+                let sampling = access
+                    .sampler
+                    .map_or_else(Sampling::default, |of| Sampling { linear: of.linear, repeat: of.repeat });
+                let filtered = physical.format().filter(|_| sampling.linear);
                 if let Some(error) = filtered.and_then(|format| fit::linear(device, &physical.name, format)) {
                     return Err(error);
                 }
-                Ok(Some(Resource::SampledImage(view, self.shared.pipelines.sampler(device, linear, repeat)?)))
+                Ok(Some(Resource::SampledImage(view, self.shared.pipelines.sampler(device, sampling)?)))
             }
             BindingKind::StorageBuffer(_) | BindingKind::UniformBuffer(_) | BindingKind::Unsupported(_) => Ok(None),
         }
@@ -351,7 +359,7 @@ impl Builder {
                             _ => vk::ImageViewType::TYPE_2D_ARRAY,
                         };
                         let view = physical::view(device, image, ty, Interval::one(shown.mip), Interval::ALL)?;
-                        Resource::SampledImage(view, self.shared.pipelines.sampler(device, false, false)?)
+                        Resource::SampledImage(view, self.shared.pipelines.sampler(device, Sampling::default())?)
                     }
                     (None, Some(buffer)) => Resource::whole(buffer),
                     (None, None) => return Err(ExecuteError::NotLive { resource: physical.name.clone() }),
@@ -373,7 +381,8 @@ impl Builder {
             variant,
             resource: plan.resources.iter().position(|planned| planned.resource == shown.resource),
             age: shown.age,
-            turn: plan.turn(plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0), shown.resource),
+            selector: plan
+                .selector(plan.steps.iter().position(|step| *step == Step::Present).unwrap_or(0), shown.resource),
             push,
             groups: [plan.output[0].div_ceil(display::GROUP), plan.output[1].div_ceil(display::GROUP), 1],
             picture,

@@ -39,8 +39,8 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
 }
 
 impl DeviceRecorder<'_, '_, '_> {
-    fn rotation(&self, turn: CopySelector) -> u64 {
-        self.prepared.replay.ticks.rotation(self.frame, turn)
+    fn rotation(&self, selector: CopySelector) -> u64 {
+        self.prepared.replay.ticks.rotation(self.frame, selector)
     }
 
     /// Leaves a crash marker: a pass begins, or has finished.
@@ -71,7 +71,7 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
         let physical = &self.prepared.resources[resource];
         let plan = self.prepared.replay.plan();
         let planned = &plan.resources[resource];
-        let copy = copy_of(self.rotation(plan.turn(step, planned.resource)), 0, physical.count());
+        let copy = copy_of(self.rotation(plan.selector(step, planned.resource)), 0, physical.count());
         if let Some(clear) = planned.clear {
             fill(self.recording, physical, copy, clear);
         }
@@ -99,7 +99,7 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
         }
         self.mark(pass, false);
         let each = prepared.sets.len() as u64 / prepared.rotations.count();
-        let set = prepared.rotations.way(|turn| self.rotation(turn)) * each + self.slot as u64 % each;
+        let set = prepared.rotations.way(|selector| self.rotation(selector)) * each + self.slot as u64 % each;
         self.recording.bind(&prepared.pipeline, &prepared.sets[set as usize]);
     }
 
@@ -114,8 +114,8 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
     fn dispatch(&mut self, pass: usize) {
         match &self.prepared.passes[pass].groups {
             Groups::Direct(groups) => self.recording.dispatch(*groups),
-            Groups::Indirect(copies, age, turn, offset) => {
-                if let Some(buffer) = copies.get(copy_of(self.rotation(*turn), *age, copies.len() as u32)) {
+            Groups::Indirect(copies, age, selector, offset) => {
+                if let Some(buffer) = copies.get(copy_of(self.rotation(*selector), *age, copies.len() as u32)) {
                     self.recording.dispatch_indirect(buffer, *offset);
                 }
             }
@@ -128,7 +128,7 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
         self.recording.end_label();
         if let Some(making) = &mut self.thumbnails {
             let ticks = &self.prepared.replay.ticks;
-            making.record(self.recording, self.prepared, pass, |turn| ticks.rotation(self.frame, turn));
+            making.record(self.recording, self.prepared, pass, |selector| ticks.rotation(self.frame, selector));
         }
     }
 
@@ -139,11 +139,11 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
     fn present(&mut self) {
         if let Some(filler) = self.filler {
             let ticks = &self.prepared.replay.ticks;
-            filler.record(self.recording, self.prepared, |turn| ticks.rotation(self.frame, turn));
+            filler.record(self.recording, self.prepared, |selector| ticks.rotation(self.frame, selector));
         }
         let display = &self.prepared.display;
         self.recording.barrier(&display.before);
-        let set = copy_of(self.rotation(display.turn), display.age, self.display_sets.len() as u32);
+        let set = copy_of(self.rotation(display.selector), display.age, self.display_sets.len() as u32);
         self.recording.bind(&display.pipeline, &self.display_sets[set]);
         self.recording.push(&display.pipeline, bytemuck::bytes_of(&self.display));
         self.recording.dispatch(display.groups);

@@ -252,8 +252,8 @@ impl Replay {
 
     /// The number that rotates the copies of a resource as the decided frame leaves it behind.
     pub(super) fn rotation_after(&self, frame: u64, resource: ResourceId) -> u64 {
-        let turn = self.plan.graph.resource(resource).clock.map_or(CopySelector::Frame, CopySelector::After);
-        self.ticks.rotation(frame, turn)
+        let selector = self.plan.graph.resource(resource).clock.map_or(CopySelector::Frame, CopySelector::After);
+        self.ticks.rotation(frame, selector)
     }
 
     /// What becomes of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.

@@ -2,18 +2,18 @@
 
 use raxel_graph::plan::CopySelector;
 
-/// The ways in which the copies that a pass touches can stand: by what they turn, and after how many turns they stand as before. There are
-/// as many ways as the product of those numbers.
+/// The combinations of copies that a pass can touch. Each selector comes with its period: after so many steps of its counter, it selects the
+/// same copies again. There are as many ways as the product of the periods.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rotations(Vec<(CopySelector, u64)>);
 
 impl Rotations {
-    pub(super) fn of(turns: impl Iterator<Item = (CopySelector, u64)>) -> Rotations {
+    pub(super) fn of(selectors: impl Iterator<Item = (CopySelector, u64)>) -> Rotations {
         let mut rotations: Vec<(CopySelector, u64)> = Vec::new();
-        for (turn, copies) in turns {
-            match rotations.iter_mut().find(|(known, _)| *known == turn) {
+        for (selector, copies) in selectors {
+            match rotations.iter_mut().find(|(known, _)| *known == selector) {
                 Some((_, period)) => *period = lcm(*period, copies),
-                None => rotations.push((turn, copies)),
+                None => rotations.push((selector, copies)),
             }
         }
         Rotations(rotations)
@@ -24,15 +24,15 @@ impl Rotations {
         self.0.iter().map(|(_, period)| period).product()
     }
 
-    /// Which way it is, where `rotation` gives the number of each turn.
+    /// Which way it is, where `rotation` gives the counter of each selector.
     pub(super) fn way(&self, rotation: impl Fn(CopySelector) -> u64) -> u64 {
-        self.0.iter().fold(0, |way, &(turn, period)| way * period + rotation(turn) % period)
+        self.0.iter().fold(0, |way, &(selector, period)| way * period + rotation(selector) % period)
     }
 
-    /// A number of that turn in one of the ways.
+    /// The counter of a selector in one of the ways.
     pub(super) fn rotation(&self, mut way: u64, of: CopySelector) -> u64 {
-        for &(turn, period) in self.0.iter().rev() {
-            if turn == of {
+        for &(selector, period) in self.0.iter().rev() {
+            if selector == of {
                 return way % period;
             }
             way /= period;
@@ -80,7 +80,7 @@ mod tests {
         let mut seen = [false; 18];
         for frame in 0..6 {
             for tick in 100..103 {
-                let way = rotations.way(|turn| if turn == after { tick } else { frame });
+                let way = rotations.way(|selector| if selector == after { tick } else { frame });
                 assert!(!std::mem::replace(&mut seen[way as usize], true));
                 assert_eq!(rotations.rotation(way, CopySelector::Frame), frame % 6);
                 assert_eq!(rotations.rotation(way, after), tick % 3);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use raxel_gpu::{
     Backing, Barrier, Buffer, BufferInfo, ComputePipeline, Descriptors, Device, Image, ImageInfo, Location, Readback,
-    Recording, Resource, TimelineValue, vk,
+    Recording, Resource, Sampling, TimelineValue, vk,
 };
 use raxel_graph::checked::{Interval, ResourceId, ResourceKind};
 use raxel_graph::plan::{CopySelector, Plan, ResourceDesc, Step};
@@ -52,9 +52,10 @@ pub(super) struct Thumbnails {
 struct Node {
     pass: usize,
     access: usize,
-    /// Index of the target into the plan's resources, and by what its copies turn where the pass is.
+    /// Index of the target into the plan's resources.
     resource: usize,
-    turn: CopySelector,
+    /// Selects its current copy where the pass is.
+    selector: CopySelector,
     pipeline: Arc<ComputePipeline>,
     /// For each copy of the target.
     sets: Vec<Descriptors>,
@@ -161,7 +162,7 @@ impl Node {
         };
         let physical = &running.resources[resource];
         let pipeline = shared.pipelines.display(device, variant)?;
-        let sampler = shared.pipelines.sampler(device, false, false)?;
+        let sampler = shared.pipelines.sampler(device, Sampling::default())?;
         let mut sources = Vec::new();
         for source in (0..physical.count() as usize).filter_map(|copy| physical.image(copy)) {
             if !source.info().usage.contains(vk::ImageUsageFlags::SAMPLED) {
@@ -172,11 +173,11 @@ impl Node {
         }
         let target = physical::view(device, image, vk::ImageViewType::TYPE_2D, Interval::one(0), Interval::one(0))?;
         let sets = display_sets(device, &pipeline, &sources, &Resource::StorageImage(target), none)?;
-        let turn = plan.turn(step, of);
+        let selector = plan.selector(step, of);
         let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
         let mut accesses = plan.graph.pass(plan.passes[pass].pass).accesses.iter();
         let repeats = accesses.all(|bound| !bound.access.writes() || is_target(bound.resource));
-        Ok(Some(Node { pass, access, resource, turn, pipeline, sets, push, size, repeats, made: None }))
+        Ok(Some(Node { pass, access, resource, selector, pipeline, sets, push, size, repeats, made: None }))
     }
 }
 
@@ -226,7 +227,7 @@ impl Making<'_> {
             };
             self.thumbnails.initialized = true;
             recording.barrier(&before);
-            let copy = copy_of(rotation(node.turn), 0, running.resources[node.resource].count());
+            let copy = copy_of(rotation(node.selector), 0, running.resources[node.resource].count());
             recording.bind(&node.pipeline, &node.sets[copy]);
             recording.push(&node.pipeline, bytemuck::bytes_of(&node.push));
             recording.dispatch([node.size[0].div_ceil(display::GROUP), node.size[1].div_ceil(display::GROUP), 1]);

@@ -87,7 +87,7 @@ impl Ticks {
         }
     }
 
-    /// Goes on where clocks of the same names have got to, so that what they turn keeps its order across a swap of plans.
+    /// Goes on where clocks of the same names have got to, so that the copies that they select keep their order across a swap of plans.
     pub fn carry(&mut self, old: &Ticks) {
         for clock in &mut self.clocks {
             let Some(before) = old.clocks.iter().find(|before| before.name == clock.name) else { continue };
@@ -103,8 +103,8 @@ impl Ticks {
     }
 
     /// The number that rotates what is counted that way.
-    pub fn rotation(&self, frame: u64, turn: CopySelector) -> u64 {
-        let (clock, ticks) = match turn {
+    pub fn rotation(&self, frame: u64, selector: CopySelector) -> u64 {
+        let (clock, ticks) = match selector {
             CopySelector::Frame => return frame,
             CopySelector::Before(clock) => (clock, 0),
             CopySelector::Tick(clock, tick) => (clock, u64::from(tick) + 1),
@@ -115,13 +115,13 @@ impl Ticks {
 
     /// What `clock.NAME.…` is where the clock stands like that.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
-    pub fn value(&self, turn: CopySelector, value: ClockValue) -> Value {
-        let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = turn else {
+    pub fn value(&self, selector: CopySelector, value: ClockValue) -> Value {
+        let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = selector else {
             return Value::U32(0);
         };
         let state = &self.clocks[clock.0 as usize];
         match value {
-            ClockValue::Tick => Value::U32(self.rotation(0, turn).saturating_sub(ORIGIN) as u32),
+            ClockValue::Tick => Value::U32(self.rotation(0, selector).saturating_sub(ORIGIN) as u32),
             ClockValue::Delta => {
                 let (ticks, seconds) = state.rate.parts();
                 Value::F32((seconds as f64 / ticks as f64) as f32)

@@ -26,8 +26,10 @@ pub trait Shape: Send + Sync {
     /// How the cube of `edge` voxels at `min` lies to it. [`Span3::Both`] is always allowed.
     fn span(&self, min: [i64; 3], edge: i64) -> Span3;
 
-    /// Whether a voxel is in it.
-    fn contains(&self, cell: [i64; 3]) -> bool;
+    /// Whether a voxel is in it. Where [`Self::span`] cannot tell that for every single voxel, a shape says it here.
+    fn contains(&self, cell: [i64; 3]) -> bool {
+        self.span(cell, 1) == Span3::Inside
+    }
 
     /// Which of the operation's materials a voxel inside the bounds gets (taken modulo their number).
     fn material(&self, _cell: [i64; 3]) -> usize {
@@ -149,10 +151,6 @@ impl Shape for Box3 {
             _ => outer,
         }
     }
-
-    fn contains(&self, cell: [i64; 3]) -> bool {
-        self.span(cell, 1) == Span3::Inside
-    }
 }
 
 /// A ball or ellipsoid, whole or as a shell. A voxel is in it when its centre is.
@@ -209,10 +207,6 @@ impl Shape for Ball {
         let filled = self.distance2(min, edge, self.radius, true) <= 1.0;
         let clear = hollow.is_none_or(|inner| self.distance2(min, edge, inner, false) > 1.0);
         if filled && clear { Span3::Inside } else { Span3::Both }
-    }
-
-    fn contains(&self, cell: [i64; 3]) -> bool {
-        self.span(cell, 1) == Span3::Inside
     }
 }
 
@@ -284,9 +278,5 @@ impl Shape for Cylinder {
         } else {
             Span3::Both
         }
-    }
-
-    fn contains(&self, cell: [i64; 3]) -> bool {
-        self.span(cell, 1) == Span3::Inside
     }
 }

@@ -55,7 +55,7 @@ pub use instance::Validation;
 pub use log::{Message, Severity, ValidationLog};
 pub use memory::{Backing, Location, MemoryBlock};
 pub use overlay::{Overlay, OverlayFrame, OverlayMesh, OverlayShaders, OverlayVertex, TexturePatch};
-pub use pipeline::{ComputePipeline, PipelineInfo, Sampler, Slot};
+pub use pipeline::{ComputePipeline, DescriptorSlot, PipelineInfo, Sampler, Sampling};
 pub use pipeline_cache::PipelineCounts;
 pub use query::Timestamps;
 pub use queue::TimelineValue;

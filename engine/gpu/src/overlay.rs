@@ -12,7 +12,7 @@ use crate::descriptors::{Descriptors, Resource};
 use crate::device::Device;
 use crate::image::{Image, ImageInfo, ImageView, ViewInfo};
 use crate::memory::{Backing, Location};
-use crate::pipeline::{PipelineLayout, Sampler, ShaderModule, Slot};
+use crate::pipeline::{DescriptorSlot, PipelineLayout, Sampler, Sampling, ShaderModule};
 use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
 use crate::surface::AcquiredImage;
@@ -124,7 +124,7 @@ impl Overlay {
                 usage: "a target of triangles: the queue only computes".to_owned(),
             });
         }
-        let slot = Slot { set: 0, binding: 0, ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER, count: 1 };
+        let slot = DescriptorSlot { set: 0, binding: 0, ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER, count: 1 };
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let layout = PipelineLayout::new(device, &[slot], size_of::<[f32; 2]>() as u32, stages)?;
         let pipeline = pipeline(device, &layout, shaders, format)?;
@@ -185,7 +185,7 @@ impl Overlay {
         };
         let image = Arc::new(Image::new(&self.device, &format!("overlay texture {id}"), &info, Backing::Own)?);
         let view = Arc::new(ImageView::new(&self.device, &image, &ViewInfo::FLAT)?);
-        let sampler = Arc::new(Sampler::new(&self.device, linear, false)?);
+        let sampler = Arc::new(Sampler::new(&self.device, Sampling { linear, repeat: false })?);
         let elements = [vec![Resource::SampledImage(view, sampler)]];
         let descriptors = Descriptors::with_layout(&self.device, "overlay", &self.layout, &elements)?;
         self.textures.insert(id, Texture { image: image.clone(), descriptors });

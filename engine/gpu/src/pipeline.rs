@@ -12,7 +12,7 @@ use crate::retire::Dead;
 
 /// One descriptor of a shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Slot {
+pub struct DescriptorSlot {
     /// Descriptor set.
     pub set: u32,
     /// Binding in the set.
@@ -31,7 +31,7 @@ pub struct PipelineInfo<'a> {
     /// Entry point.
     pub entry: &'a str,
     /// Descriptors.
-    pub slots: &'a [Slot],
+    pub slots: &'a [DescriptorSlot],
     /// Bytes of push constants, a multiple of 4.
     pub push_bytes: u32,
     /// Specialization constants: id and 32 bits of value.
@@ -46,7 +46,7 @@ pub(crate) struct PipelineLayout {
     /// A number that no other layout of this process has: the driver may use a handle again.
     pub(crate) id: u64,
     pub(crate) sets: Vec<vk::DescriptorSetLayout>,
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) slots: Vec<DescriptorSlot>,
     pub(crate) stages: vk::ShaderStageFlags,
     /// Bytes of push constants.
     pub(crate) push_bytes: u32,
@@ -59,7 +59,7 @@ static NEXT_LAYOUT: AtomicU64 = AtomicU64::new(0);
 impl PipelineLayout {
     pub(crate) fn new(
         device: &Arc<Device>,
-        slots: &[Slot],
+        slots: &[DescriptorSlot],
         push_bytes: u32,
         stages: vk::ShaderStageFlags,
     ) -> Result<PipelineLayout> {
@@ -163,7 +163,7 @@ impl ComputePipeline {
 }
 
 /// Refuses a compute shader that binds more than the device can.
-fn fit(slots: &[Slot], limits: &vk::PhysicalDeviceLimits, name: &str) -> Result<()> {
+fn fit(slots: &[DescriptorSlot], limits: &vk::PhysicalDeviceLimits, name: &str) -> Result<()> {
     use vk::DescriptorType as Type;
     let of = |types: &[vk::DescriptorType]| {
         slots.iter().filter(|slot| types.contains(&slot.ty)).map(|slot| u64::from(slot.count)).sum::<u64>()
@@ -232,6 +232,15 @@ impl Drop for ShaderModule {
     }
 }
 
+/// How an image is sampled, over all its mips: by default the nearest texel, clamped to the edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Sampling {
+    /// Linear filtering, else the nearest texel.
+    pub linear: bool,
+    /// Repeats beyond the edge, else clamps to it.
+    pub repeat: bool,
+}
+
 /// A sampler.
 pub struct Sampler {
     pub(crate) raw: vk::Sampler,
@@ -239,8 +248,8 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Makes a sampler: linear or nearest, repeating or clamped to the edge, over all mips.
-    pub fn new(device: &Arc<Device>, linear: bool, repeat: bool) -> Result<Sampler> {
+    /// Makes a sampler.
+    pub fn new(device: &Arc<Device>, Sampling { linear, repeat }: Sampling) -> Result<Sampler> {
         let (filter, mipmap) = if linear {
             (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR)
         } else {

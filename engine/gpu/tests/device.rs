@@ -3,8 +3,8 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 use raxel_gpu::{
-    ComputePipeline, Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, PipelineInfo, Slot, Validation,
-    download_buffer, download_image, upload, upload_image, vk,
+    ComputePipeline, DescriptorSlot, Device, DeviceKind, DeviceOptions, Error, ImageInfo, Packets, PipelineInfo,
+    Validation, download_buffer, download_image, upload, upload_image, vk,
 };
 
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(60);
@@ -162,7 +162,7 @@ fn volumes_are_uploaded_mip_by_mip_in_pieces() {
 #[test]
 fn shaders_that_ask_for_more_than_the_device_has_are_refused() {
     let device = Device::new(&options(None)).expect("a driver and the validation layer");
-    let make = |capability: u32, slots: &[Slot]| {
+    let make = |capability: u32, slots: &[DescriptorSlot]| {
         // Only the declarations: nothing beyond them is looked at before the refusal.
         let spirv = [0x0723_0203, 0x0001_0300, 0, 5, 0, 0x0002_0011, 1, 0x0002_0011, capability];
         let info = PipelineInfo {
@@ -182,7 +182,7 @@ fn shaders_that_ask_for_more_than_the_device_has_are_refused() {
     }
     let limit = device.capabilities().limits.max_per_stage_descriptor_storage_buffers;
     if let Some(count) = limit.checked_add(1) {
-        let slot = Slot { set: 0, binding: 0, ty: vk::DescriptorType::STORAGE_BUFFER, count };
+        let slot = DescriptorSlot { set: 0, binding: 0, ty: vk::DescriptorType::STORAGE_BUFFER, count };
         let found = make(1, &[slot]).unwrap_err();
         assert!(matches!(found, Error::TooManyBindings { what: "storage buffers", .. }), "{found}");
     }

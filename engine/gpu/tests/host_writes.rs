@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Error,
-    Image, ImageInfo, Location, PipelineInfo, Recording, Resource, SharedWords, Slot, UploadRing, Validation,
-    download_buffer, upload, vk,
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, DescriptorSlot, Descriptors, Device,
+    DeviceOptions, Error, Image, ImageInfo, Location, PipelineInfo, Recording, Resource, SharedWords, UploadRing,
+    Validation, download_buffer, upload, vk,
 };
 
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -53,7 +53,7 @@ fn buffer(device: &Arc<Device>, size: u64, usage: vk::BufferUsageFlags, location
 }
 
 fn pipeline(device: &Arc<Device>) -> ComputePipeline {
-    let slots = [Slot { set: 0, binding: 0, ty: vk::DescriptorType::UNIFORM_BUFFER, count: 1 }];
+    let slots = [DescriptorSlot { set: 0, binding: 0, ty: vk::DescriptorType::UNIFORM_BUFFER, count: 1 }];
     let info = PipelineInfo {
         spirv: &nothing(),
         entry: "main",

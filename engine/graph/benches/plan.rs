@@ -8,9 +8,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap};
-use raxel_graph::EstimatedMemory;
 use raxel_graph::checked::Graph;
-use raxel_graph::plan::{DeviceLimits, Observe, Plan, PlanInput, Present, WorldInput};
+use raxel_graph::plan::{Plan, PlanInput};
 use raxel_graphfile::compile;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{
@@ -142,20 +141,8 @@ fn checked(files: &One) -> Graph {
 }
 
 fn planned(graph: &Arc<Graph>) -> Plan {
-    let input = PlanInput {
-        output: [1280, 720],
-        present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
-        pinned: &[],
-        observe: Observe::Shown,
-        counts: &[],
-        facts: &|_| true,
-        sources: &BTreeMap::new(),
-        world: WorldInput::ON_PAPER,
-        memory: &EstimatedMemory,
-        alias: true,
-        poison: false,
-        limits: DeviceLimits::PORTABLE,
-    };
+    let sources = BTreeMap::new();
+    let input = PlanInput::on_paper(graph, [1280, 720], &sources);
     raxel_graph::plan(graph.clone(), &input).expect("the benchmark's own graph can be planned")
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use hand::Hand;
 use raxel_diagnostics::Span;
 use raxel_graph::checked::{
-    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, Source, UniformBlock, Value, Warning,
+    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, UniformBlock, Value, ValueOrigin, Warning,
 };
 use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::Format;
@@ -64,7 +64,7 @@ fn passes_have_limits_too() {
     shader.interface.local_size[0].spec_id = Some(3);
     shader.interface.push = Some(Block { name: "Push".into(), size: 192, members: Vec::new() });
     pass.shader = Arc::new(shader);
-    pass.specialization = vec![(3, Source::Value(Value::U32(32)))];
+    pass.specialization = vec![(3, ValueOrigin::Value(Value::U32(32)))];
     pass.uniforms = vec![UniformBlock { binding: 0, size: 1 << 20, fills: Vec::new() }];
     insta::assert_snapshot!(said(&hand, "color"));
 }
@@ -78,7 +78,7 @@ fn specialization_sizes_the_dispatch() {
     shader.interface.local_size[0].spec_id = Some(7);
     pass.shader = Arc::new(shader);
     assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([40, 23, 1]));
-    hand.graph.passes[0].specialization = vec![(7, Source::Value(Value::U32(16)))];
+    hand.graph.passes[0].specialization = vec![(7, ValueOrigin::Value(Value::U32(16)))];
     assert_eq!(hand.plan("color").unwrap().passes[0].groups, Some([20, 23, 1]));
 }
 
@@ -118,7 +118,7 @@ fn a_warning_counts_in_its_buffer() {
     hand.graph.resources[1].warnings.push(at(8));
     insta::assert_snapshot!(said(&hand, "color"), @r"
     RX0182: a warning of `queue` counts at offset 8, but `queue` has 8 bytes
-      graphs/hand.toml: said of this offset
+      graphs/hand.toml: this offset
       graphs/hand.toml: declared here
       offsets are in bytes; that of the last `uint` is 4
     ");
@@ -138,7 +138,7 @@ fn sizes_follow_the_output() {
     hand.pass("fill", &["w full", "w half", "w quarter", "w texels"]);
     let text = hand.with_input("full", |graph, input| raxel_graph::dump(graph, input, raxel_graph::Phase::Sizes));
     let plan = hand.plan("full").unwrap();
-    let told = [0, 1, 2].map(|id| plan.constant(&Source::ExtentOf(ResourceId(id))));
+    let told = [0, 1, 2].map(|id| plan.constant(&ValueOrigin::ExtentOf(ResourceId(id))));
     let expected = [[333, 7, 1, 1], [167, 1, 1, 1], [84, 1, 3, 1]];
     assert_eq!(told, expected.map(|extent| Some(Value::IVec4(extent))));
     insta::assert_snapshot!(text.unwrap(), @r"
@@ -169,8 +169,8 @@ fn sizes_follow_the_world() {
     };
     let mut text = told(&hand);
     let plan = hand.plan("probes").unwrap();
-    assert_eq!(plan.constant(&Source::ExtentOf(ResourceId(0))), Some(Value::IVec4([7, 4, 3, 1])));
-    assert_eq!(plan.constant(&Source::CountOf(ResourceId(3))), Some(Value::U32(25 * 15 * 10 * 6 * 2)));
+    assert_eq!(plan.constant(&ValueOrigin::ExtentOf(ResourceId(0))), Some(Value::IVec4([7, 4, 3, 1])));
+    assert_eq!(plan.constant(&ValueOrigin::CountOf(ResourceId(3))), Some(Value::U32(25 * 15 * 10 * 6 * 2)));
     // 45,000 threads in groups of 64.
     assert_eq!(plan.passes[0].groups, Some([704, 1, 1]));
     hand.world = [0; 3];
@@ -207,7 +207,7 @@ fn long_lists_take_rows() {
     let mut shader = (*pass.shader).clone();
     shader.interface.local_size[0].spec_id = Some(3);
     pass.shader = Arc::new(shader);
-    pass.specialization = vec![(3, Source::CountOf(ResourceId(2)))];
+    pass.specialization = vec![(3, ValueOrigin::CountOf(ResourceId(2)))];
     let planned = hand.plan("color").unwrap();
     assert_eq!(
         (&planned.passes[0].specialization[..], planned.passes[0].groups),
@@ -222,7 +222,7 @@ fn materials_are_those_of_the_world() {
     hand.target("color", Format::R32f, |_, _| {}).target("other", Format::R32f, |_, _| {});
     for (number, (pass, name)) in [("w color", "lamp"), ("w other", "pine 3")].into_iter().enumerate() {
         let made = hand.pass(name, &[pass]);
-        made.specialization = vec![(0, Source::Material(number as u32))];
+        made.specialization = vec![(0, ValueOrigin::Material(number as u32))];
         let place = made.place.clone();
         hand.graph.materials.push(Material { name: name.to_owned(), place });
     }

@@ -120,10 +120,10 @@ fn counts_follow_params_and_mips() {
         offset: 0,
         ty: raxel_graph::ValueType::scalar(raxel_shader::interface::Scalar::U32),
         stride: 0,
-        from: Source::Round(RoundIndex::Index),
+        from: ValueOrigin::Round(RoundIndex::Index),
     };
     back.push = vec![number];
-    back.specialization = vec![(0, Source::Round(RoundIndex::Index))];
+    back.specialization = vec![(0, ValueOrigin::Round(RoundIndex::Index))];
     hand.pass("show", &["r pyramid:0", "w color"]);
     let plan = hand.plan("color").unwrap();
     let order = passes(&plan);
@@ -137,8 +137,8 @@ fn counts_follow_params_and_mips() {
     // 20 × 12 texels of mip 4, 8 × 8 a workgroup.
     let of = |name: &str| plan.passes.iter().find(|pass| plan.graph.pass(pass.pass).name == name).unwrap();
     assert_eq!(of("down[3]").groups, Some([3, 2, 1]));
-    assert_eq!(plan.graph.pass(of("up[6]").pass).push[0].from, Source::Value(Value::U32(6)));
-    assert_eq!(plan.graph.pass(of("up[6]").pass).specialization, [(0, Source::Value(Value::U32(6)))]);
+    assert_eq!(plan.graph.pass(of("up[6]").pass).push[0].from, ValueOrigin::Value(Value::U32(6)));
+    assert_eq!(plan.graph.pass(of("up[6]").pass).specialization, [(0, ValueOrigin::Value(Value::U32(6)))]);
     // Where a mip is wanted that is not there, the round is named.
     hand.graph.loops[1].rounds = Rounds::Fixed(9);
     let found = hand.plan("color").unwrap_err();

@@ -9,7 +9,7 @@ use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 
 use raxel_graph::checked::{
     BoundAccess, Buffer, BufferSize, Dispatch, Fill, InLoop, Interval, Origin, Pass, Resource, ResourceId,
-    ResourceKind, Source, Usage, Value,
+    ResourceKind, Usage, Value, ValueOrigin,
 };
 use raxel_graph::{ValueType, index32};
 
@@ -68,7 +68,7 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
             offset: 0,
             ty: ValueType::scalar(Scalar::U32),
             stride: 0,
-            from: Source::Value(Value::U32(u32::try_from(queue.offset / 4).unwrap_or(u32::MAX))),
+            from: ValueOrigin::Value(Value::U32(u32::try_from(queue.offset / 4).unwrap_or(u32::MAX))),
         }],
         uniforms: Vec::new(),
         // The workgroup of the pass, with the constants that size it.
@@ -83,10 +83,10 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
 }
 
 /// Threads along each axis of a pass's workgroup, as values of constants.
-fn workgroup(pass: &Pass) -> [Source; 3] {
+fn workgroup(pass: &Pass) -> [ValueOrigin; 3] {
     pass.shader.interface.local_size.map(|axis| {
         let set = axis.spec_id.and_then(|id| pass.specialization.iter().find(|(other, _)| *other == id));
-        set.map_or(Source::Value(Value::U32(axis.value)), |(_, source)| source.clone())
+        set.map_or(ValueOrigin::Value(Value::U32(axis.value)), |(_, source)| source.clone())
     })
 }
 

@@ -151,7 +151,7 @@ pub struct Member {
 #[derive(Clone, Debug)]
 pub enum Feed {
     /// A param, a builtin or an extent, with its type.
-    From(checked::Source, ValueType),
+    From(checked::ValueOrigin, ValueType),
     /// Written in the file; its type is the member's.
     Literal(Literal),
 }

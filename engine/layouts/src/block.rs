@@ -18,6 +18,14 @@ pub struct BlockMember {
     pub stride: Option<u32>,
 }
 
+/// The members of a block that begins with words of these names, and goes on with the runtime array `quads`.
+pub(crate) fn words_and_quads<const N: usize>(names: [&'static str; N]) -> Vec<BlockMember> {
+    let word = |(offset, name)| BlockMember { name, offset, ty: "uint", stride: None };
+    let mut members: Vec<_> = (0..).step_by(4).zip(names).map(word).collect();
+    members.push(BlockMember { name: "quads", offset: 4 * N as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) });
+    members
+}
+
 /// Field types that a header may have, with their GLSL names.
 pub trait GlslType {
     /// The name.

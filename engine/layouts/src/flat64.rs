@@ -10,16 +10,11 @@ use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::packed::Packing;
 use super::parts::{Parts, filled_node};
 use super::tree64::{ADDRESSABLE, packed_link};
-use super::{Edits, Encoded, Encoding, Layout, LayoutError, check_size};
+use super::{Encoded, Encoding, Layout, LayoutError, check_size};
 
 pub(super) static ENCODING: Encoding = Encoding {
-    name: "flat64",
-    block: Flat64Header::block_in_quads,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
-    edits: Edits::Encode,
     window: Some(WINDOW),
+    ..Encoding::new("flat64", Flat64Header::block_in_quads, |world, limits, _| encode(world, limits.buffer_bytes))
 };
 
 /// Words of a record.

@@ -34,6 +34,17 @@ pub struct Encoding {
     pub window: Option<[u64; 3]>,
 }
 
+impl Encoding {
+    /// A layout without an image, whose voxels cannot be set and whose buffer does not follow edits, for worlds of any width.
+    pub const fn new(
+        name: &'static str,
+        block: fn() -> Vec<BlockMember>,
+        encode: fn(&World, EncodingLimits, Access) -> Result<Encoded, LayoutError>,
+    ) -> Self {
+        Self { name, block, encode, image: None, has_set: false, edits: Edits::Encode, window: None }
+    }
+}
+
 /// How a buffer follows edits of the world.
 #[derive(Clone, Copy)]
 pub enum Edits {

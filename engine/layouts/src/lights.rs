@@ -10,7 +10,8 @@ use raxel_world::World;
 use raxel_world::{block_cell, child_cell};
 pub use tile::{LightGroup, LightPowers, TileLights, grouped_header, grouped_words};
 
-use crate::{BlockMember, EncodingLimits, LayoutError, QUADS_STRIDE};
+use crate::block::words_and_quads;
+use crate::{BlockMember, EncodingLimits, LayoutError};
 
 /// Words in front of the lights: their number, the sum of their powers as a float, and where the groups of a streamed world are and how many;
 /// a whole world has none.
@@ -143,16 +144,8 @@ pub(crate) fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
 }
 
 /// The members of the buffer block that a shader must declare for the lights, in order.
-#[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
 pub fn block() -> Vec<BlockMember> {
-    let member = |name, offset| BlockMember { name, offset, ty: "uint", stride: None };
-    vec![
-        member("count", 0),
-        member("power", 4),
-        member("groups_at", 8),
-        member("groups", 12),
-        BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
-    ]
+    words_and_quads::<HEADER_WORDS>(["count", "power", "groups_at", "groups"])
 }
 
 #[cfg(test)]

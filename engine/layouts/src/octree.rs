@@ -8,13 +8,11 @@ use super::parts::Octant;
 use super::{Edits, Encoding, Layout, hashed_chunks};
 
 pub(super) static ENCODING: Encoding = Encoding {
-    name: "octree",
-    block: HashedChunksHeader::block,
-    encode: |world, limits, access| hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access),
-    image: None,
     has_set: true,
     edits: Edits::HashedChunks(&FORM),
-    window: None,
+    ..Encoding::new("octree", HashedChunksHeader::block, |world, limits, access| {
+        hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access)
+    })
 };
 
 /// Chunks have 2^5 voxels a side: depths 0 (the chunk) to 5 (voxels).

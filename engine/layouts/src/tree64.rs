@@ -20,13 +20,8 @@ use super::{Edits, Encoded, Encoding, Layout, LayoutError, check_size};
 pub(super) use shared::SharedMaterials;
 
 pub(super) static ENCODING: Encoding = Encoding {
-    name: "tree64",
-    block: Tree64Header::block_in_quads,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
     edits: Edits::Tree64,
-    window: None,
+    ..Encoding::new("tree64", Tree64Header::block_in_quads, |world, limits, _| encode(world, limits.buffer_bytes))
 };
 
 /// Words of a node.

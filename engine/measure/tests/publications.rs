@@ -14,8 +14,8 @@ use glam::IVec3;
 use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_edit::{Brush, ChunkCache, EditedChunks, Edits, Operation, Scene};
 use raxel_gpu::{
-    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, Descriptors, Device, DeviceOptions, Location,
-    PipelineInfo, Resource, SharedWords, Slot, TimelineValue, UploadRing, Validation, vk,
+    Backing, Barrier, Buffer, BufferInfo, CommandBuffer, ComputePipeline, DescriptorSlot, Descriptors, Device,
+    DeviceOptions, Location, PipelineInfo, Resource, SharedWords, TimelineValue, UploadRing, Validation, vk,
 };
 use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
 use raxel_layouts::{Layout, MATERIAL_WORDS, TileBlock, TileNode};
@@ -366,13 +366,13 @@ fn pipeline(device: &Arc<Device>) -> (ComputePipeline, Vec<String>) {
     files.insert("sums.comp", SUMS.as_bytes());
     let request = Request { path: "sums.comp".into(), entry: "main".into(), defines: Vec::new() };
     let (shader, _) = Compiler::new(Arc::new(files)).shader(&request, &mut SourceMap::default()).unwrap();
-    let slot = |binding: &raxel_shader::interface::Binding| Slot {
+    let slot = |binding: &raxel_shader::interface::Binding| DescriptorSlot {
         set: binding.set,
         binding: binding.binding,
         ty: vk::DescriptorType::STORAGE_BUFFER,
         count: binding.count,
     };
-    let slots: Vec<Slot> = shader.interface.bindings.iter().map(slot).collect();
+    let slots: Vec<DescriptorSlot> = shader.interface.bindings.iter().map(slot).collect();
     let info = PipelineInfo {
         spirv: &shader.spirv,
         entry: "main",

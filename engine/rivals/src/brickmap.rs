@@ -8,21 +8,14 @@ use rayon::prelude::*;
 
 use raxel_layouts::parts::{Parts, child_of, octant_cell};
 use raxel_layouts::{
-    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, Table, buffer, check_size, layout_header,
+    Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, Table, buffer, check_size, layout_header,
 };
 
 /// Sectors of 8³ bricks with occupancy masks.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
-static ENCODING: Encoding = Encoding {
-    name: "brickmap",
-    block: BrickmapHeader::block,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
-    edits: Edits::Encode,
-    window: None,
-};
+static ENCODING: Encoding =
+    Encoding::new("brickmap", BrickmapHeader::block, |world, limits, _| encode(world, limits.buffer_bytes));
 
 /// Sectors have 2^6 voxels a side, as chunks do.
 const LOG2_EDGE: u32 = 6;

@@ -6,21 +6,14 @@ use rayon::prelude::*;
 
 use raxel_layouts::parts::Parts;
 use raxel_layouts::{
-    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
 };
 
 /// A tree of boxes around 4³ blocks with occupancy masks.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
-static ENCODING: Encoding = Encoding {
-    name: "bvh",
-    block: BvhHeader::block,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
-    edits: Edits::Encode,
-    window: None,
-};
+static ENCODING: Encoding =
+    Encoding::new("bvh", BvhHeader::block, |world, limits, _| encode(world, limits.buffer_bytes));
 
 /// Words of a node.
 const NODE_WORDS: usize = 8;

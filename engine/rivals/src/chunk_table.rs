@@ -10,13 +10,11 @@ use raxel_layouts::{Edits, Encoding, HashedChunksHeader, Layout, Patch, hashed_c
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
 static ENCODING: Encoding = Encoding {
-    name: "chunk_table",
-    block: HashedChunksHeader::block,
-    encode: |world, limits, access| hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access),
-    image: None,
     has_set: true,
     edits: Edits::HashedChunks(&FORM),
-    window: None,
+    ..Encoding::new("chunk_table", HashedChunksHeader::block, |world, limits, access| {
+        hashed_chunks::encode(world, &FORM, limits.buffer_bytes, access)
+    })
 };
 
 /// Words of the masks in front of a chunk: 64 bits for each of its eight 16³ nodes.

@@ -5,20 +5,15 @@ use rayon::prelude::*;
 
 use raxel_layouts::parts::{Octant, Parts};
 use raxel_layouts::{
-    Access, Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    Access, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
 };
 
 /// A list of 32³ flat chunks that is searched linearly.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
 static ENCODING: Encoding = Encoding {
-    name: "chunks",
-    block: ChunksHeader::block,
-    encode: |world, limits, access| encode(world, limits.buffer_bytes, access),
-    image: None,
     has_set: true,
-    edits: Edits::Encode,
-    window: None,
+    ..Encoding::new("chunks", ChunksHeader::block, |world, limits, access| encode(world, limits.buffer_bytes, access))
 };
 
 /// Voxels along an edge of one of this layout's chunks.

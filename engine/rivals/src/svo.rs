@@ -7,21 +7,14 @@ use rayon::prelude::*;
 
 use raxel_layouts::parts::{Parts, child_of, octree_path};
 use raxel_layouts::{
-    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
 };
 
 /// A sparse octree.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
-static ENCODING: Encoding = Encoding {
-    name: "svo",
-    block: SvoHeader::block,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
-    edits: Edits::Encode,
-    window: None,
-};
+static ENCODING: Encoding =
+    Encoding::new("svo", SvoHeader::block, |world, limits, _| encode(world, limits.buffer_bytes));
 
 /// Words of a node from the root down to the chunks: a node's own word, and an address.
 const UPPER_WORDS: usize = 2;

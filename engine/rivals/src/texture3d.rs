@@ -6,22 +6,15 @@ use raxel_world::World;
 use rayon::prelude::*;
 
 use raxel_layouts::{
-    Access, Edits, Encoded, EncodedImage, Encoding, EncodingLimits, Extent, Layout, LayoutError, MATERIAL_WORDS,
-    buffer, check_size, layout_header,
+    Access, Encoded, EncodedImage, Encoding, EncodingLimits, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer,
+    check_size, layout_header,
 };
 
 /// A dense 3-D image with mips.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
-static ENCODING: Encoding = Encoding {
-    name: "texture3d",
-    block: Texture3dHeader::block,
-    encode,
-    image: Some(encode_image),
-    has_set: true,
-    edits: Edits::Encode,
-    window: None,
-};
+static ENCODING: Encoding =
+    Encoding { image: Some(encode_image), has_set: true, ..Encoding::new("texture3d", Texture3dHeader::block, encode) };
 
 layout_header! {
     /// Header of the layout `texture3d`; the voxels are in its image. Addresses (`…_at`) count words from the first word behind the

@@ -48,7 +48,7 @@ impl GraphRunner {
         let selection = Selection {
             graph: graph.name.clone(),
             output: setup.output,
-            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
+            present: Present::of(graph.present),
             pinned: setup.pinned,
             observe: Observe::Shown,
             facts: build::facts(graph, world, params, self.executor.device()),

@@ -64,20 +64,7 @@ pub struct LayoutCost {
 impl SessionWorld {
     /// A world without voxels.
     pub fn empty() -> Self {
-        let loaded = Loaded {
-            name: "empty".to_owned(),
-            about: None,
-            world: raxel_world::World::empty(),
-            unbuilt: None,
-            stream: None,
-            camera: None,
-            cameras: Vec::new(),
-            models: Vec::new(),
-            instances: Instances::default(),
-            save: None,
-            files: Vec::new(),
-        };
-        Self::new(None, loaded)
+        Self::new(None, Loaded::new("empty", raxel_world::World::empty(), Vec::new()))
     }
 
     /// Loads the world at a project path, with its warnings.
@@ -240,7 +227,7 @@ impl SessionWorld {
         }
     }
 
-    /// From where to look at it first: where its file says, else from a corner above, at a distance from which it is seen whole.
+    /// The first camera: that of the world's file, or one above a corner that sees the world whole.
     pub fn first_camera(&self) -> Camera {
         if let Some(hint) = &self.loaded.camera {
             return camera_of(hint);

@@ -8,10 +8,9 @@ use std::sync::Arc;
 use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
 use raxel_generate::Reach;
-use raxel_graph::EstimatedMemory;
 use raxel_graph::Phase;
 use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
-use raxel_graph::plan::{BindingLimits, DeviceLimits, Observe, Plan, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{BindingLimits, DeviceLimits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_runtime::load::{LoadOutcome, Loader};
 use raxel_runtime::manifest;
 use raxel_runtime::project::Project;
@@ -214,15 +213,15 @@ impl OfflineProject {
         console: &Console,
     ) -> Result<(Self, String)> {
         let stop = |diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]);
-        let front = Self::around(named.unwrap_or(Path::new("."))).map_err(stop)?;
+        let offline = Self::around(named.unwrap_or(Path::new("."))).map_err(stop)?;
         let path = if let Some(named) = named {
-            front.project.path_of(named)
+            offline.project.path_of(named)
         } else {
-            front.project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))?;
-            default(&front.project)
+            offline.project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))?;
+            default(&offline.project)
         };
         let path = path.map_err(stop)?;
-        Ok((front, path))
+        Ok((offline, path))
     }
 
     /// A part that is right, its warnings shown; or the failure, its errors shown.
@@ -300,7 +299,7 @@ impl OfflineProject {
             // What passes do to the world is seen by the frames after.
             return true;
         }
-        let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
+        let present = Present::of(graph.present);
         let all: Vec<ResourceId> = (0..graph.resources.len() as u32).map(ResourceId).collect();
         let facts: [&dyn Fn(&Fact) -> bool; 2] = [&|_| true, &|_| false];
         facts.iter().any(|facts| {
@@ -352,7 +351,7 @@ impl OfflineProject {
         let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
         let paper = Paper {
             output: [1280, 720],
-            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
+            present: Present::of(graph.present),
             over: &over,
             conditions: Conditions::All,
         };
@@ -437,17 +436,10 @@ fn on_paper<T>(graph: &Graph, paper: &Paper<'_>, make: impl FnOnce(&PlanInput<'_
     // How large they are is known once they are on a device.
     let sources = graph.source_names().into_iter().map(|name| (name.to_owned(), SourceSize::default())).collect();
     make(&PlanInput {
-        output,
         present,
-        pinned: &[],
-        observe: Observe::Shown,
         facts: &|fact| paper.holds(graph, fact),
-        counts: &[],
-        sources: &sources,
         world: over.world().map_or(WorldInput::ON_PAPER, SessionWorld::input),
-        memory: &EstimatedMemory,
-        alias: true,
-        poison: false,
         limits: LARGEST,
+        ..PlanInput::on_paper(graph, output, &sources)
     })
 }

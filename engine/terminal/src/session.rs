@@ -218,8 +218,8 @@ impl What {
     /// The demo, if there is one. Its errors are not reported here: opening does that.
     pub fn demo(&self) -> Option<Arc<Demo>> {
         let file = self.file(FileKind::Demo)?;
-        let front = OfflineProject::around(&file).ok()?;
-        front.loader.demo(&front.project.path_of(&file).ok()?).result.ok()
+        let offline = OfflineProject::around(&file).ok()?;
+        offline.loader.demo(&offline.project.path_of(&file).ok()?).result.ok()
     }
 
     /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.

@@ -101,6 +101,23 @@ pub enum Effort {
 pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> + 'a;
 
 impl Loaded {
+    /// Voxels that come from these files, with a name and nothing besides.
+    pub fn new(name: impl Into<String>, world: World, files: Vec<String>) -> Self {
+        Self {
+            name: name.into(),
+            about: None,
+            world,
+            unbuilt: None,
+            stream: None,
+            camera: None,
+            cameras: Vec::new(),
+            models: Vec::new(),
+            instances: Instances::default(),
+            save: None,
+            files,
+        }
+    }
+
     /// The same without its voxels.
     #[must_use]
     pub fn clone_without_voxels(&self) -> Self {
@@ -194,18 +211,16 @@ pub fn load_with(
         Some((file, reading.palette.into_inner().into_materials(), models, files))
     })?;
     let (operations, places): (Vec<_>, Vec<_>) = file.build.into_iter().unzip();
+    let name = file.name.unwrap_or_else(|| stem(path));
+    let files = std::iter::once(path.to_owned()).chain(models_files).collect();
     let mut loaded = Loaded {
-        name: file.name.unwrap_or_else(|| stem(path)),
         about: file.about,
-        world: World::empty(),
-        unbuilt: None,
-        stream: None,
         camera: file.camera,
         cameras: file.cameras.0.into_iter().map(|named| (named.name.value, named.camera.into())).collect(),
         models,
         instances: file.instances,
         save: file.save,
-        files: std::iter::once(path.to_owned()).chain(models_files).collect(),
+        ..Loaded::new(name, World::empty(), files)
     };
     if let Some(stream) = file.stream {
         let settings = stream.settings();
@@ -283,23 +298,7 @@ fn load_vox(path: &str, files: &dyn Files) -> Result<(Loaded, Vec<Diagnostic>), 
     let bytes: Arc<[u8]> = files.read(path).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let world = vox::import(&bytes).map_err(|error| Box::new(error.diagnostic(path, None)))?;
     let found = empty(&world, path).into_iter().collect();
-    let files = vec![path.to_owned()];
-    Ok((
-        Loaded {
-            name: stem(path),
-            about: None,
-            world,
-            unbuilt: None,
-            stream: None,
-            camera: None,
-            cameras: Vec::new(),
-            models: Vec::new(),
-            instances: Instances::default(),
-            save: None,
-            files,
-        },
-        found,
-    ))
+    Ok((Loaded::new(stem(path), world, vec![path.to_owned()]), found))
 }
 
 fn empty(world: &World, path: &str) -> Option<Diagnostic> {

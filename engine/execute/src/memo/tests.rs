@@ -58,6 +58,17 @@ impl Random {
     }
 }
 
+/// A read of these mips of a slot, in the same frame.
+fn read(slot: u32, mips: (u32, u32)) -> SlotAccess {
+    let selector = CopySelector::Frame;
+    SlotAccess { slot, age: 0, selector, base: 0, whole: true, mips, reads: true, writes: false, seen: 0 }
+}
+
+/// A write of these mips of a slot.
+fn write(slot: u32, mips: (u32, u32)) -> SlotAccess {
+    SlotAccess { reads: false, writes: true, ..read(slot, mips) }
+}
+
 /// A random frame: transient slots are written before they are read, as a plan guarantees.
 fn random_memo(random: &mut Random) -> (Memo, usize) {
     let passes = 2 + random.below(6) as usize;
@@ -79,43 +90,13 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
                 continue;
             }
             if transient && !written[slot as usize] {
-                accesses.push(SlotAccess {
-                    slot,
-                    age: 0,
-                    turn: CopySelector::Frame,
-                    base: 0,
-                    whole: true,
-                    mips: (0, mips),
-                    reads: false,
-                    writes: true,
-                    seen: 0,
-                });
+                accesses.push(write(slot, (0, mips)));
             } else if random.below(2) == 0 {
                 let first = random.below(u64::from(mips)) as u32;
-                accesses.push(SlotAccess {
-                    slot,
-                    age: 0,
-                    turn: CopySelector::Frame,
-                    base: 0,
-                    whole: true,
-                    mips: (first, 1),
-                    reads: random.below(3) == 0,
-                    writes: true,
-                    seen: 0,
-                });
+                accesses.push(SlotAccess { reads: random.below(3) == 0, ..write(slot, (first, 1)) });
             } else {
                 let age = random.below(u64::from(copies)) as u32;
-                accesses.push(SlotAccess {
-                    slot,
-                    age,
-                    turn: CopySelector::Frame,
-                    base: 0,
-                    whole: true,
-                    mips: (0, mips),
-                    reads: true,
-                    writes: false,
-                    seen: 0,
-                });
+                accesses.push(SlotAccess { age, ..read(slot, (0, mips)) });
             }
         }
         for access in accesses.iter().filter(|t| t.writes) {
@@ -124,17 +105,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
         if random.below(8) == 0 {
             let slot = random.below(u64::from(slots)) as u32;
             let mips = memo.slots[slot as usize].mips;
-            let access = SlotAccess {
-                slot,
-                age: 0,
-                turn: CopySelector::Frame,
-                base: 0,
-                whole: true,
-                mips: (0, mips),
-                reads: false,
-                writes: true,
-                seen: 0,
-            };
+            let access = write(slot, (0, mips));
             if step < 3 {
                 written[slot as usize] = true;
                 memo.node(step, None, Maker::Clear(7), vec![access]);
@@ -145,17 +116,7 @@ fn random_memo(random: &mut Random) -> (Memo, usize) {
         step += 1;
     }
     let shown = (0..slots).find(|s| !memo.slots[*s as usize].transient || written[*s as usize]);
-    let access = shown.map(|slot| SlotAccess {
-        slot,
-        age: 0,
-        turn: CopySelector::Frame,
-        base: 0,
-        whole: true,
-        mips: (0, 1),
-        reads: true,
-        writes: false,
-        seen: 0,
-    });
+    let access = shown.map(|slot| read(slot, (0, 1)));
     memo.node(step, None, Maker::Present, access.into_iter().collect());
     memo.finish();
     (memo, passes)
@@ -209,31 +170,9 @@ fn chain() -> Memo {
     let mut memo = Memo::empty(3);
     memo.slot(1, 1, true, true);
     memo.slot(1, 1, false, false);
-    let write = |slot| SlotAccess {
-        slot,
-        age: 0,
-        turn: CopySelector::Frame,
-        base: 0,
-        whole: true,
-        mips: (0, 1),
-        reads: false,
-        writes: true,
-        seen: 0,
-    };
-    let read = |slot| SlotAccess {
-        slot,
-        age: 0,
-        turn: CopySelector::Frame,
-        base: 0,
-        whole: true,
-        mips: (0, 1),
-        reads: true,
-        writes: false,
-        seen: 0,
-    };
-    memo.node(0, None, Maker::Pass { pass: 0, salt: 0 }, vec![write(0)]);
-    memo.node(1, None, Maker::Pass { pass: 1, salt: 1 }, vec![read(0), write(1)]);
-    memo.node(2, None, Maker::Present, vec![read(1)]);
+    memo.node(0, None, Maker::Pass { pass: 0, salt: 0 }, vec![write(0, (0, 1))]);
+    memo.node(1, None, Maker::Pass { pass: 1, salt: 1 }, vec![read(0, (0, 1)), write(1, (0, 1))]);
+    memo.node(2, None, Maker::Present, vec![read(1, (0, 1))]);
     memo.finish();
     memo
 }
@@ -255,38 +194,8 @@ fn a_still_frame_runs_nothing() {
 fn accumulation_always_runs() {
     let mut memo = Memo::empty(2);
     memo.slot(1, 1, false, false);
-    memo.node(
-        0,
-        None,
-        Maker::Pass { pass: 0, salt: 0 },
-        vec![SlotAccess {
-            slot: 0,
-            age: 0,
-            turn: CopySelector::Frame,
-            base: 0,
-            whole: true,
-            mips: (0, 1),
-            reads: true,
-            writes: true,
-            seen: 0,
-        }],
-    );
-    memo.node(
-        1,
-        None,
-        Maker::Present,
-        vec![SlotAccess {
-            slot: 0,
-            age: 0,
-            turn: CopySelector::Frame,
-            base: 0,
-            whole: true,
-            mips: (0, 1),
-            reads: true,
-            writes: false,
-            seen: 0,
-        }],
-    );
+    memo.node(0, None, Maker::Pass { pass: 0, salt: 0 }, vec![SlotAccess { reads: true, ..write(0, (0, 1)) }]);
+    memo.node(1, None, Maker::Present, vec![read(0, (0, 1))]);
     memo.finish();
     for frame in 0..4 {
         assert_eq!(memo.decide(frame, &Ticks::default(), &[Some(1)], 0), [true; 2]);

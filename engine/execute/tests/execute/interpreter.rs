@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use raxel_graph::checked::{
     BoundAccess, BufferSize, Builtin, Clear, Dispatch, Every, Extent, Graph, Pass, Resource, ResourceId, ResourceKind,
-    Source,
+    ValueOrigin,
 };
 
 use crate::random::FLOATS;
@@ -113,8 +113,8 @@ impl<'a> Interpreter<'a> {
             }
         }
         let add = match pass.push[0].from {
-            Source::Builtin(Builtin::FrameTime) => given.time,
-            Source::Param(id) => given.params[id.0 as usize],
+            ValueOrigin::Builtin(Builtin::FrameTime) => given.time,
+            ValueOrigin::Param(id) => given.params[id.0 as usize],
             ref other => panic!("{other:?}"),
         };
         let kinds = Kind::of_shader(&pass.shader.request.path);

@@ -6,9 +6,9 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use raxel_diagnostics::{Diagnostic, MemoryFiles, SourceMap};
 use raxel_graph::Phase;
-use raxel_graph::plan::{DeviceLimits, Observe, PlanInput, Present, SourceSize, WorldInput};
+use raxel_graph::plan::{PlanInput, SourceSize};
 use raxel_graph::print::{dot, json, mermaid, text};
-use raxel_graph::{EstimatedMemory, SourceLayout, dump, plan};
+use raxel_graph::{SourceLayout, dump, plan};
 use raxel_graphfile::compile;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
@@ -49,20 +49,8 @@ fn run(input: &[u8]) {
     let sources = SOURCES.iter().map(|source| (source.name.clone(), SourceSize { bytes: 4096, image: Some([64; 3]) }));
     let sources: BTreeMap<String, SourceSize> = sources.collect();
     for (output, poison, holds) in [([1280, 720], false, true), ([1, 1], true, false), ([16384, 3], false, true)] {
-        let input = PlanInput {
-            output,
-            present: Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None },
-            pinned: &[],
-            observe: Observe::Shown,
-            facts: &|_| holds,
-            counts: &[],
-            sources: &sources,
-            world: WorldInput::ON_PAPER,
-            memory: &EstimatedMemory,
-            alias: !poison,
-            poison,
-            limits: DeviceLimits::PORTABLE,
-        };
+        let paper = PlanInput::on_paper(&graph, output, &sources);
+        let input = PlanInput { facts: &|_| holds, alias: !poison, poison, ..paper };
         match plan(graph.clone(), &input) {
             Ok(plan) => {
                 let parsed: Result<serde_json::Value, _> = serde_json::from_str(&json(&plan));
@@ -104,7 +92,7 @@ impl ShaderProvider for Compiled {
         let defines = [("FAST", "1"), ("MAX_STEPS", "256"), ("NAME", "vec3(1)")];
         let defines = defines.map(|(name, value)| (name.to_owned(), value.to_owned()));
         let usual = Request { path: request.path.clone(), entry: "main".to_owned(), defines: defines.to_vec() };
-        // What is there is compiled once; what is not there is not found each time.
+        // A shader is compiled once. A missing one is looked for each time.
         let (shader, _) = self.compiler.shader(&usual, texts)?;
         self.shaders.lock().unwrap_or_else(PoisonError::into_inner).insert(request.path.clone(), shader.clone());
         Ok((shader, Vec::new()))

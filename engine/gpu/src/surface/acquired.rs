@@ -32,6 +32,17 @@ enum Picture {
     Attached,
 }
 
+/// Makes an image of the window, whose content is no longer needed, the target of a transfer.
+fn begin_transfer(recording: &mut Recording<'_>, image: vk::Image) {
+    let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
+    recording.image_barrier(
+        transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
+            .src_stage_mask(transfer)
+            .dst_stage_mask(transfer)
+            .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
+    );
+}
+
 impl<'s> AcquiredImage<'s> {
     /// The image that a surface holds. Its contents are undefined.
     pub(super) fn of(surface: &'s mut Surface) -> Self {
@@ -48,18 +59,12 @@ impl<'s> AcquiredImage<'s> {
     pub fn copy_picture(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<()> {
         let source = if self.surface.encode { self.surface.encode(recording, picture)? } else { picture.clone() };
         let (Some(image), extent) = (self.chain_image().map(|image| image.raw), self.extent()) else { return Ok(()) };
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        recording.image_barrier(
-            transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
+        begin_transfer(recording, image);
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         let mut corners = [[0; 2], extent];
         if let Some(place) = self.surface.place {
             recording.clear_raw(image, layout, opaque(place.ground));
-            let written = (transfer, vk::AccessFlags2::TRANSFER_WRITE);
+            let written = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
             recording.barrier(&Barrier::default().memory(written, written));
             // The window may have become smaller since.
             let end = [0, 1].map(|axis| place.origin[axis].saturating_add(place.extent[axis]).min(extent[axis]));
@@ -76,13 +81,7 @@ impl<'s> AcquiredImage<'s> {
     /// Records a clear in the place of a picture: opaque, sRGB-encoded, each component from 0 to 1.
     pub fn clear(&mut self, recording: &mut Recording<'_>, color: [f32; 3]) {
         let Some(raw) = self.chain_image().map(|image| image.raw) else { return };
-        let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
-        recording.image_barrier(
-            transition(raw, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)
-                .src_stage_mask(transfer)
-                .dst_stage_mask(transfer)
-                .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE),
-        );
+        begin_transfer(recording, raw);
         recording.clear_raw(raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, opaque(color));
         self.picture = Picture::Copied;
     }

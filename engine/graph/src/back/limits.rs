@@ -7,7 +7,8 @@ use crate::back::cull::Cull;
 use crate::back::needs;
 use crate::back::sizes::{self, groups, local_size, specialization};
 use crate::ir::checked::{
-    BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Source, Target, Value,
+    BoundAccess, BufferSize, Dispatch, Extent, Graph, Pass, Resource, ResourceId, ResourceKind, Target, Value,
+    ValueOrigin,
 };
 use crate::ir::plan::{DeviceLimits, PlanInput};
 use crate::ir::size::{Size, full_chain};
@@ -260,7 +261,7 @@ fn warned_beyond(resource: &Resource, bytes: u64) -> Option<Diagnostic> {
     let (name, offset) = (&resource.name, warning.offset);
     let message = format!("a warning of `{name}` counts at offset {offset}, but `{name}` has {bytes} bytes");
     let diagnostic = Diagnostic::error(codes::graph::WARNING_OUT_OF_RANGE, message)
-        .label(warning.place.clone(), "said of this offset")
+        .label(warning.place.clone(), "this offset")
         .label(resource.place.clone(), "declared here");
     Some(match bytes.checked_sub(4).map(|last| last & !3) {
         Some(last) => diagnostic.help(format!("offsets are in bytes; that of the last `uint` is {last}")),
@@ -280,7 +281,7 @@ fn unknown_materials(graph: &Graph, pass: &Pass, known: Option<&[String]>, found
     let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
     let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));
     for source in sources {
-        let Source::Material(at) = source else { continue };
+        let ValueOrigin::Material(at) = source else { continue };
         let Some(material) = graph.materials.get(*at as usize).filter(|named| !known.contains(&named.name)) else {
             continue;
         };

@@ -30,7 +30,7 @@ pub(crate) struct ResourceAccess {
     /// 0 is the current copy, n that of n frames (or ticks) ago.
     pub age: u32,
     /// Which counter selects its current copy there.
-    pub turn: CopySelector,
+    pub selector: CopySelector,
     /// Mips and layers.
     pub range: SubresourceRange,
     /// Exactly one bit.
@@ -203,8 +203,8 @@ impl Ordering<'_> {
         let number = index32(self.order.actions.len());
         self.order.actions.push(action);
         for &(resource, age, range, mask) in accesses {
-            let turn = self.turn(resource);
-            let access = ResourceAccess { action: number, resource, age, turn, range, mask };
+            let selector = self.selector(resource);
+            let access = ResourceAccess { action: number, resource, age, selector, range, mask };
             if !self.order.accesses.ends_with(&[access]) {
                 self.order.accesses.push(access);
             }
@@ -228,14 +228,14 @@ impl Ordering<'_> {
                 let source = self.graph.resource(*id);
                 if source.kind.supplied_by() == Some(copied) && source.copied_from().is_none() && source.is_writable() {
                     let range = SubresourceRange::whole(&self.sizes[id.0 as usize]);
-                    let (turn, mask) = (self.turn(from), AccessMask::TRANSFER_READ);
-                    self.order.accesses.push(ResourceAccess { action, resource: from, age: 0, turn, range, mask });
+                    let (selector, mask) = (self.selector(from), AccessMask::TRANSFER_READ);
+                    self.order.accesses.push(ResourceAccess { action, resource: from, age: 0, selector, range, mask });
                 }
             }
         }
-        let turn = self.turn(resource);
+        let selector = self.selector(resource);
         let mask = AccessMask::TRANSFER_WRITE;
-        self.order.accesses.push(ResourceAccess { action, resource, age: 0, turn, range, mask });
+        self.order.accesses.push(ResourceAccess { action, resource, age: 0, selector, range, mask });
     }
 
     fn clear_rest(&mut self) {
@@ -263,7 +263,7 @@ impl Ordering<'_> {
     }
 
     /// Which counter selects the current copy of a used resource at this point.
-    fn turn(&self, resource: u32) -> CopySelector {
+    fn selector(&self, resource: u32) -> CopySelector {
         match (self.graph.resource(self.cull.used[resource as usize]).clock, self.tick) {
             (None, _) => CopySelector::Frame,
             (Some(clock), Some((ticking, tick))) if clock == ticking => CopySelector::Tick(clock, tick),

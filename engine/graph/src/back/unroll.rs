@@ -9,8 +9,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{Diagnostic, codes};
 
 use crate::ir::checked::{
-    self, Dispatch, Every, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Source,
-    Value,
+    self, Dispatch, Every, Fill, Graph, InLoop, LoopId, MOST_ROUNDS, Pass, PassId, ResourceId, Round, Rounds, Value,
+    ValueOrigin,
 };
 use crate::ir::index::index32;
 use crate::ir::plan::{PlanInput, Present};
@@ -81,7 +81,7 @@ fn entries(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Vec<Entry> {
             continue;
         };
         let repeated = &graph.loops[id.0 as usize];
-        // A loop of which no pass runs leaves every name where it is.
+        // A loop without a pass that runs leaves every name where it is.
         let runs = group.iter().any(|pass| is_on(pass, input));
         let count = rounds(graph, repeated.rounds, sizes, input);
         for round in 0..count {
@@ -152,9 +152,9 @@ fn resolve_round(pass: &mut Pass, in_loop: &InLoop, index: u32) {
     {
         *mip = of_round.at(index);
     }
-    let number = |from: &mut Source| {
-        if let Source::Round(of_round) = from {
-            *from = Source::Value(Value::U32(of_round.at(index)));
+    let number = |from: &mut ValueOrigin| {
+        if let ValueOrigin::Round(of_round) = from {
+            *from = ValueOrigin::Value(Value::U32(of_round.at(index)));
         }
     };
     let fills = pass.push.iter_mut().chain(pass.uniforms.iter_mut().flat_map(|block| &mut block.fills));

@@ -5,7 +5,7 @@
 use crate::back::cull::Cull;
 use crate::back::lifetimes::{Life, read_before_written};
 use crate::back::order::{Action, Order, ResourceAccess};
-use crate::ir::checked::{Builtin, Fill, Graph, ResourceId, Source};
+use crate::ir::checked::{Builtin, Fill, Graph, ResourceId, ValueOrigin};
 use crate::ir::plan::AccessMask;
 
 /// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
@@ -63,7 +63,7 @@ pub(crate) fn uses_history(graph: &Graph, cull: &Cull, order: &Order, lives: &[L
                 || fills.any(|fill| {
                     matches!(
                         fill.from,
-                        Source::Clock(..) | Source::Builtin(Builtin::FrameStill | Builtin::HistoryValid)
+                        ValueOrigin::Clock(..) | ValueOrigin::Builtin(Builtin::FrameStill | Builtin::HistoryValid)
                     )
                 })
         })
@@ -72,14 +72,14 @@ pub(crate) fn uses_history(graph: &Graph, cull: &Cull, order: &Order, lives: &[L
 /// Whether a value may be another in every frame.
 fn moves(fill: &Fill) -> bool {
     match fill.from {
-        Source::Value(_)
-        | Source::Param(_)
-        | Source::ExtentOf(_)
-        | Source::CountOf(_)
-        | Source::Material(_)
-        | Source::Round(_) => false,
-        Source::Clock(..) => true,
-        Source::Builtin(builtin) => match builtin {
+        ValueOrigin::Value(_)
+        | ValueOrigin::Param(_)
+        | ValueOrigin::ExtentOf(_)
+        | ValueOrigin::CountOf(_)
+        | ValueOrigin::Material(_)
+        | ValueOrigin::Round(_) => false,
+        ValueOrigin::Clock(..) => true,
+        ValueOrigin::Builtin(builtin) => match builtin {
             Builtin::OutputSize
             | Builtin::OutputAspect
             | Builtin::WorldMin

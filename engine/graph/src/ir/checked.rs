@@ -7,7 +7,7 @@ mod fill;
 mod loops;
 mod resource;
 
-pub use fill::{Builtin, ClockValue, Fill, Source, UniformBlock};
+pub use fill::{Builtin, ClockValue, Fill, UniformBlock, ValueOrigin};
 pub use loops::accesses_of_round;
 pub use loops::{InLoop, Loop, LoopId, MOST_ROUNDS, Round, RoundIndex, Rounds, count_of};
 pub use resource::{
@@ -120,7 +120,7 @@ impl Graph {
         let writes = |access: &BoundAccess| access.resource == arguments && access.access.writes();
         let maker = self.passes.iter().find(|pass| pass.made && pass.accesses.iter().any(writes))?;
         let queue = maker.accesses.iter().find(|access| access.access.reads())?.resource;
-        let Source::Value(Value::U32(word)) = maker.push.first()?.from else { return None };
+        let ValueOrigin::Value(Value::U32(word)) = maker.push.first()?.from else { return None };
         Some((queue, word.saturating_mul(4)))
     }
 
@@ -134,7 +134,7 @@ impl Graph {
         let blocks = self.passes.iter().flat_map(|pass| &pass.uniforms);
         let fills = self.passes.iter().flat_map(|pass| &pass.push).chain(blocks.flat_map(|block| &block.fills));
         fills.filter_map(|fill| match fill.from {
-            Source::Builtin(builtin) => Some(builtin),
+            ValueOrigin::Builtin(builtin) => Some(builtin),
             _ => None,
         })
     }
@@ -276,7 +276,7 @@ pub struct Pass {
     /// Uniform blocks that raxel fills.
     pub uniforms: Vec<UniformBlock>,
     /// Specialization constants that the graph sets, by id. Their values are fixed in a plan: [`crate::ir::plan::PassPlan`] has them.
-    pub specialization: Vec<(u32, Source)>,
+    pub specialization: Vec<(u32, ValueOrigin)>,
     /// Invocations in a subgroup that the driver is asked for, where the device lets one ask.
     pub subgroup_size: Option<u32>,
     /// The loop that repeats it. `None` in the graph of a plan.
@@ -403,7 +403,7 @@ pub struct Sampler {
 }
 
 impl Pass {
-    /// Whether its conditions hold, by which facts do.
+    /// Whether its conditions hold, given the facts that do.
     pub fn runs_where(&self, holds: impl Fn(&Fact) -> bool) -> bool {
         self.when.iter().all(|when| holds(&when.fact) != when.negated)
     }

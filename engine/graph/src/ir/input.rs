@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::ir::checked::{Fact, ParamId, PassId, ResourceId};
+use crate::back::EstimatedMemory;
+use crate::ir::checked::{Fact, Graph, ParamId, PassId, ResourceId};
 use crate::ir::plan::{BufferDesc, ImageDesc};
 
 /// The inputs of a plan besides the graph.
@@ -35,6 +36,26 @@ pub struct PlanInput<'a> {
     pub poison: bool,
     /// Limits of the device.
     pub limits: DeviceLimits,
+}
+
+impl<'a> PlanInput<'a> {
+    /// What a graph presents, for a session without a world on a device of the smallest limits. All conditions hold.
+    pub fn on_paper(graph: &Graph, output: [u32; 2], sources: &'a BTreeMap<String, SourceSize>) -> Self {
+        Self {
+            output,
+            present: Present::of(graph.present),
+            pinned: &[],
+            observe: Observe::Shown,
+            facts: &|_| true,
+            counts: &[],
+            sources,
+            world: WorldInput::ON_PAPER,
+            memory: &EstimatedMemory,
+            alias: true,
+            poison: false,
+            limits: DeviceLimits::PORTABLE,
+        }
+    }
 }
 
 /// Which resources can be read at the end of a frame, besides pinned ones. The choice never changes later frames: passes whose outputs a
@@ -147,7 +168,7 @@ impl DeviceLimits {
     };
 }
 
-/// The debug target: what is shown, from which point of the frame.
+/// The debug target: the resource that is shown, and the point of the frame at which it is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Present {
     /// The resource.
@@ -164,6 +185,13 @@ pub struct Present {
     /// no such round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub round: Option<u32>,
+}
+
+impl Present {
+    /// The first mip and layer of a resource, as they are at the end of a frame.
+    pub const fn of(resource: ResourceId) -> Self {
+        Self { resource, age: 0, mip: 0, layer: 0, after: None, round: None }
+    }
 }
 
 /// `VkMemoryRequirements`.

@@ -15,7 +15,7 @@ use bitflags::bitflags;
 use raxel_shader::format::Format;
 use serde::Serialize;
 
-use crate::ir::checked::{BoundAccess, Clear, ClockId, Graph, PassId, ResourceId, Source, Value};
+use crate::ir::checked::{BoundAccess, Clear, ClockId, Graph, PassId, ResourceId, Value, ValueOrigin};
 use crate::ir::index::index32;
 pub use crate::ir::input::{
     BindingLimits, DeviceLimits, MemoryModel, Observe, PlanInput, Present, Requirements, SourceSize, WorldInput,
@@ -138,7 +138,7 @@ pub enum CopySelector {
 
 impl Plan {
     /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
-    pub fn constant(&self, source: &Source) -> Option<Value> {
+    pub fn constant(&self, source: &ValueOrigin) -> Option<Value> {
         crate::ir::size::constant(source, &self.sizes, &self.materials)
     }
 
@@ -164,7 +164,7 @@ impl Plan {
     }
 
     /// Which counter selects the current copy of a resource at a step.
-    pub fn turn(&self, step: usize, resource: ResourceId) -> CopySelector {
+    pub fn selector(&self, step: usize, resource: ResourceId) -> CopySelector {
         self.graph.resource(resource).clock.map_or(CopySelector::Frame, |clock| self.clock_at(step, clock))
     }
 

@@ -1,6 +1,6 @@
 //! The size of a resource, and the values that sizes decide.
 
-use crate::ir::checked::{Source, Value};
+use crate::ir::checked::{Value, ValueOrigin};
 
 /// Size of a resource for one output size and one world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -71,19 +71,23 @@ impl Size {
 }
 
 /// The value of a source that sizes decide, or the file; `None` for what changes from frame to frame.
-pub(crate) fn constant(source: &Source, sizes: &[Size], materials: &[u32]) -> Option<Value> {
+pub(crate) fn constant(source: &ValueOrigin, sizes: &[Size], materials: &[u32]) -> Option<Value> {
     Some(match source {
-        Source::Value(value) => *value,
-        Source::ExtentOf(target) => {
+        ValueOrigin::Value(value) => *value,
+        ValueOrigin::ExtentOf(target) => {
             let [x, y, z] = sizes[target.0 as usize]
                 .texels(0)
                 .unwrap_or([1; 3])
                 .map(|axis| i32::try_from(axis).unwrap_or(i32::MAX));
             Value::IVec4([x, y, z, 1])
         }
-        Source::CountOf(buffer) => Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX)),
-        Source::Material(at) => Value::U32(materials.get(*at as usize).copied().unwrap_or(0)),
-        Source::Param(_) | Source::Builtin(_) | Source::Clock(..) | Source::Round(_) => return None,
+        ValueOrigin::CountOf(buffer) => {
+            Value::U32(u32::try_from(sizes[buffer.0 as usize].elements()).unwrap_or(u32::MAX))
+        }
+        ValueOrigin::Material(at) => Value::U32(materials.get(*at as usize).copied().unwrap_or(0)),
+        ValueOrigin::Param(_) | ValueOrigin::Builtin(_) | ValueOrigin::Clock(..) | ValueOrigin::Round(_) => {
+            return None;
+        }
     })
 }
 

@@ -242,17 +242,7 @@ fn resources(r: &mut Random, tame: bool) -> Vec<Resource> {
             false => (Origin::Graph, history),
         };
         let keep = !source && r.percent(rarely(12));
-        made.push(Resource {
-            name: format!("r{number}"),
-            kind,
-            history,
-            keep,
-            clock: None,
-            made: false,
-            warnings: Vec::new(),
-            origin,
-            place: place(),
-        });
+        made.push(Resource { history, keep, origin, ..Resource::new(format!("r{number}"), kind, place()) });
     }
     made
 }
@@ -465,7 +455,7 @@ fn moving(r: &mut Random) -> Fill {
         Builtin::FrameStill,
         Builtin::HistoryValid,
     ]);
-    Fill { member: "value".to_owned(), offset: 0, ty: from.ty(), stride: 0, from: Source::Builtin(from) }
+    Fill { member: "value".to_owned(), offset: 0, ty: from.ty(), stride: 0, from: ValueOrigin::Builtin(from) }
 }
 
 fn place() -> Span {

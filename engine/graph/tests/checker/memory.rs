@@ -168,7 +168,7 @@ fn uses_history(plan: &Plan) -> bool {
         let stored = accesses.any(|a| a.resource == planned.resource && a.access.writes()) || filled(index);
         (initialised(&resource.kind) || resource.keep) && stored || grows(plan, planned.resource)
     };
-    let counts = |fill: &Fill| matches!(fill.from, Source::Builtin(Builtin::FrameStill | Builtin::HistoryValid));
+    let counts = |fill: &Fill| matches!(fill.from, ValueOrigin::Builtin(Builtin::FrameStill | Builtin::HistoryValid));
     let tells = |pass: &Pass| pass.every.is_some() || pass.push.iter().any(counts);
     plan.resources.iter().enumerate().any(carries)
         || plan.passes.iter().any(|planned| tells(plan.graph.pass(planned.pass)))

@@ -84,17 +84,7 @@ impl Hand {
     fn resource(&mut self, name: &str, kind: ResourceKind, history: u32) -> &mut Hand {
         let place = Span::new("graphs/hand.toml", 0..0);
         let origin = kind.supplied_by().map_or(Origin::Graph, |_| Origin::Source(Access::Read));
-        self.graph.resources.push(Resource {
-            origin,
-            name: name.to_owned(),
-            kind,
-            history,
-            keep: false,
-            clock: None,
-            made: false,
-            warnings: Vec::new(),
-            place,
-        });
+        self.graph.resources.push(Resource { origin, history, ..Resource::new(name, kind, place) });
         self
     }
 
@@ -108,7 +98,7 @@ impl Hand {
     /// A pass that takes `frame.time`, so that what it makes is another thing in every frame.
     pub fn pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let pass = self.still_pass(name, binds);
-        pass.push.push(from(Source::Builtin(Builtin::FrameTime)));
+        pass.push.push(from(ValueOrigin::Builtin(Builtin::FrameTime)));
         pass
     }
 
@@ -197,7 +187,7 @@ impl Hand {
 }
 
 /// A push constant.
-pub fn from(from: Source) -> Fill {
+pub fn from(from: ValueOrigin) -> Fill {
     Fill { member: "value".to_owned(), offset: 0, ty: ValueType::scalar(Scalar::F32), stride: 0, from }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use raxel_diagnostics::names::closest;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
-use raxel_graph::checked::{Fill, Source, UniformBlock};
+use raxel_graph::checked::{Fill, UniformBlock, ValueOrigin};
 use raxel_graph::index32;
 use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{Binding, BindingKind, Block, Member as ShaderMember, Type};
@@ -340,7 +340,7 @@ impl Slot<'_> {
             }
         }
         let Some(feed) = &member.feed else { return };
-        let mut put = |index: u32, from: Source| {
+        let mut put = |index: u32, from: ValueOrigin| {
             let path = if len.is_some() { format!("{}[{index}]", leaf.path) } else { leaf.path.clone() };
             let stride = match element {
                 Type::Matrix { stride, .. } => *stride,
@@ -350,9 +350,9 @@ impl Slot<'_> {
             fills.push(Fill { member: path, offset, ty, stride, from });
         };
         match (&feed.value, len) {
-            (Feed::From(Source::Round(index), from), None) if from.fits(ty) || ty.is_i32() => {
+            (Feed::From(ValueOrigin::Round(index), from), None) if from.fits(ty) || ty.is_i32() => {
                 if loops::around(self.context, *index, &feed.span, found).is_some() {
-                    put(0, Source::Round(*index));
+                    put(0, ValueOrigin::Round(*index));
                 }
             }
             (Feed::From(source, from), None) if from.fits(ty) => put(0, source.clone()),
@@ -362,7 +362,7 @@ impl Slot<'_> {
                 let bool_ty = ValueType::scalar(raxel_shader::interface::Scalar::Bool);
                 let value = typed(literal, ty).or_else(|| typed(literal, bool_ty).filter(|_| bool_ty.fits(ty)));
                 match value {
-                    Some(value) => put(0, Source::Value(value)),
+                    Some(value) => put(0, ValueOrigin::Value(value)),
                     None => found.push(self.wrong_literal(&feed.span, &describe(literal))),
                 }
             }
@@ -370,7 +370,7 @@ impl Slot<'_> {
                 Data::Array(elements) if elements.len() == len as usize => {
                     for (index, element) in elements.iter().enumerate() {
                         match typed(element, ty) {
-                            Some(value) => put(index32(index), Source::Value(value)),
+                            Some(value) => put(index32(index), ValueOrigin::Value(value)),
                             None => found.push(self.wrong_literal(&element.span, &describe(element))),
                         }
                     }

@@ -2,7 +2,7 @@
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
-use raxel_graph::checked::Source;
+use raxel_graph::checked::ValueOrigin;
 use raxel_graph::value::{ValueType, glsl};
 use raxel_shader::interface::{Interface, SpecConstant, Type};
 
@@ -14,9 +14,9 @@ use crate::resolve::Feed;
 const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 /// Checks `specialization`; gives values by constant id, in order of the ids.
-pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, Source)> {
+pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, ValueOrigin)> {
     let constants = &context.interface().specialization;
-    let mut values: Vec<(u32, Source)> = Vec::new();
+    let mut values: Vec<(u32, ValueOrigin)> = Vec::new();
     for (name, feed) in &context.pass.specialization {
         let named = constants.iter().find(|constant| constant.name == name.value && !name.value.is_empty());
         let Some(constant) = named.or_else(|| of_workgroup(context.interface(), &name.value)) else {
@@ -41,13 +41,13 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
         let Some(feed) = feed else { continue };
         let ty = ValueType::scalar(constant.scalar);
         let is = match &feed.value {
-            Feed::From(Source::Round(index), from) if *from == ty || ty.is_i32() => {
+            Feed::From(ValueOrigin::Round(index), from) if *from == ty || ty.is_i32() => {
                 if loops::around(context, *index, &feed.span, found).is_some() {
-                    values.push((constant.id, Source::Round(*index)));
+                    values.push((constant.id, ValueOrigin::Round(*index)));
                 }
                 continue;
             }
-            Feed::From(source @ (Source::Param(_) | Source::Builtin(_)), _) => {
+            Feed::From(source @ (ValueOrigin::Param(_) | ValueOrigin::Builtin(_)), _) => {
                 found.push(not_fixed(context, name, source, &feed.span));
                 continue;
             }
@@ -58,7 +58,7 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, So
             Feed::From(_, from) => format!("`{}`", from.word()),
             Feed::Literal(literal) => match typed(literal, ty) {
                 Some(value) => {
-                    values.push((constant.id, Source::Value(value)));
+                    values.push((constant.id, ValueOrigin::Value(value)));
                     continue;
                 }
                 None => describe(literal),
@@ -87,9 +87,9 @@ fn of_workgroup<'i>(interface: &'i Interface, name: &str) -> Option<&'i SpecCons
 }
 
 /// A constant is built into the pipeline; what changes from frame to frame cannot be one.
-fn not_fixed(context: &Context<'_>, name: &Spanned<String>, source: &Source, place: &Span) -> Diagnostic {
+fn not_fixed(context: &Context<'_>, name: &Spanned<String>, source: &ValueOrigin, place: &Span) -> Diagnostic {
     let what = match source {
-        Source::Param(_) => "a param",
+        ValueOrigin::Param(_) => "a param",
         _ => "a value of the frame",
     };
     Diagnostic::error(

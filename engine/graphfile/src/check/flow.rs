@@ -1,7 +1,9 @@
-//! What flows between passes: what is presented or read must be written by some pass.
+//! Data flow between passes: some pass must write each resource that is presented or read.
 
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, Source};
+use raxel_graph::checked::{
+    BufferSize, Dispatch, Extent, Fact, Graph, Pass, ResourceId, ResourceKind, Rounds, ValueOrigin,
+};
 use raxel_graph::index32;
 
 use super::{given, loops};
@@ -117,7 +119,8 @@ fn mentioned(graph: &Graph, id: ResourceId) -> bool {
         };
         let fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
         let sources = fills.map(|fill| &fill.from).chain(pass.specialization.iter().map(|(_, source)| source));
-        dispatched || sources.into_iter().any(|from| *from == Source::ExtentOf(id) || *from == Source::CountOf(id))
+        dispatched
+            || sources.into_iter().any(|from| *from == ValueOrigin::ExtentOf(id) || *from == ValueOrigin::CountOf(id))
     });
     let by_loop = graph.loops.iter().any(|repeated| repeated.rounds == Rounds::Mips(id));
     by_size || by_pass || by_loop
@@ -135,7 +138,7 @@ fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
             || graph.passes.iter().any(|pass| {
                 let mut fills = pass.push.iter().chain(pass.uniforms.iter().flat_map(|block| &block.fills));
                 let condition = pass.when.iter().any(|when| when.fact == Fact::Param(id));
-                condition || fills.any(|fill| fill.from == Source::Param(id))
+                condition || fills.any(|fill| fill.from == ValueOrigin::Param(id))
             });
         if !used {
             found.push(

@@ -1,7 +1,7 @@
-//! Workgroups and capabilities: what never runs is an error, what some devices lack is a warning.
+//! Workgroups and capabilities: an error where no device can run a shader, a warning where some cannot.
 
 use raxel_diagnostics::{Diagnostic, codes};
-use raxel_graph::checked::{Source, Value};
+use raxel_graph::checked::{Value, ValueOrigin};
 
 use super::Context;
 
@@ -51,12 +51,12 @@ const SOMETIMES: [&str; 13] = [
 ];
 
 /// Checks the workgroup size, with the constants that the graph sets, and the capabilities.
-pub fn check(context: &Context<'_>, constants: &[(u32, Source)], found: &mut Vec<Diagnostic>) {
+pub fn check(context: &Context<'_>, constants: &[(u32, ValueOrigin)], found: &mut Vec<Diagnostic>) {
     let size = context.interface().local_size.map(|axis| {
         let set = constants.iter().find(|(id, _)| Some(*id) == axis.spec_id);
         match set {
-            Some((_, Source::Value(Value::U32(value)))) => *value,
-            Some((_, Source::Value(Value::I32(value)))) => u32::try_from(*value).unwrap_or(0),
+            Some((_, ValueOrigin::Value(Value::U32(value)))) => *value,
+            Some((_, ValueOrigin::Value(Value::I32(value)))) => u32::try_from(*value).unwrap_or(0),
             // What only a plan knows is judged there.
             Some(_) => 1,
             None => axis.value,

@@ -85,18 +85,8 @@ impl Scope<'_> {
         let display = target.display.as_ref().filter(|_| known);
         image.display = display.and_then(|display| show(&name.value, display, image.format, found));
         let sound = known && !target.flawed && found.len() == before;
-        let (kind, place) = (ResourceKind::Target(image), name.span.clone());
-        let item = Resource {
-            name: name.value.clone(),
-            kind,
-            history: 0,
-            keep: false,
-            clock: None,
-            made: false,
-            warnings: Vec::new(),
-            origin,
-            place,
-        };
+        let image = Resource::new(&name.value, ResourceKind::Target(image), name.span.clone());
+        let item = Resource { origin, ..image };
         Declared { item, sound, detail: source.span.clone() }
     }
 
@@ -145,19 +135,8 @@ pub fn supplied_image(
     origin: Origin,
 ) -> Declared<Resource> {
     let target = checked::Target { display, ..blank(format, source) };
-    let place = source.span.clone();
-    let item = Resource {
-        name,
-        kind: ResourceKind::Target(target),
-        history: 0,
-        keep: false,
-        clock: None,
-        made: false,
-        warnings: Vec::new(),
-        origin,
-        place: place.clone(),
-    };
-    Declared { item, sound: true, detail: place }
+    let item = Resource { origin, ..Resource::new(name, ResourceKind::Target(target), source.span.clone()) };
+    Declared { item, sound: true, detail: source.span.clone() }
 }
 
 /// Nothing can be as large as what a world supplies: its extent is not known until it is there.

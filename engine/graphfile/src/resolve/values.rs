@@ -4,7 +4,7 @@ use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::ValueType;
 use raxel_graph::checked::{
-    Builtin, ClockValue, Extent, Material, ResourceId, ResourceKind, RoundIndex, Source, Value,
+    Builtin, ClockValue, Extent, Material, ResourceId, ResourceKind, RoundIndex, Value, ValueOrigin,
 };
 use raxel_graph::index32;
 use raxel_shader::interface::Scalar;
@@ -58,7 +58,7 @@ fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
     if let Some(name) = word.strip_prefix("param.") {
         let id = scope.param(name, &from.span, found)?;
         let param = &scope.params[id.0 as usize];
-        return param.sound.then(|| Feed::From(Source::Param(id), Value::ty(&param.item.default)));
+        return param.sound.then(|| Feed::From(ValueOrigin::Param(id), Value::ty(&param.item.default)));
     }
     if let Some(name) = word.strip_prefix("target.").and_then(|rest| rest.strip_suffix(".size")) {
         let name = Spanned::new(name.to_owned(), from.span.clone());
@@ -68,25 +68,25 @@ fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
         }
         let rows = if has_third_axis(id, scope) { 3 } else { 2 };
         let ty = ValueType::vector(Scalar::I32, rows);
-        return Some(Feed::From(Source::ExtentOf(id), ty));
+        return Some(Feed::From(ValueOrigin::ExtentOf(id), ty));
     }
     if let Some(name) = word.strip_prefix("buffer.").and_then(|rest| rest.strip_suffix(".count")) {
         let name = Spanned::new(name.to_owned(), from.span.clone());
         let id = of_kind(&name, scope, "buffer", found)?;
         let ty = ValueType::scalar(Scalar::U32);
-        return elements(id, &name, scope, found).then_some(Feed::From(Source::CountOf(id), ty));
+        return elements(id, &name, scope, found).then_some(Feed::From(ValueOrigin::CountOf(id), ty));
     }
     if let Some(index) = RoundIndex::ALL.into_iter().find(|index| index.name() == word) {
-        return Some(Feed::From(Source::Round(index), ValueType::scalar(Scalar::U32)));
+        return Some(Feed::From(ValueOrigin::Round(index), ValueType::scalar(Scalar::U32)));
     }
     if let Some(name) = word.strip_prefix("material.").filter(|name| !name.is_empty()) {
         let mut materials = scope.materials.borrow_mut();
         materials.push(Material { name: name.to_owned(), place: from.span.clone() });
         let ty = ValueType::scalar(Scalar::U32);
-        return Some(Feed::From(Source::Material(index32(materials.len()) - 1), ty));
+        return Some(Feed::From(ValueOrigin::Material(index32(materials.len()) - 1), ty));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == word) {
-        return Some(Feed::From(Source::Builtin(*builtin), builtin.ty()));
+        return Some(Feed::From(ValueOrigin::Builtin(*builtin), builtin.ty()));
     }
     if let Some((name, word)) = word.strip_prefix("clock.").and_then(|rest| rest.rsplit_once('.'))
         && let Some((value, _)) = ClockValue::ALL.iter().find(|(_, known)| *known == word)
@@ -96,7 +96,7 @@ fn source(from: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>
             ClockValue::Tick => Scalar::U32,
             ClockValue::Delta | ClockValue::Phase => Scalar::F32,
         };
-        return Some(Feed::From(Source::Clock(id, *value), ValueType::scalar(scalar)));
+        return Some(Feed::From(ValueOrigin::Clock(id, *value), ValueType::scalar(scalar)));
     }
     found.push(unknown_source(word, &from.span, scope));
     None

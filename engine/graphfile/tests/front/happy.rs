@@ -1,7 +1,7 @@
 //! What a graph without a mistake becomes.
 
 use raxel_graph::checked::{
-    Builtin, Clear, Dispatch, Every, Extent, Fact, Interval, ResourceKind, Source, Usage, Value,
+    Builtin, Clear, Dispatch, Every, Extent, Fact, Interval, ResourceKind, Usage, Value, ValueOrigin,
 };
 use raxel_shader::interface::{Access, Scalar};
 
@@ -28,7 +28,10 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert_eq!(target("pyramid").mips, 5);
 
     let primary = graph.pass(graph.find_pass("primary").unwrap());
-    assert_eq!(primary.specialization, [(0, Source::Value(Value::I32(2))), (1, Source::Value(Value::U32(8)))]);
+    assert_eq!(
+        primary.specialization,
+        [(0, ValueOrigin::Value(Value::I32(2))), (1, ValueOrigin::Value(Value::U32(8)))]
+    );
     assert_eq!(primary.subgroup_size, None);
     assert_eq!(primary.dispatch, Dispatch::ThreadsOf { target: graph.find_resource("hit").unwrap(), mip: 0 });
     let defines: Vec<_> = primary.shader.request.defines.iter().map(|(name, text)| (&name[..], &text[..])).collect();
@@ -38,8 +41,8 @@ fn every_construct_arrives_in_the_checked_graph() {
     let members = [("camera_cell", 0, [3, 1]), ("camera_frac", 16, [3, 1]), ("view", 32, [4, 4])];
     assert_eq!(push[..3], members);
     assert_eq!(primary.push[2].stride, 16);
-    assert_eq!(primary.push[0].from, Source::Builtin(Builtin::CameraCell));
-    assert_eq!(primary.push[5].from, Source::ExtentOf(graph.find_resource("hit").unwrap()));
+    assert_eq!(primary.push[0].from, ValueOrigin::Builtin(Builtin::CameraCell));
+    assert_eq!(primary.push[5].from, ValueOrigin::ExtentOf(graph.find_resource("hit").unwrap()));
 
     // colors[0], colors[1], lights[0].color, lights[0].on, …, sun.direction, sun.strength; std140.
     let sky: Vec<_> = primary.uniforms[0].fills.iter().map(|fill| (&fill.member[..], fill.offset)).collect();
@@ -47,7 +50,7 @@ fn every_construct_arrives_in_the_checked_graph() {
     assert_eq!(sky[..4], first);
     assert_eq!(sky[6..], [("sun.direction", 64), ("sun.strength", 76)]);
     assert_eq!(primary.uniforms[0].fills[3].ty.scalar, Scalar::U32);
-    assert_eq!(primary.uniforms[0].fills[3].from, Source::Value(Value::Bool(true)));
+    assert_eq!(primary.uniforms[0].fills[3].from, ValueOrigin::Value(Value::Bool(true)));
     assert_eq!(primary.uniforms[0].size, 80);
 
     let access = |pass: &str, resource: &str| {
@@ -104,9 +107,9 @@ fn a_queue_becomes_two_passes() {
     assert!(graph.resource(arguments).made && graph.resource(arguments).history == 0);
     assert_eq!(primary.dispatch, Dispatch::Indirect { buffer: arguments, offset: 0 });
     let args = graph.find_resource("args").unwrap();
-    let local = [Source::CountOf(args), Source::Value(Value::U32(8)), Source::Value(Value::U32(1))];
+    let local = [ValueOrigin::CountOf(args), ValueOrigin::Value(Value::U32(8)), ValueOrigin::Value(Value::U32(1))];
     assert_eq!(maker.specialization, [0, 1, 2].map(|id| (id, local[id as usize].clone())));
-    assert_eq!(maker.push[0].from, Source::Value(Value::U32(2)));
+    assert_eq!(maker.push[0].from, ValueOrigin::Value(Value::U32(2)));
     let counters = graph.find_resource("counters").unwrap();
     // Both as they are in this frame, each at the binding of its name.
     let bound = |binding: Option<u32>| maker.shader.interface.bindings[binding.unwrap() as usize].name.as_str();
@@ -114,22 +117,8 @@ fn a_queue_becomes_two_passes() {
     assert_eq!(touched, [(counters, 0, Access::Read, "queue"), (arguments, 0, Access::Write, "arguments")]);
     assert!(graph.files.iter().all(|file| !file.contains("arguments")), "{:?}", graph.files);
 
-    let present =
-        raxel_graph::plan::Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
-    let input = raxel_graph::plan::PlanInput {
-        output: [64, 32],
-        present,
-        pinned: &[],
-        observe: raxel_graph::plan::Observe::Shown,
-        counts: &[],
-        facts: &|_| true,
-        sources: &std::collections::BTreeMap::new(),
-        world: raxel_graph::plan::WorldInput::ON_PAPER,
-        memory: &raxel_graph::EstimatedMemory,
-        alias: true,
-        poison: false,
-        limits: raxel_graph::plan::DeviceLimits::PORTABLE,
-    };
+    let sources = std::collections::BTreeMap::new();
+    let input = raxel_graph::plan::PlanInput::on_paper(&graph, [64, 32], &sources);
     let plan = raxel_graph::plan(std::sync::Arc::new(graph), &input).unwrap_or_else(|found| panic!("{found:#?}"));
     let text = raxel_graph::print::text(&plan);
     assert!(text.contains("primary.arguments  1×1×1 groups, made by raxel"), "{text}");

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use raxel_graph::EstimatedMemory;
-use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, Source};
-use raxel_graph::plan::{DeviceLimits, Observe, PlanInput, Present, WorldInput};
+use raxel_graph::checked::{ClockId, Dispatch, Graph, RoundIndex, Rounds, ValueOrigin};
+use raxel_graph::plan::PlanInput;
 
 use crate::files::Project;
 
@@ -139,8 +138,8 @@ fn loops_arrive_in_the_checked_graph() {
     assert_eq!(down.dispatch_mip, Some(RoundIndex::Next));
     assert_eq!(down.mips.len(), 2);
     let mix = graph.pass(graph.find_pass("mix").unwrap());
-    assert_eq!(mix.push[0].from, Source::Round(RoundIndex::Index), "a signed member takes it too");
-    assert_eq!(mix.specialization, [(0, Source::Round(RoundIndex::Next))]);
+    assert_eq!(mix.push[0].from, ValueOrigin::Round(RoundIndex::Index), "a signed member takes it too");
+    assert_eq!(mix.specialization, [(0, ValueOrigin::Round(RoundIndex::Next))]);
     assert!(matches!(mix.dispatch, Dispatch::ThreadsOf { mip: 0, .. }));
 }
 
@@ -293,22 +292,8 @@ fn a_mistake_of_every_round_is_told_once() {
         ),
     );
     let graph = Arc::new(compiled(&project));
-    let present = Present { resource: graph.present, age: 0, mip: 0, layer: 0, after: None, round: None };
     let sources = BTreeMap::new();
-    let input = PlanInput {
-        output: [320, 180],
-        present,
-        pinned: &[],
-        observe: Observe::Shown,
-        facts: &|_| true,
-        counts: &[],
-        sources: &sources,
-        world: WorldInput::ON_PAPER,
-        memory: &EstimatedMemory,
-        alias: true,
-        poison: false,
-        limits: DeviceLimits::PORTABLE,
-    };
+    let input = PlanInput::on_paper(&graph, [320, 180], &sources);
     let found = raxel_graph::plan(graph, &input).expect_err("`color` has one mip");
     let messages: Vec<_> = found.iter().map(|diagnostic| diagnostic.message.as_str()).collect();
     assert_eq!(messages, ["pass `down[1]` binds mip 1 of `color`, which has 1"]);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use raxel_graph::checked::{Builtin, Graph, Source, Value};
+use raxel_graph::checked::{Builtin, Graph, Value, ValueOrigin};
 
 use crate::files::Project;
 
@@ -89,29 +89,29 @@ fn compiled(project: &Project) -> Graph {
     }
 }
 
-fn pushed(graph: &Graph, pass: usize) -> Vec<(&str, u32, Source)> {
+fn pushed(graph: &Graph, pass: usize) -> Vec<(&str, u32, ValueOrigin)> {
     graph.passes[pass].push.iter().map(|fill| (&fill.member[..], fill.offset, fill.from.clone())).collect()
 }
 
 #[test]
 fn a_shared_block_fills_every_block_of_its_name() {
     let graph = compiled(&project());
-    let sun = Source::Param(graph.find_param("sun").unwrap());
-    let weight = |value| Source::Value(Value::F32(value));
+    let sun = ValueOrigin::Param(graph.find_param("sun").unwrap());
+    let weight = |value| ValueOrigin::Value(Value::F32(value));
     assert_eq!(
         pushed(&graph, 0),
         [
             ("sun", 0, sun.clone()),
             ("weights[0]", 4, weight(1.0)),
             ("weights[1]", 8, weight(2.0)),
-            ("index", 12, Source::Builtin(Builtin::FrameIndex)),
-            ("view", 16, Source::Builtin(Builtin::CameraViewToWorld)),
+            ("index", 12, ValueOrigin::Builtin(Builtin::FrameIndex)),
+            ("view", 16, ValueOrigin::Builtin(Builtin::CameraViewToWorld)),
         ]
     );
     // The pass's own value lies over it.
-    assert_eq!(pushed(&graph, 1), [("index", 0, Source::Value(Value::U32(7)))]);
+    assert_eq!(pushed(&graph, 1), [("index", 0, ValueOrigin::Value(Value::U32(7)))]);
     let shared = compiled(&project().edit(PATH, "push.index = 7\n", ""));
-    assert_eq!(pushed(&shared, 1), [("index", 0, Source::Builtin(Builtin::FrameIndex))]);
+    assert_eq!(pushed(&shared, 1), [("index", 0, ValueOrigin::Builtin(Builtin::FrameIndex))]);
 
     // The same as a uniform block, whose members are far apart.
     let uniform = project()
@@ -141,9 +141,9 @@ fn blocks_are_laid_over_those_of_a_base() {
     assert_eq!(
         values[1..4],
         [4.0, 5.0]
-            .map(|value| Source::Value(Value::F32(value)))
+            .map(|value| ValueOrigin::Value(Value::F32(value)))
             .into_iter()
-            .chain([Source::Value(Value::U32(3))])
+            .chain([ValueOrigin::Value(Value::U32(3))])
             .collect::<Vec<_>>()
     );
     // Taken away as a whole, and one member of it.

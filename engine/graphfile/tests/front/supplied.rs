@@ -6,10 +6,8 @@ use std::sync::Arc;
 
 use raxel_diagnostics::SourceMap;
 use raxel_graph::checked::{Extent, Graph, Interval, ResourceKind, Usage};
-use raxel_graph::plan::{
-    DeviceLimits, Lifetime, Observe, PlanInput, Present, ResourceDesc, SourceSize, Step, WorldInput,
-};
-use raxel_graph::{EstimatedMemory, plan, print};
+use raxel_graph::plan::{DeviceLimits, Lifetime, PlanInput, Present, ResourceDesc, SourceSize, Step};
+use raxel_graph::{plan, print};
 use raxel_graphfile::{Options, compile_with};
 use raxel_shader::Compiler;
 use raxel_shader::format::Format;
@@ -154,29 +152,11 @@ fn a_graph_can_be_compiled_over_another_source() {
 #[test]
 fn plans_take_it_as_it_is() {
     let graph = Arc::new(compiled(&project()));
-    let present = |resource: &str, mip| Present {
-        resource: graph.find_resource(resource).unwrap(),
-        age: 0,
-        mip,
-        layer: 0,
-        after: None,
-        round: None,
-    };
+    let present = |resource: &str, mip| Present { mip, ..Present::of(graph.find_resource(resource).unwrap()) };
     let plan_within = |image_3d, image, present| {
-        let input = PlanInput {
-            output: [64, 32],
-            present,
-            pinned: &[],
-            observe: Observe::Shown,
-            counts: &[],
-            facts: &|_| true,
-            sources: &BTreeMap::from([("world.texture3d".to_owned(), SourceSize { bytes: 96, image })]),
-            world: WorldInput::ON_PAPER,
-            memory: &EstimatedMemory,
-            alias: true,
-            poison: false,
-            limits: DeviceLimits { image_3d, ..DeviceLimits::PORTABLE },
-        };
+        let sources = BTreeMap::from([("world.texture3d".to_owned(), SourceSize { bytes: 96, image })]);
+        let limits = DeviceLimits { image_3d, ..DeviceLimits::PORTABLE };
+        let input = PlanInput { present, limits, ..PlanInput::on_paper(&graph, [64, 32], &sources) };
         plan(graph.clone(), &input)
     };
     let plan = |image, present| plan_within(128, image, present);

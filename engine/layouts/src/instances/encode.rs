@@ -6,7 +6,8 @@ use super::bvh::{self, NODE_WORDS};
 use super::frame::{Frame, Rotation};
 use super::lamps::Lamps;
 use super::{Instance, Instances};
-use crate::{BlockMember, Layout, LayoutError, QUADS_STRIDE, Tree64Header};
+use crate::block::words_and_quads;
+use crate::{BlockMember, Layout, LayoutError, Tree64Header};
 
 /// Words of the header: how many instances there are, the quad of the first one, how many have lamps, and the quad where the list of these begins.
 const HEADER_WORDS: usize = 4;
@@ -162,16 +163,8 @@ impl InstanceBuffer {
     }
 
     /// The members of the buffer block that a shader must declare, in order.
-    #[expect(clippy::cast_possible_truncation, reason = "a header has a few words")]
     pub fn block() -> Vec<BlockMember> {
-        let member = |name, offset| BlockMember { name, offset, ty: "uint", stride: None };
-        vec![
-            member("count", 0),
-            member("first", 4),
-            member("lamps", 8),
-            member("lamps_at", 12),
-            BlockMember { name: "quads", offset: 4 * HEADER_WORDS as u32, ty: "uvec4", stride: Some(QUADS_STRIDE) },
-        ]
+        words_and_quads::<HEADER_WORDS>(["count", "first", "lamps", "lamps_at"])
     }
 }
 

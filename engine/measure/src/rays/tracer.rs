@@ -6,7 +6,8 @@ use std::sync::Arc;
 use raxel_diagnostics::{FileError, Files, SourceMap};
 use raxel_execute::{Texture, upload_image};
 use raxel_gpu::{
-    Buffer, ComputePipeline, Device, ImageView, PipelineInfo, Resource, Sampler, Slot, ViewInfo, upload, vk,
+    Buffer, ComputePipeline, DescriptorSlot, Device, ImageView, PipelineInfo, Resource, Sampler, Sampling, ViewInfo,
+    upload, vk,
 };
 use raxel_layouts::{Encoded, EncodedImage, Layout};
 use raxel_runtime::sources::{VOXEL_FORMAT, layout_limits};
@@ -195,7 +196,7 @@ impl Tracer {
         let image = upload_image(&self.device, "world voxels", texture, &mips, PATIENCE)?;
         let info = ViewInfo { ty: vk::ImageViewType::TYPE_3D, mips: mips.len() as u32, ..ViewInfo::FLAT };
         let view = Arc::new(ImageView::new(&self.device, &image, &info)?);
-        Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, false, false)?)))
+        Ok(Resource::SampledImage(view, Arc::new(Sampler::new(&self.device, Sampling::default())?)))
     }
 
     /// The resources of the shader's bindings, in order.
@@ -237,7 +238,7 @@ pub(super) fn compile(
     let (shader, _warnings) = Compiler::new(files.clone())
         .shader(request, &mut texts)
         .map_err(|diagnostics| RayError::Shader { diagnostics, texts })?;
-    let slots: Vec<Slot> = shader
+    let slots: Vec<DescriptorSlot> = shader
         .interface
         .bindings
         .iter()
@@ -253,7 +254,7 @@ pub(super) fn compile(
                     });
                 }
             };
-            Ok(Slot { set: binding.set, binding: binding.binding, ty, count: binding.count })
+            Ok(DescriptorSlot { set: binding.set, binding: binding.binding, ty, count: binding.count })
         })
         .collect::<Result<_, _>>()?;
     let push_bytes = shader.interface.push.as_ref().map_or(0, |push| push.size);

@@ -21,9 +21,9 @@ use super::matrix;
 
 /// Runs all frames of the demo without a window, one after the other, and reports their times.
 pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, console: &Console) -> Result {
-    let front = OfflineProject::around(file).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let path = front.project.path_of(file).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let demo = OfflineProject::good(front.loader.demo(&path), console)?;
+    let offline = OfflineProject::around(file).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let path = offline.project.path_of(file).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let demo = OfflineProject::good(offline.loader.demo(&path), console)?;
     let [size] = args.sizes_or(demo.size)[..] else {
         return Err(Failure::usage("a demo is run in one size"));
     };
@@ -38,8 +38,8 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
     });
     let files = files.transpose()?;
     let options = Options {
-        project: Some(front.project.root().to_owned()),
-        demo: Some(front.project.on_disk(&path)),
+        project: Some(offline.project.root().to_owned()),
+        demo: Some(offline.project.on_disk(&path)),
         size,
         step: Some(1.0 / demo.fps),
         device: device.device.clone(),

@@ -88,15 +88,15 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             Pending::new(&folder.join(file))?;
         }
     }
-    let front = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let mut found = find(args, &front, console)?;
+    let offline = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let mut found = find(args, &offline, console)?;
     if let Some(folder) = &args.export {
         if found.matrix.sizes.is_empty() {
             found.matrix.sizes = vec![[320, 180]];
         }
         return export::run(folder, &found.matrix, &found.worlds, console);
     }
-    let mut runner = Runner::new(Arc::new(front.loader), device).map_err(bench_failure)?;
+    let mut runner = Runner::new(Arc::new(offline.loader), device).map_err(bench_failure)?;
     for verdict in runner.device().verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {
         console.detail(&verdict.to_string());
     }
@@ -218,11 +218,11 @@ fn bench_failure(error: BenchError) -> Failure {
     }
 }
 
-fn find(args: &Args, front: &OfflineProject, console: &Console) -> Result<Found> {
+fn find(args: &Args, offline: &OfflineProject, console: &Console) -> Result<Found> {
     // An export has no use for graphs.
-    let graphs = if args.export.is_some() { Vec::new() } else { each_once(find_graphs(args, front)?) };
+    let graphs = if args.export.is_some() { Vec::new() } else { each_once(find_graphs(args, offline)?) };
     let layouts = each_once(find_layouts(&args.layouts)?);
-    let worlds = each_once(find_worlds(&args.worlds, front)?);
+    let worlds = each_once(find_worlds(&args.worlds, offline)?);
     if !args.seconds.is_finite() || args.seconds <= 0.0 {
         return Err(Failure::usage("`--seconds` is a number above 0"));
     }
@@ -236,11 +236,11 @@ fn find(args: &Args, front: &OfflineProject, console: &Console) -> Result<Found>
         .help("--size 7680x4320"));
     }
     let load = |path: &String| {
-        let world = front.world(path, console)?;
+        let world = offline.world(path, console)?;
         // Every pixel is judged by the voxel that it should show, which no moment of such a world has for all of them.
         let instead =
             format!("`raxel bench stream GRAPH --world {path}` measures frames and loading on a flight through it");
-        front.whole(&world, path, Some(&instead), console).map(|()| world)
+        offline.whole(&world, path, Some(&instead), console).map(|()| world)
     };
     let loaded: Vec<Arc<SessionWorld>> = worlds.iter().map(load).collect::<Result<_>>()?;
     check_cameras(&args.cameras, &loaded)?;
@@ -264,8 +264,8 @@ fn find(args: &Args, front: &OfflineProject, console: &Console) -> Result<Found>
 const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
 
 /// Those of [`TRACERS`], then those of graphs, of graphs/rivals and of graphs/examples.
-fn find_graphs(args: &Args, front: &OfflineProject) -> Result<Vec<String>> {
-    let bench = TRACERS.map(|folder| front.project.graphs_in(folder)).concat();
+fn find_graphs(args: &Args, offline: &OfflineProject) -> Result<Vec<String>> {
+    let bench = TRACERS.map(|folder| offline.project.graphs_in(folder)).concat();
     if args.graphs.is_empty() {
         if bench.is_empty() {
             return Err(Failure::usage("the project has no graph in graphs/bench, and none is named")
@@ -273,9 +273,10 @@ fn find_graphs(args: &Args, front: &OfflineProject) -> Result<Vec<String>> {
         }
         return Ok(bench);
     }
-    let others = ["graphs", "graphs/rivals", "graphs/examples"].map(|folder| front.project.graphs_in(folder)).concat();
+    let others =
+        ["graphs", "graphs/rivals", "graphs/examples"].map(|folder| offline.project.graphs_in(folder)).concat();
     let known: Vec<String> = bench.into_iter().chain(others).collect();
-    args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, front)).collect()
+    args.graphs.iter().map(|named| find_file("graph", named, "graphs", &known, offline)).collect()
 }
 
 /// Pixels of 7680 × 4320.
@@ -287,10 +288,10 @@ const EVERYWHERE: [&str; 2] = ["graphs/bench/first_hit.toml", "graphs/bench/beam
 /// Worlds by default, in this order.
 const WORLDS: [&str; 4] = ["worlds/valley.toml", "worlds/terrain.toml", "worlds/menger.toml", "worlds/monument.toml"];
 
-fn find_worlds(named: &[String], front: &OfflineProject) -> Result<Vec<String>> {
-    let known = front.project.worlds();
+fn find_worlds(named: &[String], offline: &OfflineProject) -> Result<Vec<String>> {
+    let known = offline.project.worlds();
     if !named.is_empty() {
-        return named.iter().map(|named| find_file("world", named, "worlds", &known, front)).collect();
+        return named.iter().map(|named| find_file("world", named, "worlds", &known, offline)).collect();
     }
     let usual: Vec<String> =
         WORLDS.iter().filter(|path| known.iter().any(|known| known == *path)).map(|path| (*path).to_owned()).collect();
@@ -302,13 +303,13 @@ fn find_worlds(named: &[String], front: &OfflineProject) -> Result<Vec<String>> 
 }
 
 /// A file by its path, or one of those known by its name without folder and ending.
-fn find_file(what: &str, named: &str, folder: &str, known: &[String], front: &OfflineProject) -> Result<String> {
+fn find_file(what: &str, named: &str, folder: &str, known: &[String], offline: &OfflineProject) -> Result<String> {
     let stem = |path: &str| path.rsplit('/').next().unwrap_or(path).trim_end_matches(".toml").to_owned();
     if let Some(path) = known.iter().find(|path| *path == named || stem(path) == named) {
         return Ok(path.clone());
     }
-    if let Ok(path) = front.project.path_of(Path::new(named))
-        && front.project.on_disk(&path).is_file()
+    if let Ok(path) = offline.project.path_of(Path::new(named))
+        && offline.project.on_disk(&path).is_file()
     {
         return Ok(path);
     }

@@ -33,7 +33,7 @@ pub(super) fn count(text: &str) -> std::result::Result<u64, String> {
 }
 
 /// The project around the current folder, if there is one.
-pub(super) fn front() -> Option<OfflineProject> {
+pub(super) fn offline() -> Option<OfflineProject> {
     OfflineProject::around(Path::new(".")).ok()
 }
 
@@ -78,8 +78,8 @@ pub(super) fn sites(wanted: &[String]) -> Result<Vec<Site>> {
 }
 
 pub(super) fn world(named: &Path, console: &Console) -> Result<Vec<Site>> {
-    let (front, path) = OfflineProject::of(Some(named), Project::default_world, console)?;
-    let world = front.whole_world(&path, console)?;
+    let (offline, path) = OfflineProject::of(Some(named), Project::default_world, console)?;
+    let world = offline.whole_world(&path, console)?;
     Ok(vec![Site::world(path, std::sync::Arc::new(world.voxels().clone()))])
 }
 

@@ -84,7 +84,7 @@ struct About {
 
 /// Runs the verb.
 pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
-    let front = find::front();
+    let offline = find::offline();
     let sites = match &args.world {
         Some(world) => find::world(world, console)?,
         None => find::sites(&args.scenes)?,
@@ -99,7 +99,7 @@ pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     let mut outputs = args.output.as_deref().map(files::Outputs::prepare).transpose()?.unwrap_or_default();
     // The project's own includes win over those of the binary.
     let files: Arc<dyn Files> =
-        front.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |front| front.loader.files().clone());
+        offline.map_or_else(|| Arc::new(MemoryFiles::default()) as _, |offline| offline.loader.files().clone());
 
     let device = Device::new(options)?;
     for verdict in device.verdicts().iter().filter(|verdict| verdict.chosen || console.verbose()) {

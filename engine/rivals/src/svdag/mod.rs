@@ -8,7 +8,7 @@ use geometry::Geometry;
 use materials::Materials;
 use raxel_layouts::parts::Parts;
 use raxel_layouts::{
-    Edits, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
 };
 use raxel_world::World;
 use upper::Upper;
@@ -16,15 +16,8 @@ use upper::Upper;
 /// A sparse octree in which equal subtrees are stored once.
 pub const LAYOUT: Layout = Layout::new(&ENCODING);
 
-static ENCODING: Encoding = Encoding {
-    name: "svdag",
-    block: SvdagHeader::block,
-    encode: |world, limits, _| encode(world, limits.buffer_bytes),
-    image: None,
-    has_set: false,
-    edits: Edits::Encode,
-    window: None,
-};
+static ENCODING: Encoding =
+    Encoding::new("svdag", SvdagHeader::block, |world, limits, _| encode(world, limits.buffer_bytes));
 
 /// Chunks have 2^6 voxels a side.
 const LOG2_CHUNK: u32 = 6;

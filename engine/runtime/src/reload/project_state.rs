@@ -1,4 +1,4 @@
-//! What a build works on: what was loaded from files, and what the session wants of them.
+//! The input of a build: the loaded files, and the session's choices.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ pub struct ProjectState {
     pub world: LoadOutcome<SessionWorld>,
     /// The demo.
     pub demo: Option<LoadOutcome<Demo>>,
-    /// What was named besides the demo, and takes the place of what the demo names.
+    /// The files that were named besides the demo. They replace those of the demo.
     pub named: Named,
 }
 
@@ -239,14 +239,7 @@ impl BuildSettings {
         Selection {
             graph: path.to_owned(),
             output: self.output,
-            present: present.unwrap_or(raxel_graph::plan::Present {
-                resource: graph.present,
-                age: 0,
-                mip: 0,
-                layer: 0,
-                after: None,
-                round: None,
-            }),
+            present: present.unwrap_or(raxel_graph::plan::Present::of(graph.present)),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
             observe: self.observe,
             facts: build::facts(graph, world, &params, self.context.builder.device()),

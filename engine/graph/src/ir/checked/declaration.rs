@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Dispatch, Graph, PassId, Source};
+use super::{Dispatch, Graph, PassId, ValueOrigin};
 
 impl Graph {
     /// Everything of a pass that decides how long it takes: its shader, dispatch and bindings, the values that it is given, the resources that
@@ -29,7 +29,7 @@ impl Graph {
         let values = pass.push.iter().chain(blocks).map(|fill| (fill.member.as_str(), &fill.from));
         for (member, from) in values.chain(pass.specialization.iter().map(|(_, from)| ("", from))) {
             let _ = match from {
-                Source::Param(id) => write!(text, " {member} {:?}", self.params[id.0 as usize].default),
+                ValueOrigin::Param(id) => write!(text, " {member} {:?}", self.params[id.0 as usize].default),
                 from => write!(text, " {member} {from:?}"),
             };
         }

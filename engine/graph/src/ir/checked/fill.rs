@@ -19,7 +19,7 @@ pub struct Fill {
     /// Bytes between columns of a matrix; 0 otherwise.
     pub stride: u32,
     /// Where the value comes from.
-    pub from: Source,
+    pub from: ValueOrigin,
 }
 
 /// A uniform block that raxel keeps and fills each frame.
@@ -35,7 +35,7 @@ pub struct UniformBlock {
 
 /// Where a push or uniform value comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub enum Source {
+pub enum ValueOrigin {
     /// Written in the file.
     Value(Value),
     /// A param.

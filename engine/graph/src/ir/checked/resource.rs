@@ -38,6 +38,21 @@ pub struct Resource {
 }
 
 impl Resource {
+    /// A resource of the graph's own, without history.
+    pub fn new(name: impl Into<String>, kind: ResourceKind, place: Span) -> Self {
+        Self {
+            name: name.into(),
+            kind,
+            history: 0,
+            keep: false,
+            clock: None,
+            made: false,
+            warnings: Vec::new(),
+            origin: Origin::default(),
+            place,
+        }
+    }
+
     /// Who supplies it from outside, e.g. `world.tree64`. `None` for a copy, which is the graph's own.
     pub fn source(&self) -> Option<&str> {
         self.kind.supplied_by().filter(|_| !matches!(self.origin, Origin::Copy))

@@ -23,13 +23,13 @@ pub(super) fn run(args: &Args, demo: &Path, device: &DeviceOptions, console: &Co
     if FileKind::of_named(demo) != FileKind::Demo {
         return Err(Failure::usage(format!("`{}` is no demo", demo.display())).help("--film worlds/NAME.demo.toml"));
     }
-    let front = OfflineProject::around(demo).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let path = front.project.path_of(demo).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let read = OfflineProject::good(front.loader.demo(&path), console)?;
+    let offline = OfflineProject::around(demo).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let path = offline.project.path_of(demo).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let read = OfflineProject::good(offline.loader.demo(&path), console)?;
     let graphs: Vec<Option<String>> = if args.systems.is_empty() {
         vec![None]
     } else {
-        let find = |name: &String| super::find_graph(name, &front.project).map(Some);
+        let find = |name: &String| super::find_graph(name, &offline.project).map(Some);
         args.systems.iter().map(find).collect::<Result<_>>()?
     };
     let set = args.set.iter().map(|text| assigned("--set", text)).collect::<Result<Vec<_>>>()?;
@@ -39,8 +39,8 @@ pub(super) fn run(args: &Args, demo: &Path, device: &DeviceOptions, console: &Co
     }
     let software = Device::new(device)?.capabilities().kind == DeviceKind::Cpu;
     let options = |graph: &Option<String>| FilmOptions {
-        project: front.project.root().to_owned(),
-        demo: front.project.on_disk(&path),
+        project: offline.project.root().to_owned(),
+        demo: offline.project.on_disk(&path),
         graph: graph.clone(),
         set: set.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect(),
         device: device.device.clone(),

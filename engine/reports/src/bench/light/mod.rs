@@ -201,10 +201,10 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     if let Some(folder) = &args.output {
         Pending::new(&folder.join("results.json"))?;
     }
-    let front = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let systems = find_systems(&args.systems, &front.project)?;
-    let scenes = scenes::find(args, &systems, &front, console)?;
-    let effort = effort(args, device, &front.project)?;
+    let offline = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let systems = find_systems(&args.systems, &offline.project)?;
+    let scenes = scenes::find(args, &systems, &offline, console)?;
+    let effort = effort(args, device, &offline.project)?;
     let mut bench = Bench::new(effort);
     let mut all: Vec<Judgement> = Vec::new();
     let mut failed: Vec<String> = Vec::new();

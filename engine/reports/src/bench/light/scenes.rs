@@ -32,11 +32,11 @@ const KNOWN: [Known; 6] = [
 ];
 
 /// The scenes that are asked for, or all that have names. Files of random scenes are written.
-pub(super) fn find(args: &Args, systems: &[String], front: &OfflineProject, console: &Console) -> Result<Vec<Scene>> {
+pub(super) fn find(args: &Args, systems: &[String], offline: &OfflineProject, console: &Console) -> Result<Vec<Scene>> {
     let mut scenes: Vec<Scene> =
-        args.scenes.iter().map(|name| named_or_world(name, front, console)).collect::<Result<_>>()?;
+        args.scenes.iter().map(|name| named_or_world(name, offline, console)).collect::<Result<_>>()?;
     match &args.world {
-        Some(world) => scenes.push(seen(world, args, front, console)?),
+        Some(world) => scenes.push(seen(world, args, offline, console)?),
         None if !args.eye.is_empty() => {
             return Err(Failure::usage("`--camera` and `--look-at` need `--world`").help("--world worlds/NAME.toml"));
         }
@@ -44,7 +44,7 @@ pub(super) fn find(args: &Args, systems: &[String], front: &OfflineProject, cons
     }
     if args.seed.is_some() {
         let random = of_seed(args)?;
-        write(&random, &front.project)?;
+        write(&random, &offline.project)?;
         console.detail(&format!("{} random scenes in {FOLDER}", random.len()));
         scenes.extend(random.into_iter().map(|seeded| seeded.scene));
     }
@@ -52,7 +52,7 @@ pub(super) fn find(args: &Args, systems: &[String], front: &OfflineProject, cons
         scenes = KNOWN.iter().map(scene).collect();
     }
     let mut changes = Changes::read(args)?;
-    changes.check(systems, &scenes, front)?;
+    changes.check(systems, &scenes, offline)?;
     for scene in &mut scenes {
         scene.set.clone_from(&changes.set);
         scene.motion.params.retain(|(name, _)| changes.moves.iter().all(|(other, _)| other != name));
@@ -126,12 +126,12 @@ impl Changes {
     }
 
     /// Names must be params of a system, of the path tracer, or of what moves the instances of a world. Those that move must be numbers.
-    fn check(&mut self, systems: &[String], scenes: &[Scene], front: &OfflineProject) -> Result {
+    fn check(&mut self, systems: &[String], scenes: &[Scene], offline: &OfflineProject) -> Result {
         if self.set.is_empty() && self.moves.is_empty() {
             return Ok(());
         }
         // A graph that is not right is told when it is run.
-        let graphs: Vec<_> = systems.iter().filter_map(|path| front.loader.graph(path).result.ok()).collect();
+        let graphs: Vec<_> = systems.iter().filter_map(|path| offline.loader.graph(path).result.ok()).collect();
         let params = || graphs.iter().flat_map(|graph| &graph.params);
         let instances = || scenes.iter().flat_map(|scene| &scene.instance_params).map(String::as_str);
         let known = |option: &str, name: &str| -> Result {
@@ -177,12 +177,12 @@ fn scene(&(name, world, view, params): &Known) -> Scene {
 }
 
 /// A scene by its name, or `WORLD` or `WORLD:CAMERA`.
-fn named_or_world(named: &str, front: &OfflineProject, console: &Console) -> Result<Scene> {
+fn named_or_world(named: &str, offline: &OfflineProject, console: &Console) -> Result<Scene> {
     if let Some(known) = KNOWN.iter().find(|known| known.0 == named) {
         return Ok(scene(known));
     }
     let (file, camera) = named.split_once(':').map_or((named, None), |(file, camera)| (file, Some(camera)));
-    let path = front.project.path_of(file.as_ref()).ok().filter(|path| front.project.on_disk(path).is_file());
+    let path = offline.project.path_of(file.as_ref()).ok().filter(|path| offline.project.on_disk(path).is_file());
     let Some(path) = path else {
         let names = || KNOWN.iter().map(|known| known.0);
         let failure = Failure::new(Exit::Project, format!("there is no scene or world `{named}`"));
@@ -191,16 +191,16 @@ fn named_or_world(named: &str, front: &OfflineProject, console: &Console) -> Res
             None => failure.help(format!("scenes: {}; or the file of a world", list(names()))),
         });
     };
-    let world = front.world(&path, console)?;
+    let world = offline.world(&path, console)?;
     let camera = camera.map(|name| named_camera(&world, name)).transpose()?;
     let name = named.trim_end_matches(".toml").replace(".toml:", "-").replace(['/', '\\', ':'], "-");
     Ok(of_world(name.trim_start_matches("worlds-").to_owned(), path, camera, &world))
 }
 
 /// The scene of `--world`, `--camera` and `--look-at`.
-fn seen(named: &Path, args: &Args, front: &OfflineProject, console: &Console) -> Result<Scene> {
-    let path = front.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let world = front.world(&path, console)?;
+fn seen(named: &Path, args: &Args, offline: &OfflineProject, console: &Console) -> Result<Scene> {
+    let path = offline.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let world = offline.world(&path, console)?;
     let camera = (!args.eye.is_empty()).then(|| args.eye.of(world.first_camera(), &world)).transpose()?;
     let name = super::super::labels::stem(&path).to_owned();
     Ok(of_world(name, path, camera, &world))
