@@ -278,7 +278,7 @@ fn a_take_of_a_program_renders_the_same() {
     assert_eq!((&last["keys"], &last["cursor"]), (&json!(["ShiftLeft"]), &json!([59, 8])));
     talk.ask(json!({ "do": "screenshot", "path": "played.png" }));
     let refused = talk.say("{\"do\": \"stop\", \"name\": \"../away\"}");
-    assert!(refused["error"].as_str().unwrap().contains("no name of a take"), "{refused}");
+    assert!(refused["error"].as_str().unwrap().contains("cannot be the name of a take"), "{refused}");
     let refused = talk.say("{\"do\": \"stop\", \"name\": \"paint\"}");
     assert!(refused["error"].as_str().unwrap().contains("is there already"), "{refused}");
     let written = talk.ask(json!({ "do": "stop" }));

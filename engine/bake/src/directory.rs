@@ -52,7 +52,7 @@ impl Directory {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;
-            // Less what the user's mask takes away: others may read what is in a store.
+            // Without the bits of the user's umask: others may read a store.
             options.permissions(fs::Permissions::from_mode(0o666));
         }
         let mut part = options.tempfile_in(folder)?;

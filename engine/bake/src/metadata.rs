@@ -123,7 +123,9 @@ impl Baked {
                     && end.is_some_and(|end| end <= 1 << 32)
             };
             if level.cell != cell_edge(index) || !(0..3).all(fits) {
-                return Err(Unreadable::Wrong(format!("level {index} cannot be where it is said to be")));
+                return Err(Unreadable::Wrong(format!(
+                    "level {index} with an origin, an extent or a cell size that no bake writes"
+                )));
             }
         }
         Ok(baked)

@@ -115,7 +115,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// What it makes of a chunk of which it covers every voxel, if that does not depend on what was there.
+    /// The contents of a chunk that it covers whole, unless they depend on the voxels before.
     fn whole(&self, pos: ChunkPos) -> Option<Whole> {
         match &self.kind {
             Kind::Put(chunks) => {

@@ -220,7 +220,7 @@ impl Edits {
         broken
     }
 
-    /// Works out what operations change, chunk by chunk on all cores; gives it with what is to be stored.
+    /// Works out the changes of operations, chunk by chunk on all cores. Returns them with the record to store.
     fn run(&self, operations: &[Operation], scene: &Scene, base: &dyn Base) -> Result<Vec<Changed>, EditError> {
         let prepared = Prepared::all(operations, scene)?;
         let mut of_chunk: BTreeMap<ChunkPos, Vec<&Prepared<'_>>> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! A copy of what is shown, taken in the frame at the point where it is shown: what comes later in the frame may write over it.
+//! A copy of the debug target, taken at the point of the frame where it is shown, because later passes may overwrite it.
 
 use std::ops::Range;
 use std::sync::Arc;

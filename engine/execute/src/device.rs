@@ -104,7 +104,7 @@ pub fn upload_image(
     raxel_gpu::upload_image(device, name, &info, texture.format.bytes(), mips, timeout)
 }
 
-/// Bytes that an image for [`upload_image`] may have: what the driver allows for one image, and what there is room for. Devices that have
+/// Bytes that an image for [`upload_image`] may have: at most the driver's limit for one image, and the free memory. Devices that have
 /// no memory of their own share the host's, where the texels are put together and staged.
 pub fn largest_image(device: &Device, format: Format) -> u64 {
     let capabilities = device.capabilities();

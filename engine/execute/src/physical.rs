@@ -164,7 +164,7 @@ impl Physical {
     }
 }
 
-/// Makes what a plan needs, taking over from `running` what has not changed. Order of `plan.resources`.
+/// Makes the resources of a plan, in the order of `plan.resources`. Those that did not change are shared with `running`.
 pub(super) fn make(
     device: &Arc<Device>,
     plan: &Plan,

@@ -119,7 +119,7 @@ impl PrintReadback {
         }
     }
 
-    /// Copies what the passes that `ran` have printed, and makes room for what the next frame prints. Notes their indices in `copied`.
+    /// Copies the prints of the passes that `ran`, and clears their buffers for the next frame. Notes their indices in `copied`.
     pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, ran: &[u32], copied: &mut Vec<usize>) {
         copied.clear();
         let Some((buffer, staging)) = &self.memory else { return };

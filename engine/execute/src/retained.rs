@@ -58,7 +58,7 @@ impl<K: Eq + Hash, T> Retained<K, T> {
         self.keep_to_budget();
     }
 
-    /// Drops what was used longest ago, until what is not in use fits the budget.
+    /// Evicts the least recently used entries, until the unused ones fit the budget.
     fn keep_to_budget(&mut self) {
         let unused = |entry: &Entry<T>| Arc::strong_count(&entry.thing) == 1;
         let mut idle: Vec<(u64, u64)> =

@@ -20,7 +20,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Room for the times of a plan of which nothing is known yet.
+    /// Room for the times of a plan, none of which was measured yet.
     pub(super) fn of_plan(plan: &Plan) -> Times {
         Times {
             passes: plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect(),

@@ -1,4 +1,4 @@
-//! What passes tell of finished frames: what they have counted in words that the graph warns of, and what they have printed.
+//! What passes report of finished frames: the counters that the graph warns of, and their prints.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ impl Executor {
         }
     }
 
-    /// Reads what a finished frame has counted, if it is of the plan that runs now, and what it has printed; once.
+    /// Reads the counters of a finished frame, if they are of the running plan, and its prints. Does so once.
     pub(super) fn read_told(&mut self, slot: usize) {
         let slot = &mut self.slots[slot];
         if let (Some(counted), Some(running)) = (&slot.counted, &self.running)

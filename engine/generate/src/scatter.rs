@@ -16,7 +16,7 @@ use crate::caves::{CaveField, Caves};
 use crate::place::Placed;
 use crate::terrain::{Relief, Terrain};
 
-/// What is scattered, and what holds for each place.
+/// The scattered models, and the rules for each place.
 pub struct Scattered {
     /// Its voxels.
     pub model: Arc<World>,

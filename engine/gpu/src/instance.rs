@@ -126,7 +126,7 @@ impl Offered {
         self.has(khr::portability_enumeration::NAME)
     }
 
-    /// The extension by which the validation layer is told what to check.
+    /// The extension that configures the checks of the validation layer.
     fn settings(&self) -> Option<&'static CStr> {
         let known = [ext::layer_settings::NAME, ext::validation_features::NAME];
         known.into_iter().find(|name| self.validated && self.layer_has(name))

@@ -113,7 +113,7 @@ fn reject_overlay_keys(file: &File, found: &mut Vec<Diagnostic>) {
                 codes::graph::NOTHING_TO_OVERLAY,
                 format!("`{}` has `{key}`, but `{}` extends no graph", name.value, file.path),
             )
-            .label(span.clone(), "there is no base that this could change")
+            .label(span.clone(), "this file has no base")
             .help("give the graph a base with `extends = \"base.toml\"`, or take the key out"),
         );
     };
@@ -246,7 +246,7 @@ pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
         (below.clear, below.init, below.history) = (None, None, None);
         (below.keep, below.clock, below.warnings) = (None, None, None);
     }
-    // What says its size says what it is.
+    // A buffer has one of these keys. The one of the overlay replaces that of the base.
     if above.size.is_some() || above.source.is_some() || above.copy.is_some() || above.values.is_some() {
         (below.size, below.source, below.values, below.copy) = (None, None, None, None);
         if above.values.is_none() {

@@ -78,7 +78,7 @@ pub struct Param {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Type of the value. Needed.
@@ -121,7 +121,7 @@ pub struct Clock {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Ticks a second of the session's time. Needed.
@@ -142,7 +142,7 @@ pub struct Target {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Supplies it from outside; passes only read it. `world.texture3d`, `model.NAME.texture3d`, or a .png or .exr file of the project,
@@ -264,7 +264,7 @@ pub struct Buffer {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Bytes, or elements: a number of them, or some for each texel of a target, element of a buffer or voxel of the world. Needed, unless
@@ -383,7 +383,7 @@ pub struct Loop {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Number of rounds. Needed.

@@ -1,4 +1,4 @@
-//! Layouts in a buffer with room to spare, of which an edit replaces only what it touched.
+//! Layouts in a buffer with room to spare. An edit replaces only what it touched.
 
 use std::sync::Arc;
 
@@ -43,8 +43,8 @@ impl LiveLayout {
         }
     }
 
-    /// Follows a change of chunks, after which the world is `world`. Gives the words that changed, of which no two overlap; `None` when the
-    /// world no longer fits, and then it is to be made anew.
+    /// Follows a change of chunks, after which the world is `world`. Gives the changed words, in parts that do not overlap; `None` when the
+    /// world no longer fits. Then encode it again.
     pub fn update(
         &mut self,
         world: &World,

@@ -189,14 +189,14 @@ pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
 }
 
 impl Frame {
-    /// Whether anything was drawn anew.
+    /// Whether a pass ran.
     pub fn is_drawn(&self) -> bool {
         self.dispatched > 0
     }
 }
 
 impl Flown {
-    /// The frames in which something was drawn anew. The others, while the camera stands still, take next to nothing, and there are as many
+    /// The frames in which a pass ran. The others, while the camera stands still, take next to nothing, and there are as many
     /// as a processor can make: they say nothing of a flight.
     pub fn drawn(&self) -> impl Iterator<Item = &Frame> {
         self.frames.iter().filter(|frame| frame.is_drawn())

@@ -1,4 +1,4 @@
-//! What faults are planted in, and what must notice them.
+//! The sources that faults are planted in, and the tests that must notice them.
 
 /// Sources of one crate, and the commands whose tests must notice a fault in them.
 pub struct Group {

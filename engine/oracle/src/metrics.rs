@@ -135,7 +135,7 @@ impl Errors {
             + self.beyond
     }
 
-    /// Right hits of which a number is wrong: t, uv or steps. Only counted by [`Errors::add_with_numbers`].
+    /// Right hits with a wrong number: t, uv or steps. Only counted by [`Errors::add_with_numbers`].
     pub fn inexact(&self) -> u64 {
         self.time + self.place + self.steps
     }

@@ -320,7 +320,7 @@ impl Walk {
 
     /// Leaves the aligned block of 2^`log2` voxels around the current cell.
     fn leave(&mut self, oracle: &Oracle<'_>, log2: u32, tie: &mut bool) {
-        // Planes to the one by which each axis leaves.
+        // Planes up to the one where each axis leaves.
         let size = 1i64 << log2;
         let planes: [i64; 3] = std::array::from_fn(|axis| {
             let place = self.cell[axis] & (size - 1);

@@ -112,8 +112,10 @@ impl Output {
             (Some((_, Some(named))), None) => named,
             (Some((_, Some(named))), Some(kind)) if named == kind => kind,
             (Some((extension, _)), Some(_)) => {
-                return Err(OutputError::new(format!("`{argument}` says by its `.{extension}` what it is"))
-                    .help("leave `--as` out; it is for `-o -`, folders and names without an extension"));
+                return Err(OutputError::new(format!(
+                    "`--as` and the extension `.{extension}` of `{argument}` both choose the format"
+                ))
+                .help("remove `--as`, which is for `-o -`, folders and names without an extension"));
             }
             (Some((_, None)), None) => return Ok(Output::Film(path)),
             (None, Some(kind)) if path.extension().is_none() || kind == PictureFormat::Raw => kind,
@@ -256,7 +258,12 @@ mod tests {
             panic!()
         };
         assert_eq!(pattern.file(3), Path::new("frames/0003.jpg"));
-        assert!(Output::parse("a.png", Some(PictureFormat::Jpg)).unwrap_err().message.contains("by its `.png`"));
+        assert!(
+            Output::parse("a.png", Some(PictureFormat::Jpg))
+                .unwrap_err()
+                .message
+                .contains("the extension `.png` of `a.png`")
+        );
         for wrong in ["o.png/", "o.mkv/", "a/b.EXR/"] {
             assert!(parse(wrong).unwrap_err().message.contains("is a folder"), "{wrong}");
         }

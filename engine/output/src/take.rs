@@ -10,7 +10,7 @@ use crate::pending::Pending;
 pub fn write_take(project: &Project, name: Option<&str>, take: &Take) -> Result<String> {
     let path = if let Some(name) = name {
         if name.is_empty() || name.len() > 64 || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
-            return Err(OutputError::new(format!("`{name}` is no name of a take"))
+            return Err(OutputError::new(format!("`{name}` cannot be the name of a take"))
                 .help("a name has 1 to 64 letters, digits, `-` and `_`"));
         }
         let path = path_of(name);

@@ -197,7 +197,7 @@ pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::
     context.builder.prepare(plan.clone(), sources).map_err(|error| refusal(error, &plan.graph))
 }
 
-/// Refuses a plan of which the device lacks something, with everything that it lacks.
+/// Refuses a plan that the device cannot run, and lists everything that the device lacks.
 fn fits(plan: &Plan, context: &DeviceContext) -> Result<(), BuildError> {
     let unfit = execute::unfit(context.builder.device(), plan).map_err(|error| refusal(error, &plan.graph))?;
     let mut found: Vec<Diagnostic> = Vec::new();

@@ -26,7 +26,7 @@ impl Content {
     }
 }
 
-/// Adds what was found in a file to what was found in others: a file that was another one before is mixed.
+/// Adds the contents of a file. A file whose contents differ from an earlier read is mixed.
 pub fn note(found: &mut BTreeMap<String, Content>, path: String, content: Content) {
     let known = found.entry(path).or_insert(content);
     if *known != content {

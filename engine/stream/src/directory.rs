@@ -1,4 +1,4 @@
-//! The upper nodes of the tree: everything above the tiles. What a publication writes is what has changed since the last one.
+//! The upper nodes of the tree: everything above the tiles. A publication writes only the nodes that changed since the last one.
 //!
 //! The nodes below one node lie behind each other, in a block of their own. Where a tile comes, goes or is another one, the blocks on the
 //! way up to the root are written anew, to other places; all others stay where they are, and frames in flight go on to read the old ones.

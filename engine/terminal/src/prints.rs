@@ -11,7 +11,7 @@ use crate::console::{self, Console, Format};
 /// Lines that a window writes to the terminal in a second: a terminal that scrolls faster would hold up frames.
 const MOST_LINES: usize = 200;
 
-/// A line of text for each line that a pass printed, and for each call of which lines were left out.
+/// A line of text for each line that a pass printed, and for each call that lost lines.
 pub fn lines(prints: &PassPrints) -> Vec<String> {
     let PassPrints { frame, pass, .. } = prints;
     let of = |place: &Option<(std::sync::Arc<str>, u32)>| match place {

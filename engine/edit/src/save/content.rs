@@ -244,7 +244,9 @@ impl Content {
             return;
         }
         if *self.sums.entry(seq).or_insert(sum) != sum {
-            let what = format!("edit {seq} as this file knows it: another file is of another time or of another save");
+            let what = format!(
+                "edit {seq}, which another file has otherwise: the two files are of different times or different saves"
+            );
             self.damages.push(Damage::missing(file, what));
         }
     }

@@ -336,7 +336,7 @@ fn copy(from: &Path) -> tempfile::TempDir {
     to
 }
 
-/// Opens what is left, and compares it with what was promised.
+/// Opens the rest of the save, and compares it with what had been synced.
 fn judge(folder: &Path, promised: u64, may_name: bool, what: &str) {
     let mut game = Game::new();
     let (mut save, named) = game.adopt(folder, Arc::new(Faulty::new(None))).unwrap();

@@ -255,7 +255,7 @@ impl Save {
         writer.commit(self.seq, operations).map(|()| true)
     }
 
-    /// Does what is due: tries again what could not be written, and begins a checkpoint. To be called once a frame; nothing waits.
+    /// Retries failed writes, and begins a checkpoint when one is due. Call it once a frame; it never waits.
     pub fn poll(&mut self, edits: &Edits) -> Vec<SaveEvent> {
         let mut events = Vec::new();
         self.take_done(&mut events);

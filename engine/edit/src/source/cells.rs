@@ -1,4 +1,4 @@
-//! What edits make of coarse cells: what the source below has there, but where voxels of a cell have changed.
+//! Coarse cells of an edited world: those of the source below, except where voxels of a cell have changed.
 
 use raxel_world::{
     AIR, BLOCKS, Chunk, ChunkPos, DenseChunk, MaterialIndex, Mode, block_cell, block_index, cell_edge, child_cell,

@@ -26,7 +26,7 @@ impl<K: Copy + Eq + Hash, V> Recent<K, V> {
         Self { shards: std::array::from_fn(|_| empty()), hasher: RandomState::new(), kept: kept.div_ceil(SHARDS) }
     }
 
-    /// What was made for a key, or what is made now. Two threads may make the same at once; both get one of two equal results.
+    /// The cached result of a key, or a new one. Two threads may make the same at once; both get one of two equal results.
     #[expect(clippy::cast_possible_truncation, reason = "the remainder of a hash is enough to choose a shard")]
     pub(super) fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let shard = &self.shards[self.hasher.hash_one(key) as usize % SHARDS];

@@ -97,7 +97,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Goes backwards through the frame, and gives what is needed when it starts. A pass is live when something behind it needs what it writes.
+    /// Walks the frame backwards, and returns the contents that it needs at its start. A pass is live when a later reader needs its output.
     /// A store never makes an earlier one useless, for a pass need not write every texel.
     fn backwards(&self, at_end: &mut Needs, live: &mut [bool]) -> Needs {
         let mut needs = at_end.clone();

@@ -1,4 +1,4 @@
-//! Lifetimes: which resources matter only inside a frame, and from which to which action.
+//! Lifetimes: finds the resources that matter only inside a frame, with their first and their last action.
 
 use crate::back::cull::Cull;
 use crate::back::order::{Action, Order, ResourceAccess};

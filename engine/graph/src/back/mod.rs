@@ -73,7 +73,7 @@ fn bake(
 
     // Loops are written out: from here on a frame is a list of passes.
     let (graph, present) = unroll(declared, &sizes, input)?;
-    // What the runtime takes from passes is wanted like what is read.
+    // The outputs that the runtime collects are needed like those that are read.
     let pinned: Vec<ResourceId> = input.pinned.iter().copied().chain(graph.collected()).collect();
     let input = &PlanInput { present, pinned: &pinned, ..input.clone() };
     let mut watch = |after: &After| watch(after, &graph);

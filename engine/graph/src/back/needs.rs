@@ -58,7 +58,7 @@ pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
     most
 }
 
-/// What is counted, how many of it a pass binds, and the limit: Vulkan's name and what a device has.
+/// A kind of binding, how many a pass has, and the limit: Vulkan's name and the device's number.
 pub(crate) type Count = (&'static str, u64, (&'static str, u64));
 
 /// Resources that a pass binds, by kind.

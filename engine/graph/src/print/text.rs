@@ -1,4 +1,4 @@
-//! A plan as text: the frame step by step, who uses what when, the memory, and what was left out.
+//! A plan as text: the frame step by step, the uses of each resource, the memory, and the culled passes.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -19,7 +19,7 @@ pub struct Pass {
     /// Removes it from the graph that `extends` names.
     #[keys(remove, shape = reference("remove"))]
     pub remove: bool,
-    /// Something in it was wrong and is reported, so that what seems missing may be what is misspelt.
+    /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
     /// Places the pass before this pass of the extended graph. When left out, a new pass goes to the end, and an old one stays.

@@ -282,8 +282,8 @@ fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
     for (name, source) in of_target.chain(of_buffer).filter(|(name, _)| name.value == WORLD) {
         if source.is_none_or(|source| !source.value.starts_with("world.")) {
             found.push(
-                Diagnostic::error(codes::graph::BAD_NAME, "`world` is not the world".to_owned())
-                    .label(name.span.clone(), "this has the name of the world, and something else in it")
+                Diagnostic::error(codes::graph::BAD_NAME, "`world` is the name of a resource that is not the world".to_owned())
+                    .label(name.span.clone(), "in sizes, this name means the world")
                     .help("give it another name, or `source = \"world.tree64\"`: in sizes, `of = \"world\"` means the bounds of the world"),
             );
         }

@@ -13,7 +13,7 @@ const BINS: usize = 16;
 /// Smallest voxel and last voxel.
 pub(super) type Box3 = [[i64; 3]; 2];
 
-/// Boxes from which on the two sides of a node are made on several threads.
+/// With at least so many boxes, two threads make the sides of a node.
 const SHARED: usize = 1024;
 
 /// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and

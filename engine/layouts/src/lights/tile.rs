@@ -28,7 +28,7 @@ impl LightPowers {
     }
 }
 
-/// The lamps of a tile: its parts in order, of which each is there as a whole or not at all.
+/// The lamps of a tile: its parts in order. Each part is there as a whole or not at all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileLights {
     level: u32,

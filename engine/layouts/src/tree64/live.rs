@@ -88,8 +88,8 @@ impl LiveTree64 {
         Ok((live, words))
     }
 
-    /// Follows a change of chunks, after which the world is `world`. Gives the words that changed, of which no two overlap; `None` when the
-    /// world no longer fits, and then it is to be made anew.
+    /// Follows a change of chunks, after which the world is `world`. Gives the changed words, in parts that do not overlap; `None` when the
+    /// world no longer fits. Then encode it again.
     pub fn update(
         &mut self,
         world: &World,

@@ -1,4 +1,4 @@
-//! What the exact tracer says about a list of rays, and what a graph's targets say about the same rays.
+//! The exact hits of a list of rays, and the hits of a graph's targets for the same rays.
 
 use raxel_oracle::exact::Answer;
 use raxel_oracle::metrics::{Errors, Wrong, near};

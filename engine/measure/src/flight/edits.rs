@@ -31,7 +31,7 @@ pub struct EditLatency {
     pub chunks: usize,
 }
 
-/// Frames in each of which voxels are set.
+/// Frames that set voxels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Rate {
     /// Frames.

@@ -85,7 +85,7 @@ pub struct Effort {
     pub size: [u32; 2],
     /// Frames of a still camera that are run; pictures are judged at the powers of two.
     pub frames: u32,
-    /// Frames of a moving camera, the last of which is judged; 0 leaves motion out.
+    /// Frames of a moving camera. The last one is judged. 0 leaves motion out.
     pub pan: u32,
     /// Frames after a lamp goes out; 0 leaves that out.
     pub lag: u32,

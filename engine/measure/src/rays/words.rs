@@ -21,7 +21,7 @@ pub struct RayWords {
 pub trait Work: Sync {
     /// Lines that it takes up in the list of rays.
     const LINES: usize;
-    /// Rays that are traced for it, each of which has a hit.
+    /// Rays that are traced for it. Each has a hit.
     const RAYS: usize;
 
     /// Writes its [`Work::LINES`] lines.

@@ -163,7 +163,7 @@ impl Batch {
         self.count(tally, row, (&self.rays[i], self.sets[i]), self.truth(row, i), found);
     }
 
-    /// Counts what a row found of a ray of a set, by what is right.
+    /// Counts the hit that a row found for a ray of a set, against the exact one.
     fn count(
         &self,
         tally: &mut Tally,
@@ -339,7 +339,7 @@ pub(super) fn latest_start(ray: &Ray, answer: &Answer) -> f32 {
 pub struct Differences {
     /// Rays with another voxel, face or material.
     pub hits: u64,
-    /// Rays with the same hit, of which a bit of t or uv differs.
+    /// Rays with the same hit and another bit of t or uv.
     pub bits: u64,
     /// Rays with the same hit, found after another number of steps.
     pub steps: u64,

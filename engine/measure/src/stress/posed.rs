@@ -51,7 +51,7 @@ impl Posed {
         Ok(self.instances.encode(&[], u64::from(u32::MAX))?.words(&self.frames))
     }
 
-    /// Adds what the device makes of a ray to its counts, and says what is wrong.
+    /// Adds the device's hit of a ray to its counts, and returns the mistake if it is wrong.
     pub fn judge(&self, errors: &mut Errors, ray: &Ray, exact: Option<&SceneHit>, words: &HitWords) -> Option<Wrong> {
         let t = exact.zip(Lattice::of(ray)).map(|(hit, lattice)| hit.in_lengths(&lattice));
         let ends = |t: f64| ray.t_max < FAR && t > f64::from(ray.t_max);

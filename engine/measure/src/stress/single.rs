@@ -27,7 +27,7 @@ pub type Said = Result<(State, Option<Hit>), String>;
 pub struct Single {
     /// The exact answer.
     pub exact: Answer,
-    /// What each row says, and what is right for it.
+    /// The hit of each row, and the exact one.
     pub rows: Vec<(Row, Truth, Said)>,
 }
 

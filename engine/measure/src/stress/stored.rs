@@ -17,7 +17,7 @@ const LONGEST: u64 = 6;
 /// Voxels along an edge of the chunks of every layout that has `rx_set`.
 const CHUNK: i32 = 32;
 
-/// What a shader is told, and what is right then.
+/// The input of a shader, and the right output.
 pub(super) struct Stored {
     /// Voxels of chunks that the copy has, each once, in an order in which neighbours in a word are set by neighbouring invocations.
     pub edits: Vec<VoxelEdit>,

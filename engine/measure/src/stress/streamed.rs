@@ -15,7 +15,7 @@ use crate::rays::RayError;
 
 /// How often the world is edited and published again.
 const ROUNDS: usize = 6;
-/// Edits of a round, each of which the streamer is told of before it has shown the one before.
+/// Edits of a round. The streamer hears of each before it has shown the previous one.
 const STEPS: usize = 2;
 /// Rays are traced through the publication before this round while the edits of the round are made.
 const IN_FLIGHT: usize = 3;
@@ -129,7 +129,7 @@ struct Editing<'a> {
     memory: Arc<Words>,
     scene: Scene,
     edits: Edits,
-    /// What is right now, and what was before each step that can be undone.
+    /// The exact world now, and before each step that can be undone.
     world: World,
     before: Vec<World>,
     /// The newest publication.

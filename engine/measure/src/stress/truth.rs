@@ -40,7 +40,7 @@ impl Truth {
         }
     }
 
-    /// Adds what a row makes of the ray to its counts, and says what is wrong.
+    /// Adds a row's hit of the ray to its counts, and returns the mistake if it is wrong.
     pub fn judge(&self, errors: &mut Errors, ray: &Ray, row: &Row, outcome: Outcome<'_>) -> Option<Wrong> {
         match self {
             Self::Ray(answer) | Self::Edited(answer) => {

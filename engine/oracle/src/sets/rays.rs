@@ -33,7 +33,7 @@ pub(super) fn bounce(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(cell), frac, dir)
 }
 
-/// From anywhere around the scene to a point of a cell of which `exact` coordinates are integers.
+/// From anywhere around the scene to a point of a cell that has `exact` integer coordinates.
 fn aim(targets: &RayTargets, random: &mut Random, target: [i64; 3], exact: usize) -> Ray {
     let from = (random.cell(around(&targets.bounds)), fraction(random));
     let mut at = [0.0; 3];

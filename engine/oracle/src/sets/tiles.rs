@@ -175,7 +175,7 @@ pub(super) fn grazing_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), [right, right.cross(ahead), ahead], size, half_height, first)
 }
 
-/// Tiles of which one row meets a solid voxel less than 1/25 voxel inside one of its edges. Either it is the nearest to the horizon, and meets the face
+/// One row of the tile meets a solid voxel less than 1/25 voxel inside one of its edges. Either it is the nearest to the horizon, and meets the face
 /// towards the camera; the other rows rise or sink away from there. Or it is the farthest of a tile of 16 × 16, and comes into the voxel just before the
 /// face behind; the other rows pass above or below. Pixels are square or not.
 pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
@@ -215,7 +215,7 @@ fn at_place(cell: [i64; 3], place: [f64; 3]) -> ([i64; 3], [f32; 3]) {
     (whole, place.map(|p| ((p - p.floor()) as f32).min(1.0 - f32::EPSILON)))
 }
 
-/// Tiles of which a solid voxel near the camera hides a corner, some rows or some columns; the other pixels look past it.
+/// A solid voxel near the camera hides a corner of the tile, some rows or some columns; the other pixels look past it.
 pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let [right, up, forward] = along_axes(random);
     let target = targets.solid(random);

@@ -15,7 +15,7 @@ use super::labels::stem;
 use super::matrix::same_view;
 use super::table::{Mean, means};
 
-/// What was measured where, with what.
+/// The machine and the command of a measurement.
 pub(super) struct About {
     pub device: String,
     pub driver: String,

@@ -97,7 +97,7 @@ fn table(flight: &Flight, speed: f64) -> String {
     let [width, height] = flight.size;
     let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let mut text = format!(
-        "{speed} voxels a second, {} frames, {} of them drawn anew, {width}×{height}, {}\nfirst place there after {:.2} s\n",
+        "{speed} voxels a second, {} frames, {} of them with new work, {width}×{height}, {}\ntiles around the first place resident after {:.2} s\n",
         flight.live.frames.len(),
         flight.live.drawn().count(),
         flight.device,

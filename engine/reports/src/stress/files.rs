@@ -145,7 +145,7 @@ pub(super) fn row_json(plan: &Plan, row: &RowReport) -> Value {
     })
 }
 
-/// What a run is about and what it comes to.
+/// The subject and the result of a run.
 pub(super) fn summary(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], about: &About) -> Value {
     let symmetry: serde_json::Map<_, _> =
         symmetry.iter().map(|(layout, found)| (layout.name().to_owned(), json!(found))).collect();

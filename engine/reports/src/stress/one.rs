@@ -197,7 +197,7 @@ pub(super) fn show_wrong(plan: &Plan, row: &RowReport, console: &Console) {
     for sample in row.wrong.iter().take(shown) {
         let (site, set) = (&plan.sites[sample.site].name, plan.sets[sample.set].name);
         let at = if site.contains('@') { format!("--scenes {site}") } else { format!("--world {site}") };
-        // A beam is for a tile of rays, of which this is one.
+        // A beam is for a tile of rays, and this is one of them.
         let which = if row.row.traces_alone() {
             format!("--ray \"{}\"", written(&sample.ray))
         } else {

@@ -38,7 +38,7 @@ pub struct Ready {
     pub generation: u64,
     /// Files that changed.
     pub changed: Vec<String>,
-    /// What was built anew.
+    /// The parts that were built again.
     pub rebuilt: Rebuilt,
     /// What was loaded.
     pub state: ProjectState,

@@ -53,7 +53,7 @@ impl CounterWarnings {
         self.0.iter().filter_map(|word| word.diagnostic(graph, word.last))
     }
 
-    /// Another graph, or another beginning: what is still counted then is said anew.
+    /// Another graph runs, or the session starts over: counters that are still not 0 are reported again.
     pub(super) fn forget(&mut self) {
         self.0.clear();
     }
@@ -65,7 +65,7 @@ impl Word {
         let Warning { says, help, place, .. } = resource.warnings.get(self.warning as usize)?;
         let diagnostic = Diagnostic::warning(codes::session::COUNTED, format!("{says}: {count}"))
             .label(place.clone(), format!("counted by the passes that write `{}`", resource.name))
-            .note(format!("this is said once, until {GONE} frames have counted none"));
+            .note(format!("raxel repeats this warning only after {GONE} frames that count none"));
         Some(match help {
             Some(help) => diagnostic.help(help.clone()),
             None => diagnostic,

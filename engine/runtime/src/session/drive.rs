@@ -334,7 +334,7 @@ impl Session {
         }
     }
 
-    /// What a plan of what runs is to be made for.
+    /// The settings for a plan of the running graph.
     pub(super) fn selection_now(&self) -> Selection {
         self.build_settings().selection(self.graph_path(), &self.renderer.graph, &self.world.shown)
     }

@@ -9,7 +9,7 @@ pub(super) struct History {
     frames: u32,
     /// How many frames back the longest history goes.
     depth: u32,
-    /// The targets and buffers of which it was said that another size clears them.
+    /// The targets and buffers whose clearing by another size was reported.
     said: Vec<String>,
 }
 

@@ -108,7 +108,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Puts what a manifest says in place of what was not chosen.
+    /// Fills options that were not chosen from the manifest.
     pub(super) fn fill_in(&mut self, defaults: ManifestDefaults, manifest: &Manifest, project: &Project) {
         if defaults.demo && self.graph.is_none() && self.world.is_none() && self.demo.is_none() {
             self.demo = manifest.demo.as_ref().map(|demo| project.on_disk(demo));

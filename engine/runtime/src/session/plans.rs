@@ -94,7 +94,7 @@ impl Plans {
         }
     }
 
-    /// Whether a plan is to be made: not of what runs, and not again of what was refused.
+    /// Whether a plan is to be made: not if it runs already, and not again after it was refused.
     pub fn wants(&mut self, wanted: &Selection) -> bool {
         self.stale = false;
         if *wanted == self.running {

@@ -159,7 +159,7 @@ impl Prints {
         self.failing.iter().map(|failing| failing.diagnostic(failing.last))
     }
 
-    /// Another graph, or another beginning: what fails then is said anew.
+    /// Another graph runs, or the session starts over: assertions that still fail are reported again.
     pub(super) fn forget(&mut self) {
         self.failing.clear();
         self.latest.clear();
@@ -196,7 +196,7 @@ impl Failing {
             Some(place) => diagnostic.label(place.clone(), seen),
             None => diagnostic.note(seen),
         };
-        diagnostic.note(format!("this is said once, until it has held for {GONE} frames"))
+        diagnostic.note(format!("raxel repeats this error only after it has held for {GONE} frames"))
     }
 }
 

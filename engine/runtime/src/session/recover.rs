@@ -88,7 +88,7 @@ impl Renderer {
         self.off.find(&self.graph, &self.executor);
     }
 
-    /// Opens the device anew. Everything is made before anything is replaced: when a step fails, the session still knows that its device is
+    /// Opens the device again. Everything is made before anything is replaced: when a step fails, the session still knows that its device is
     /// lost, and the next frame tries again.
     fn rebuild(&mut self, world: &SessionWorld, options: &Options) -> Result<(), BuildError> {
         let device = open_device(options).map_err(|error| BuildError::Device(error.into()))?;

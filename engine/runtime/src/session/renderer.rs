@@ -113,7 +113,7 @@ impl Renderer {
         Ok(news.then_some(ReloadEvent::HistoryCleared { size: selection.output, resources: cleared }))
     }
 
-    /// Names of what the running plan carries from frame to frame, apart from what comes from outside.
+    /// Names of the resources that the running plan keeps from frame to frame, without sources.
     fn kept_over_frames(&self) -> Vec<String> {
         let Some(plan) = self.executor.plan() else { return Vec::new() };
         let carries = |resource: &&ResourcePlan| resource.copies > 1;

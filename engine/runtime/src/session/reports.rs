@@ -1,4 +1,4 @@
-//! What passes tell the user: what they print, what they count that should be 0, and which of their assertions fail.
+//! What passes report to the user: prints, counters that should be 0, and failed assertions.
 
 use raxel_diagnostics::Diagnostic;
 use raxel_execute::PassPrints;
@@ -58,7 +58,7 @@ impl Renderer {
         found
     }
 
-    /// Another graph, or another beginning: what passes report then is said anew.
+    /// Another graph runs, or the session starts over: what passes still report is reported again.
     pub(super) fn forget_reports(&mut self) {
         self.counters.forget();
         self.prints.forget();

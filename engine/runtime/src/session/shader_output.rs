@@ -164,7 +164,7 @@ fn edit_wrong(count: u64, why: &str) -> Diagnostic {
     let what = if count == 1 { "an edit" } else { "edits" };
     Diagnostic::warning(codes::world::RECORD_WRONG, format!("passes have written {what} that cannot be made: {why}"))
         .note(format!("{count} in this frame"))
-        .help("the world is as it was there; this is said once, until a frame writes none")
+        .help("raxel skips such edits, and repeats this warning only after a frame without them")
 }
 
 fn edits_lost(count: u64) -> Diagnostic {
@@ -180,7 +180,7 @@ fn pose_wrong(count: u64, why: &str) -> Diagnostic {
     let what = if count == 1 { "a pose that is" } else { "poses that are" };
     Diagnostic::warning(codes::world::POSE_WRONG, format!("passes have written {what} wrong: {why}"))
         .note(format!("{count} in this frame"))
-        .help("these instances stand where they stood; this is said once, until a frame writes none")
+        .help("raxel skips such poses, and repeats this warning only after a frame without them")
 }
 
 fn poses_lost(count: u64) -> Diagnostic {

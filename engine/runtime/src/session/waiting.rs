@@ -88,7 +88,7 @@ impl Session {
         options.size = self.renderer.shown.viewport.window();
         options.manifest.iter_mut().for_each(|defaults| defaults.size = false);
         match Self::open_on(options, device) {
-            // What was opened between two steps of a save is not what the manifest says.
+            // A project that was opened between two steps of a save does not match its manifest.
             Ok(_) if !waiting.watch.manifest_holds(change) => {}
             Ok(session) => {
                 *self = session;

@@ -1,4 +1,4 @@
-//! What the graph compiler is told of the sources: which there are, and what a shader must declare for each.
+//! Describes the sources to the graph compiler: their names, and the declarations that shaders need for each.
 
 use std::sync::Arc;
 

@@ -28,7 +28,7 @@ const WINDOW: usize = 2048;
 const QUIETEST: f32 = -100.0;
 const LOUDEST: f32 = -30.0;
 
-/// Spectra are smoothed over those of so many steps of time before, each of which counts for less.
+/// Spectra are smoothed over so many earlier steps of time. Each earlier step counts for less.
 const STEPS: u32 = 24;
 const STEP: u64 = SAMPLE_RATE as u64 / 60;
 const FADE: f32 = 0.8;

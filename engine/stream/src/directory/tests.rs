@@ -65,7 +65,7 @@ impl Reference {
             lights: Vec::new(),
             overlaid: HashSet::new(),
         };
-        // Tiles of which nothing is shown, by the level and the path of the one that is missing around them.
+        // Hidden tiles, by the level and the path of the missing tile around them.
         let mut hidden: HashSet<(u32, u128)> = HashSet::new();
         let item = |&(path, tile): &(u128, &LiveTile)| Item { path, node: tile.node, relative: false };
         let mut below: Vec<Item> = levels[0].iter().map(item).collect();

@@ -30,7 +30,7 @@ impl Changes {
         self.stale.entry(key).or_insert(number);
     }
 
-    /// Whether a tile is to be made anew.
+    /// Whether a tile is to be made again.
     pub(super) fn concern(&self, key: &TileKey) -> bool {
         self.stale.contains_key(key)
     }

@@ -109,7 +109,7 @@ mod tests {
         });
         assert!(is_rock(before) && !is_rock(faces.get(here, 2, || side(&air))));
         assert!(!is_rock(faces.get(here, 2, || unreachable!())) && !is_rock(faces.get(there, 2, || unreachable!())));
-        // Nor is what could not be had.
+        // Faces that could not be read are not kept either.
         faces.changed(&[there]);
         assert!(!is_rock(faces.get(there, 2, || (Side::of(&air, 2), false))));
         assert!(is_rock(faces.get(there, 2, || side(&rock))));

@@ -1,4 +1,4 @@
-//! The threads of a streamer, none of which ends without a word.
+//! The threads of a streamer. A thread that ends early reports why.
 //!
 //! A panic in the source of tiles is the outcome of one job. A panic anywhere else, and a thread that cannot start, end the streamer: its
 //! tiles may be half changed. Whoever waits for a thread then wakes up and gets the reason.

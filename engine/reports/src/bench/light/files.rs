@@ -16,7 +16,7 @@ use super::{Judgement, Row, chart};
 /// Milliseconds at which errors are compared: up to a frame at 60 Hz and one step beyond.
 const TIMES: [f64; 6] = [0.5, 1.0, 4.0, 16.0, 16.6, 20.0];
 
-/// What was measured where, with what.
+/// The machine and the command of a measurement.
 pub(super) struct About {
     pub device: DeviceName,
     pub command: String,

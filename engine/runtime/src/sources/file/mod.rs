@@ -57,7 +57,7 @@ impl FileSources {
         let contents = Arc::new(match request {
             Some(request) if video::is_video(path) || sound::is_sound(path) => {
                 let Some(root) = files.root() else {
-                    return Err(refused("source", format!("`{path}` is read by ffmpeg, and there is no disk here")));
+                    return Err(refused("source", format!("ffmpeg reads `{path}`, so it must be a file on disk")));
                 };
                 let open = if sound::is_sound(path) { sound::open } else { video::open };
                 FileContents::Image(open(path, &root.join(path), request)?)
@@ -172,7 +172,7 @@ fn convert(picture: &Picture, to: Channel, channels: usize, srgb: bool) -> Vec<u
     if from == to && picture.channels == channels {
         return picture.bytes.clone();
     }
-    // What 1 is in the file: a colour without alpha is opaque. Integers take what is stored.
+    // The number that stands for 1 in the file: a colour without alpha is opaque. Integers keep their stored numbers.
     let scale = match (from, to.is_integer()) {
         (Channel::Unorm8, true) => 255.0,
         (Channel::Unorm16, true) => 65535.0,
