@@ -56,7 +56,7 @@ pub enum Shape {
     },
     /// One of several words.
     Words(Vec<&'static str>),
-    /// This word and no other: the key by which one of several forms of a table is known.
+    /// This word and no other: the key that tells one of several forms of a table from the others.
     Word(&'static str),
     /// An array.
     Array {

@@ -2,7 +2,7 @@
 //!
 //! * the reader, which reports everything that is wrong with a file at once, each mistake at its place;
 //! * the keys as data ([`Form`], [`Key`]): type, unit, range, default and meaning of each, and the JSON schema made from them;
-//! * the merge of two files of which one `extends` the other ([`Layer`]).
+//! * the merge of a file with the file that it `extends` ([`Layer`]).
 //!
 //! ```
 //! use raxel_diagnostics::SourceMap;

@@ -119,7 +119,7 @@ impl ExactHit {
     }
 }
 
-/// The face by which a voxel is entered: of the axes crossed the steepest, then the first.
+/// The face through which the ray enters a voxel: that of the steepest axis crossed, or the first of several.
 #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
 pub fn face_of(dir: [i64; 3], crossed: [bool; 3]) -> u32 {
     let steepest = (0..3).filter(|&axis| crossed[axis]).max_by_key(|&axis| (dir[axis].abs(), 2 - axis));

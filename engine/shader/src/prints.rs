@@ -11,7 +11,7 @@ use crate::messages;
 use crate::print_format::{self, Piece};
 use crate::sources::Sources;
 
-/// The text by which `rx_assert` of `raxel/print.glsl` is known.
+/// The text that marks a print as that of `rx_assert` in `raxel/print.glsl`.
 const ASSERTION: &str = "rx_assert";
 
 /// What a shader prints with `debugPrintfEXT` and `rx_assert`, and which of its accesses are checked.

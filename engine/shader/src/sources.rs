@@ -279,7 +279,7 @@ impl<'f> Sources<'f> {
         self.with_chain(diagnostic, includer)
     }
 
-    /// Says by which files `name` came in.
+    /// Names the files that included `name`.
     ///
     /// A file of a layout is included once for each world that has it, and the compiler does not say which time it means: then
     /// every way to it is given.

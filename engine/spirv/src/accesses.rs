@@ -384,7 +384,7 @@ impl<'w> Accesses<'w> {
         Ok(())
     }
 
-    /// The function that records coordinates of which one is not below its size.
+    /// The function that records coordinates outside of an image.
     fn checker(&mut self, count: u32, writer: &mut Writer) -> u32 {
         if let Some(known) = self.checkers.get(&count) {
             return *known;

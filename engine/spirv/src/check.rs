@@ -32,7 +32,7 @@ pub(crate) fn header(words: &[u32]) -> Result<(), ModuleError> {
     }
     let (major, minor) = ((words[1] >> 16) & 0xff, (words[1] >> 8) & 0xff);
     if words[1] & 0xff00_00ff != 0 || major != 1 {
-        return broken(format!("the header says version {:#010x}, which is none", words[1]));
+        return broken(format!("the header has version {:#010x}, which does not exist", words[1]));
     }
     if minor > 6 {
         return Err(ModuleError::Unsupported(format!("the module is SPIR-V 1.{minor}, and raxel reads up to 1.6")));

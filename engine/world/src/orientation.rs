@@ -67,7 +67,7 @@ impl Orientation {
         Self { axis: [0, 1, 2].map(from), negate: [0, 1, 2].map(|axis| self.negate[from(axis)]) }
     }
 
-    /// The byte of which [`Orientation::from_vox`] makes it.
+    /// The byte that [`Orientation::from_vox`] reads.
     #[expect(clippy::cast_possible_truncation, reason = "there are three axes")]
     #[inline]
     pub fn to_vox(&self) -> u8 {

@@ -59,7 +59,7 @@ declare! {
     SAVE_GENERATOR = "RX0353";
     /// A save with materials that the world no longer has.
     SAVE_MATERIALS = "RX0354";
-    /// A save of which a part is broken.
+    /// A save that has a broken part.
     SAVE_DAMAGED = "RX0355";
     /// A save that cannot be written for the time being.
     SAVE_FAILING = "RX0356";

@@ -124,7 +124,7 @@ fn hidden(attributes: &Attributes) -> bool {
     attributes.get("_hidden").is_some_and(|value| value == "1")
 }
 
-/// The frame from which on the attributes count.
+/// The first frame that the attributes hold for.
 fn key(attributes: &Attributes) -> u32 {
     attributes.get("_f").and_then(|f| f.trim().parse().ok()).unwrap_or(0)
 }
