@@ -35,22 +35,22 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let total;
     let mut told = Told::default();
     if args.files.is_empty() {
-        let front =
+        let offline =
             OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
-        let project = &front.project;
+        let project = &offline.project;
         let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
         let all: Vec<String> =
             [manifest.into_iter().collect(), project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
-            bad += u32::from(!check(&front, path, args.world.as_deref(), (&mut told, console))?);
+            bad += u32::from(!check(&offline, path, args.world.as_deref(), (&mut told, console))?);
         }
     } else {
         let files = each_once(args.files.clone());
         total = files.len();
-        let mut front: Option<OfflineProject> = None;
+        let mut offline: Option<OfflineProject> = None;
         for named in &files {
-            bad += u32::from(!check_named(&mut front, named, args.world.as_deref(), (&mut told, console))?);
+            bad += u32::from(!check_named(&mut offline, named, args.world.as_deref(), (&mut told, console))?);
         }
     }
     if total == 0 {
@@ -68,17 +68,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
 fn check_named(
-    front: &mut Option<OfflineProject>,
+    offline: &mut Option<OfflineProject>,
     named: &Path,
     world: Option<&Path>,
     (told, console): (&mut Told, &Console),
 ) -> Result<bool> {
-    let opened = match front.take() {
-        Some(front) if front.project.path_of(named).is_ok() => Ok(front),
+    let opened = match offline.take() {
+        Some(offline) if offline.project.path_of(named).is_ok() => Ok(offline),
         _ => OfflineProject::around(named).map(OfflineProject::for_checks),
     };
     match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
-        Ok((path, opened)) => check(front.insert(opened), &path, world, (told, console)),
+        Ok((path, opened)) => check(offline.insert(opened), &path, world, (told, console)),
         Err(diagnostic) => {
             let found = vec![*diagnostic];
             let checked = Checked { found, ..Checked::default() };
@@ -91,13 +91,13 @@ fn check_named(
 
 /// Checks one file of a project. True when it has no error.
 fn check(
-    front: &OfflineProject,
+    offline: &OfflineProject,
     path: &str,
     world: Option<&Path>,
     (told, console): (&mut Told, &Console),
 ) -> Result<bool> {
-    let world = world.map(|named| front.named_world(named, console)).transpose()?;
-    let checked = front.check(path, world.as_ref());
+    let world = world.map(|named| offline.named_world(named, console)).transpose()?;
+    let checked = offline.check(path, world.as_ref());
     // A program that reads JSON asks what is wrong with each file.
     let whole = console.format() == Format::Json;
     let fresh: Vec<Diagnostic> = checked.found.iter().filter(|found| whole || told.is_new(found)).cloned().collect();
@@ -106,7 +106,7 @@ fn check(
     Ok(checked.errors() == 0)
 }
 
-/// What was told of the files before: a mistake in what they share (`extends`, includes, the graph of a demo) is found with each of them, and told once.
+/// The mistakes that were reported already. Files share others (`extends`, includes, the graph of a demo), whose mistakes are reported once.
 #[derive(Default)]
 struct Told(HashSet<(Code, String, Span)>);
 

@@ -177,14 +177,14 @@ fn cache() -> (Grade, String) {
             let keeps = cache.read(&trial).is_some();
             cache.remove(&trial);
             if !keeps {
-                let finding = format!("{folder} keeps nothing: it cannot be written; {SWITCH} may name another folder");
+                let finding = format!("{folder} cannot be written; set {SWITCH} to another folder");
                 return (Grade::Optional, finding);
             }
             let (files, bytes) = cache.size();
             (Grade::Good, format!("{folder}: {files} files, {:.1} MiB", bytes as f64 / f64::from(1 << 20)))
         }
         CacheLocation::Off => (Grade::Good, format!("off, by {SWITCH}")),
-        CacheLocation::Unknown => (Grade::Good, format!("off, since there is no home; {SWITCH} may name a folder")),
+        CacheLocation::Unknown => (Grade::Good, format!("off: there is no home folder; set {SWITCH} to a folder")),
     }
 }
 

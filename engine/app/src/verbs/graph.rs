@@ -54,8 +54,8 @@ pub(crate) enum Form {
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = OfflineProject::of(args.graph.as_deref(), Project::default_graph, console)?;
-    let part = front.loader.graph(&path);
+    let (offline, path) = OfflineProject::of(args.graph.as_deref(), Project::default_graph, console)?;
+    let part = offline.loader.graph(&path);
     let texts = part.texts.clone();
     let graph = OfflineProject::good(part, console)?;
     let target = match &args.target {
@@ -63,8 +63,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         None => DebugTarget::default(),
     };
     let present = target.resolve(&graph).map_err(|error| Failure::usage(error.to_string()))?;
-    let world = args.world.as_deref().map(|named| front.named_world(named, console)).transpose()?;
-    let over = front.planned_over(world, graph.is_sized_by_world() || graph.asks_the_world());
+    let world = args.world.as_deref().map(|named| offline.named_world(named, console)).transpose()?;
+    let over = offline.planned_over(world, graph.is_sized_by_world() || graph.asks_the_world());
     if let Some(assumed) = over.assumed() {
         console.message(&assumed);
     }

@@ -31,24 +31,24 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let default = |project: &raxel_runtime::project::Project| project.default_graph();
-    let (front, named) = OfflineProject::of(args.file.as_deref(), default, console)?;
+    let (offline, named) = OfflineProject::of(args.file.as_deref(), default, console)?;
     let stop = |diagnostic: Box<Diagnostic>| console.stop(&[*diagnostic]);
     let (path, own_world) = match args.file.as_deref().map_or(FileKind::Graph, FileKind::of_named) {
         FileKind::World if args.world.is_some() => return Err(Failure::usage("two worlds are named")),
-        FileKind::World => (front.project.default_graph().map_err(stop)?, Some(named)),
+        FileKind::World => (offline.project.default_graph().map_err(stop)?, Some(named)),
         FileKind::Demo => {
-            let demo = OfflineProject::good(front.loader.demo(&named), console)?;
+            let demo = OfflineProject::good(offline.loader.demo(&named), console)?;
             (demo.graph.value.clone(), Some(demo.world.value.clone()))
         }
         FileKind::Graph | FileKind::Project => (named, None),
     };
-    let graph = OfflineProject::good(front.loader.graph(&path), console)?;
+    let graph = OfflineProject::good(offline.loader.graph(&path), console)?;
     let world = match &args.world {
-        Some(world) => Some(front.project.path_of(world).map_err(stop)?),
+        Some(world) => Some(offline.project.path_of(world).map_err(stop)?),
         // A graph without a world is listed all the same.
-        None => own_world.or_else(|| front.project.default_world().ok()),
+        None => own_world.or_else(|| offline.project.default_world().ok()),
     };
-    let world = world.map(|world| front.world(&world, console)).transpose()?;
+    let world = world.map(|world| offline.world(&world, console)).transpose()?;
     if console.format() == Format::Json {
         console::json(&machine(&path, &graph, world.as_deref()));
     } else {

@@ -120,7 +120,7 @@ impl Made {
         let fail = |error: std::io::Error| Failure::usage(format!("`{}` cannot be written: {error}", path.display()));
         let mut file = fs::File::create_new(path).map_err(|error| match error.kind() {
             ErrorKind::AlreadyExists => Failure::usage(format!("`{}` is there already", shown(path)))
-                .help("the files of a project replace none; nothing was made"),
+                .help("`raxel new` replaces no file, and has written nothing"),
             _ => fail(error),
         })?;
         let leftover = path.to_owned();

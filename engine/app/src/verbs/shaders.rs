@@ -39,19 +39,19 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         return print_library(files);
     }
     let around = args.graphs.first().map_or(Path::new("."), PathBuf::as_path);
-    let front = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let offline = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
     let mut paths = Vec::new();
     for named in &args.graphs {
-        paths.push(front.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?);
+        paths.push(offline.project.path_of(named).map_err(|diagnostic| console.stop(&[*diagnostic]))?);
     }
-    paths = if paths.is_empty() { front.project.graphs() } else { each_once(paths) };
-    let folder = args.output.clone().unwrap_or_else(|| front.project.on_disk(".raxel/shaders"));
+    paths = if paths.is_empty() { offline.project.graphs() } else { each_once(paths) };
+    let folder = args.output.clone().unwrap_or_else(|| offline.project.on_disk(".raxel/shaders"));
 
     // Every graph is compiled before anything is written.
     let mut modules: BTreeMap<String, (Vec<u8>, String)> = BTreeMap::new();
     let mut failed = false;
     for path in &paths {
-        let part = front.loader.graph(path);
+        let part = offline.loader.graph(path);
         console.diagnostics(part.found(), &part.texts, To::Stderr);
         let Ok(graph) = part.result else {
             failed = true;

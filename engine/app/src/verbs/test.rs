@@ -46,15 +46,15 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let around = args.demos.first().map_or(Path::new("."), PathBuf::as_path);
-    let front = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
-    let named = |path: &PathBuf| front.project.path_of(path).map_err(|diagnostic| console.stop(&[*diagnostic]));
+    let offline = OfflineProject::around(around).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+    let named = |path: &PathBuf| offline.project.path_of(path).map_err(|diagnostic| console.stop(&[*diagnostic]));
     let mut paths = args.demos.iter().map(named).collect::<Result<Vec<_>>>()?;
     if paths.is_empty() {
-        paths = front.project.demos();
+        paths = offline.project.demos();
     }
     let (mut checks, mut failed, mut complaints, mut asserted) = (0, 0, false, Ok(()));
     for path in each_once(paths) {
-        let part = front.loader.demo(&path);
+        let part = offline.loader.demo(&path);
         let texts = part.texts.clone();
         let demo = OfflineProject::good(part, console)?;
         if demo.checks.is_empty() {
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         let mut test = Test {
             args,
             console,
-            front: &front,
+            offline: &offline,
             texts: &texts,
             demo,
             found: Vec::new(),
@@ -94,7 +94,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 struct Test<'a> {
     args: &'a Args,
     console: &'a Console,
-    front: &'a OfflineProject,
+    offline: &'a OfflineProject,
     texts: &'a SourceMap,
     demo: Arc<Demo>,
     found: Vec<Diagnostic>,
@@ -137,8 +137,8 @@ impl Test<'_> {
     fn shoot(&mut self, device: &DeviceOptions, target: Option<DebugTarget>, looks: &[Look], timed: bool) -> Result {
         let demo = self.demo.clone();
         let options = Options {
-            project: Some(self.front.project.root().to_owned()),
-            demo: Some(self.front.project.on_disk(&console::word(Path::new(&demo.file)))),
+            project: Some(self.offline.project.root().to_owned()),
+            demo: Some(self.offline.project.on_disk(&console::word(Path::new(&demo.file)))),
             size: demo.size,
             step: Some(1.0 / demo.fps),
             device: device.device.clone(),
@@ -176,7 +176,7 @@ impl Test<'_> {
         let check = &demo.checks[index];
         let Claim::Picture { frame, target, reference, flip } = &check.claim else { return Ok(()) };
         let frame = frame.number();
-        let path = self.front.project.on_disk(&reference.value);
+        let path = self.offline.project.on_disk(&reference.value);
         if self.args.write {
             if let Some(folder) = path.parent() {
                 Folders::make(folder)?.keep();

@@ -67,25 +67,25 @@ fn run(graph: &Path, options: &DeviceOptions, console: &Console) -> Result<(Arc<
 
 /// A graph whose files are right.
 struct Read {
-    front: OfflineProject,
+    offline: OfflineProject,
     graph: Arc<Graph>,
     texts: SourceMap,
 }
 
 impl Read {
     fn of(graph: &Path, console: &Console) -> Result<Self> {
-        let (front, path) = OfflineProject::of(Some(graph), Project::default_graph, console)?;
-        let part = front.loader.graph(&path);
+        let (offline, path) = OfflineProject::of(Some(graph), Project::default_graph, console)?;
+        let part = offline.loader.graph(&path);
         let texts = part.texts.clone();
         let graph = OfflineProject::good(part, console)?;
-        Ok(Self { front, graph, texts })
+        Ok(Self { offline, graph, texts })
     }
 
     /// The plan as it is made without a device.
     fn on_paper(&self, console: &Console) -> Result<Arc<Plan>> {
-        let Self { front, graph, texts } = self;
+        let Self { offline, graph, texts } = self;
         let present = DebugTarget::default().resolve(graph).map_err(|error| Failure::usage(error.to_string()))?;
-        let over = front.planned_over(None, graph.is_sized_by_world() || graph.asks_the_world());
+        let over = offline.planned_over(None, graph.is_sized_by_world() || graph.asks_the_world());
         let paper = Paper { output: SIZE, present, over: &over, conditions: Conditions::AtStart };
         paper.plan(graph).map(Arc::new).map_err(|found| console.stop_in(&found, texts))
     }

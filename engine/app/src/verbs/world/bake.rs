@@ -66,13 +66,13 @@ fn cell(text: &str) -> std::result::Result<Cell, String> {
 }
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
-    let world = front.world(&path, console)?;
+    let (offline, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
+    let world = offline.world(&path, console)?;
     let source: &dyn ChunkProvider = match world.streamed() {
         Some(streamed) => &*streamed.generator,
         None => world.voxels(),
     };
-    let plan = plan(args, &path, &world, &front, source).map_err(|error| refused(&error, console))?;
+    let plan = plan(args, &path, &world, &offline, source).map_err(|error| refused(&error, console))?;
     let folder = std::env::current_dir().unwrap_or_default();
     let store = raxel_bake::open(&args.out, &folder).map_err(|error| console.stop(&[store_refused(&error)]))?;
     let part = args.shard.unwrap_or(BakePart::Whole);
@@ -84,12 +84,12 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
-/// What is baked: the region that was asked for, or what there is.
+/// The region to bake: the requested one, or all of the world.
 fn plan(
     args: &Args,
     path: &str,
     world: &SessionWorld,
-    front: &OfflineProject,
+    offline: &OfflineProject,
     source: &dyn ChunkProvider,
 ) -> std::result::Result<Plan, PlanError> {
     let (there, levels) = if let Some(streamed) = world.streamed() {
@@ -101,7 +101,7 @@ fn plan(
         (world.bounds(), 1)
     };
     let region = Bounds { min: args.min.unwrap_or(there.min), max: args.max.unwrap_or(there.max) };
-    let hash = world.fingerprint(&**front.loader.files());
+    let hash = world.fingerprint(&**offline.loader.files());
     let fingerprint = format!("{:032x}", u128::from_be_bytes(std::array::from_fn(|byte| hash[byte])));
     let name = if world.name().is_empty() { path } else { world.name() };
     Plan::new(name, &fingerprint, world.voxels().materials().to_vec(), region, args.edge, args.levels.unwrap_or(levels))
@@ -138,7 +138,7 @@ fn print(report: &Report, args: &Args, plan: &Plan, console: &Console) {
         return;
     }
     let Report { shards, written, redone, skipped, chunks, bytes: size } = *report;
-    let redone = if redone == 0 { String::new() } else { format!(", {} of them anew", grouped(redone)) };
+    let redone = if redone == 0 { String::new() } else { format!(", {} of them again", grouped(redone)) };
     console.message(&format!(
         "{}: {}, {} written{redone}, {} there already; {}, {}",
         args.out,

@@ -33,9 +33,9 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
         return Err(Failure::usage(format!("`{}` does not end in .vox", args.output.display())));
     }
     let pending = Pending::new(&args.output)?;
-    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
-    let world = front.saved_world(&path, Saves::Read, console)?.world();
-    front.whole(&world, &path, None, console)?;
+    let (offline, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
+    let world = offline.saved_world(&path, Saves::Read, console)?.world();
+    offline.whole(&world, &path, None, console)?;
     let bytes = raxel_world::vox::export(world.voxels()).map_err(|error| console.stop(&[error.diagnostic(&path)]))?;
     let size = bytes.len();
     pending.finish(&bytes)?;

@@ -29,8 +29,8 @@ struct Cost {
 }
 
 pub(super) fn run(args: &Args, console: &Console) -> Result {
-    let (front, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
-    let world = front.whole_world(&path, console)?;
+    let (offline, path) = OfflineProject::of(args.world.as_deref(), Project::default_world, console)?;
+    let world = offline.whole_world(&path, console)?;
     let voxels = world.voxels();
     let info = voxels.info();
     let costs: Vec<Cost> = raxel_rivals::LAYOUTS

@@ -73,8 +73,8 @@ impl Save {
     }
 
     pub fn run(&self, console: &Console) -> Result {
-        let (front, path, folder) = self.of.open(console)?;
-        let mut saved = front.saved_world(&path, Saves::Write, console)?;
+        let (offline, path, folder) = self.of.open(console)?;
+        let mut saved = offline.saved_world(&path, Saves::Write, console)?;
         let found = saved.checkpoint();
         drop(saved);
         if !found.is_empty() {
@@ -151,15 +151,15 @@ impl Pack {
 impl Of {
     /// The project, the path of the world in it, and the folder of its save.
     fn open(&self, console: &Console) -> Result<(OfflineProject, String, PathBuf)> {
-        let (front, path) = OfflineProject::of(self.world.as_deref(), Project::default_world, console)?;
-        let world = front.world(&path, console)?;
+        let (offline, path) = OfflineProject::of(self.world.as_deref(), Project::default_world, console)?;
+        let world = offline.world(&path, console)?;
         let Some(settings) = &world.loaded().save else {
             return Err(
                 Failure::usage(format!("`{path}` has no save")).help("[save] with a `path` in its file makes one")
             );
         };
-        let folder = front.project.on_disk(&settings.path.value);
-        Ok((front, path, folder))
+        let folder = offline.project.on_disk(&settings.path.value);
+        Ok((offline, path, folder))
     }
 }
 
