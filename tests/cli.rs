@@ -15,11 +15,35 @@ fn help_version_and_wrong_use() {
     ] {
         assert!(help.stdout.contains(&format!("\n  {verb} ")), "help names {verb}");
     }
+    for more in ["--help", "-h"] {
+        assert_eq!(raxel(&["help", more]).exits(0).stdout, raxel(&["help"]).exits(0).stdout);
+        assert_eq!(raxel(&["help", "world", more]).exits(0).stdout, raxel(&["help", "world"]).exits(0).stdout);
+    }
     assert!(raxel(&["--version"]).exits(0).stdout.starts_with("raxel "));
     raxel(&[]).exits(2);
     assert!(raxel(&["chekc"]).exits(2).stderr.contains("check"), "a verb is suggested");
     raxel(&["render", "--size", "0x10", "-o", "a.png"]).exits(2);
     raxel(&["render", "--size", "ten", "-o", "a.png"]).exits(2);
+}
+
+#[test]
+fn a_shader_is_no_graph_and_that_is_said_once() {
+    let project = Project::shipped();
+    for verb in [&["check"][..], &["graph"], &["render", "-o", "a.png"]] {
+        let run = project.raxel(&[verb, &["shaders/primary.comp"]].concat()).exits(3);
+        let said = run.stdout + &run.stderr;
+        assert_eq!(said.matches("error").count() - said.matches("1 error").count(), 1, "{said}");
+        assert!(said.contains("`shaders/primary.comp` is a shader, and a graph is needed"), "{said}");
+        assert!(said.contains("name a graph that has `shader = \"primary.comp\"` in a pass"), "{said}");
+    }
+}
+
+#[test]
+fn two_outputs_of_a_command_have_two_names() {
+    let project = Project::shipped();
+    let run = project.raxel(&["render", "graphs/primary.toml", "--trace", "a.png", "-o", "./a.png"]).exits(2);
+    assert!(run.stderr.contains("the same command writes another file there"), "{}", run.stderr);
+    assert!(!project.path("a.png").exists());
 }
 
 #[test]

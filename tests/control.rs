@@ -111,6 +111,9 @@ fn a_pass_that_did_not_run_has_a_row_too() {
         ],
     );
     let mut talk = control_numbers(&project);
+    let early = talk.say(&json!({ "do": "timings" }).to_string());
+    assert_eq!(early["error"], "no frame has run, so no pass has a time", "{early}");
+    assert_eq!(early["help"], json!(["run a frame with `step`"]));
     for frame in 0..3 {
         talk.ask(json!({ "do": "step" }));
         let answer = talk.ask(json!({ "do": "timings" }));

@@ -177,7 +177,14 @@ fn names_are_completed_and_explained() {
     );
     has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
     has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
-    has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &["world.tree64"]);
+    let sources = ["world.tree64", "world.instances", "input.keys", "model.tree.tree64"];
+    has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &sources);
+    let manifest = project.path("raxel.toml");
+    std::fs::write(&manifest, "").unwrap();
+    editor.open(&manifest, "");
+    let offered = editor.offered(&manifest, "demo = \"|\"\n");
+    assert!(offered.contains(&"valley.demo.toml".to_owned()) && !offered.contains(&"valley.toml".to_owned()));
+    has(&editor.offered(&manifest, "wor|"), &["world", "graph", "size"]);
     // Of tables of several forms, those that are written.
     let demo = project.path("worlds/valley.demo.toml");
     editor.open(&demo, "");
@@ -446,6 +453,40 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
     editor.ask("textDocument/rename", place);
 }
 
+/// A graph may extend one of another folder and change its param; a world may move instances by it.
+#[test]
+fn a_param_is_renamed_in_every_folder_that_overrides_or_uses_it() {
+    let project = Project::empty();
+    project.write("shaders/note.comp", NOTE).write("graphs/base/note.toml", NOTES);
+    let over = "extends = \"../base/note.toml\"\n[params.speed]\ndefault = 2.0\n";
+    project.write("graphs/top/note.toml", over).write("graphs/top.toml", &over.replace("..", "."));
+    project.write("graphs/base/alone.toml", NOTES);
+    project.write("worlds/note.toml", "[[instances]]\nturn = { param = \"speed\" }\n");
+    project.write("worlds/shots/note.demo.toml", "graph = \"base/note.toml\"\n[tracks.speed]\nkeys = [[0, 1]]\n");
+    let changed = ["graphs/base/note.toml", "graphs/top/note.toml", "graphs/top.toml", "worlds/shots/note.demo.toml"];
+    for from in changed {
+        let mut editor = Editor::start(&project);
+        let (file, text) = (project.path(from), std::fs::read_to_string(project.path(from)).unwrap());
+        let rename = |editor: &mut Editor| {
+            let place = editor.place(&file, &text.replacen("speed", "spe|ed", 1));
+            editor.answer(
+                "textDocument/rename",
+                json!({ "textDocument": place["textDocument"], "position": place["position"], "newName": "rate" }),
+            )
+        };
+        editor.open(&file, &text);
+        // The world may run over two graphs, whose params have nothing in common but their name.
+        project.write("graphs/base/alone.toml", NOTES);
+        let refused = rename(&mut editor);
+        assert!(refused["error"]["message"].as_str().is_some_and(|told| told.contains("alone.toml")), "{refused}");
+        std::fs::remove_file(project.path("graphs/base/alone.toml")).unwrap();
+        let edit = &rename(&mut editor)["result"];
+        for (path, count) in changed.into_iter().zip([2, 1, 1, 1]).chain([("worlds/note.toml", 1)]) {
+            assert_eq!(edits_in(edit, &project.path(path)).len(), count, "{path}, from {from}: {edit}");
+        }
+    }
+}
+
 /// The line that the first fix of a text changes, as it is after it.
 fn first_fix(editor: &mut Editor, graph: &Path, wrong: &str) -> String {
     editor.change(graph, wrong);
@@ -485,6 +526,31 @@ fn a_file_that_is_not_there_brings_the_name_of_one_that_is() {
         editor.open(&deep, "");
         assert_eq!(first_fix(&mut editor, &deep, &format!("extends = {wrong:?}\n")), "extends = \"../note.toml\"");
     }
+}
+
+/// What the message names may stand in another line than the place that it points at, or within the name of a source.
+#[test]
+fn a_model_a_file_and_a_default_that_are_not_there_bring_their_fix() {
+    let (project, mut editor, graph, _) = notes();
+    project.copy_folder("textures");
+    let wrong = NOTES.replace("[[passes]]", "[targets.page]\nsource = \"file.textures/tils.png\"\n[[passes]]");
+    assert_eq!(first_fix(&mut editor, &graph, &wrong), "source = \"file.textures/tiles.png\"");
+
+    let manifest = project.path("raxel.toml");
+    std::fs::write(&manifest, "").unwrap();
+    editor.open(&manifest, "");
+    assert_eq!(first_fix(&mut editor, &manifest, "graph = \"noet.toml\"\n"), "graph = \"note.toml\"");
+    assert_eq!(first_fix(&mut editor, &manifest, "grahp = \"note.toml\"\n"), "graph = \"note.toml\"");
+
+    project.copy_folder("worlds/models");
+    let world = "[models.pine]\nfile = \"models/pine.vox\"\n[[build]]\nop = \"model\"\nmodel = \"pine\"\n";
+    project
+        .write("worlds/trees.toml", world)
+        .write("worlds/trees.demo.toml", "graph = \"note.toml\"\nworld = \"trees.toml\"\nduration = 1.0\n");
+    let demo = project.path("worlds/trees.demo.toml");
+    editor.open(&demo, &std::fs::read_to_string(&demo).unwrap());
+    let wrong = NOTES.replace("[[passes]]", "[buffers.tree]\nsource = \"model.pien.tree64\"\n[[passes]]");
+    assert_eq!(first_fix(&mut editor, &graph, &wrong), "source = \"model.pine.tree64\"");
 }
 
 #[test]
@@ -557,14 +623,15 @@ fn every_name_of_the_examples_can_be_changed() {
             let params = json!({ "textDocument": { "uri": address(graph) }, "position": symbol["selectionRange"]["start"], "newName": format!("{name}_2") });
             let answer = editor.answer("textDocument/rename", params);
             if answer["error"].is_null() {
+                assert!(!edits_in(&answer["result"], graph).is_empty(), "{name} of {}: {answer}", graph.display());
                 apply(&answer["result"]);
                 editor.change(graph, &std::fs::read_to_string(graph).unwrap());
                 changed += 1;
             } else {
-                assert!(
-                    std::fs::read_to_string(graph).unwrap().contains(&format!("[blocks.{name}]")),
-                    "{name}: {answer}"
-                );
+                // A block, or a param of two graphs by which one world moves its instances.
+                let is_block = std::fs::read_to_string(graph).unwrap().contains(&format!("[blocks.{name}]"));
+                let is_shared = answer["error"]["message"].as_str().unwrap().starts_with("`worlds/fair.toml` means");
+                assert!(is_block || is_shared, "{name}: {answer}");
             }
         }
         editor.tell("textDocument/didClose", document);
@@ -581,9 +648,10 @@ fn every_name_of_the_examples_can_be_changed() {
 fn requests_are_answered_while_every_shader_is_compiled() {
     let project = Project::shipped();
     let mut editor = Editor::start(&project);
-    let shader = project.path("shaders/primary.comp");
-    let text = std::fs::read_to_string(&shader).unwrap();
-    // All graphs are checked, and nothing is kept of earlier compilations.
+    let [shader, library] = ["shaders/inspect.comp", "shaders/include/raxel/world.glsl"].map(|path| project.path(path));
+    let [text, included] = [&shader, &library].map(|path| std::fs::read_to_string(path).unwrap());
+    // Nearly every shader includes the second, and nothing is kept of earlier compilations.
+    editor.open(&library, &format!("{included}// changed\n"));
     editor.open(&shader, &text.replace("void main()", "void main(wrong)"));
     std::thread::sleep(std::time::Duration::from_millis(500));
     let document = json!({ "uri": address(&shader) });
@@ -592,6 +660,30 @@ fn requests_are_answered_while_every_shader_is_compiled() {
     let first = editor.from.next();
     assert_eq!(first["id"], json!(77), "diagnostics came first: {first}");
     assert!(editor.diagnostics(&shader).iter().any(|found| found["severity"] == json!(1)));
+}
+
+/// A shader that only a graph in a folder runs.
+#[test]
+fn a_shader_is_checked_with_the_graphs_that_run_it() {
+    let project = Project::empty();
+    project.write("graphs/deep/note.toml", NOTES).write("graphs/other.toml", NOTES.replace("note.comp", "other.comp"));
+    project.write("shaders/note.comp", NOTE).write("shaders/other.comp", "no shader");
+    let mut editor = Editor::start(&project);
+    let shader = project.path("shaders/note.comp");
+    for (wrong, count) in
+        [(NOTE.replace("twice;", "thrice;"), 1), (NOTE.to_owned(), 0), (NOTE.replace("far(p", "fur(p"), 1)]
+    {
+        editor.open(&shader, &wrong);
+        let found = loop {
+            let found = editor.diagnostics(&shader);
+            if found.len() == count {
+                break found;
+            }
+        };
+        let names =
+            |found: &Value| ["thrice", "fur"].iter().any(|name| found["message"].as_str().unwrap().contains(name));
+        assert!(found.iter().all(names), "{found:?}");
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod templates;
 mod unpacked;
 mod verbs;
 
+use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -22,7 +23,7 @@ pub fn main() -> ExitCode {
     }
     panic::install();
     raxel_output::watch_signals();
-    let cli = match cli::Cli::try_parse() {
+    let cli = match cli::Cli::try_parse_from(arguments(std::env::args_os())) {
         Ok(cli) => cli,
         Err(error) => return tell(&error),
     };
@@ -39,6 +40,15 @@ pub fn main() -> ExitCode {
         leave(code);
     }
     code.into()
+}
+
+/// The arguments without a `--help` behind `raxel help`, which clap takes for the name of a verb.
+fn arguments(given: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsString> {
+    let mut is_help = false;
+    given.enumerate().filter_map(move |(index, argument)| {
+        is_help |= index == 1 && argument == "help";
+        (!is_help || (argument != "--help" && argument != "-h")).then_some(argument)
+    })
 }
 
 /// Prints what clap has instead of a command: a help, the version, or what is wrong with the arguments.

@@ -196,8 +196,12 @@ struct File {
     unfinished: bool,
 }
 
+/// The bytes of a file. Opening a pipe would wait for its other end.
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     use std::io::Read;
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("it is not a file"));
+    }
     let mut bytes = Vec::new();
     fs::File::open(path)?.take(MAX_ENTRY + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
@@ -323,6 +327,23 @@ mod tests {
             .with_warning(|path, reason| panic!("{} is not damaged: {reason}", path.display()));
         cache.write("one", b"first");
         assert_eq!(cache.read("one"), None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_in_place_of_an_entry_is_not_waited_for() {
+        let (_folder, cache, _) = filled();
+        let path = cache.path("two").unwrap();
+        fs::remove_file(&path).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let before = cache.read("two");
+            cache.write("two", b"anew");
+            sender.send((before, cache.read("two")))
+        });
+        let read = receiver.recv_timeout(Duration::from_secs(60)).expect("reading waits for the other end of the pipe");
+        assert_eq!(read, (None, Some(b"anew".to_vec())));
     }
 
     #[test]

@@ -92,6 +92,10 @@ pub(super) fn answer(
             Ok(json!({ "bytes": found.len(), "data": BASE64.encode(&found) }))
         }
         Request::Timings {} => {
+            if session.picture().is_none() {
+                let help = vec!["run a frame with `step`".to_owned()];
+                return Err(Refusal { error: "no frame has run, so no pass has a time".to_owned(), help });
+            }
             session.wait()?;
             Ok(json!({ "passes": describe::timings(session) }))
         }

@@ -35,6 +35,10 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     let mut next = (path.to_owned(), None::<Span>);
     loop {
         let (path, named_at) = next;
+        if is_shader(&path) {
+            found.push(not_a_graph(&path, named_at));
+            return None;
+        }
         let text = match read_text(files, &path, named_at.map(|span| (span, "extended here")), texts) {
             Ok(text) => text,
             Err(diagnostic) => {
@@ -83,6 +87,23 @@ pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Ve
     base.passes.retain(|pass| !pass.remove);
     let model = layers.fold(base, |below, above| overlay(below, above, found));
     Some(Loaded { model, files })
+}
+
+/// Whether a name is that of a shader: no graph is called so.
+fn is_shader(path: &str) -> bool {
+    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| ["comp", "glsl", "hlsl", "spv"].contains(&extension.as_str()))
+}
+
+fn not_a_graph(path: &str, named_at: Option<Span>) -> Diagnostic {
+    let message = format!("`{path}` is a shader, and a graph is needed");
+    let diagnostic = Diagnostic::error(codes::files::UNREADABLE, message);
+    let name = path.strip_prefix("shaders/").unwrap_or(path);
+    let diagnostic = diagnostic.help(format!("name a graph that has `shader = \"{name}\"` in a pass"));
+    match named_at {
+        Some(place) => diagnostic.label(place, "extended here"),
+        None => diagnostic,
+    }
 }
 
 /// Why the last file of a chain may not extend `base`, if it may not.

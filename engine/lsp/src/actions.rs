@@ -9,7 +9,7 @@ use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, Number
 use super::documents::{Document, Documents, offset, range};
 use super::names::declared;
 use super::project_texts::{graphs, pass_at};
-use super::toml_names::{entries, words};
+use super::toml_names::{TomlWord, entries, words};
 
 /// Codes of entries that the shader does not use: a member, a block, a binding.
 const UNUSED: [&str; 3] = ["RX0111", "RX0118", "RX0121"];
@@ -67,19 +67,37 @@ fn meant(text: &str, diagnostic: &Diagnostic) -> Option<Fix> {
         return Some((format!("Change `{inner}` to `{meant}`"), bytes, wrong.replacen(inner, meant, 1)));
     }
     // What stands around the word in a value stays: `param.` in `param.sun`, `@1` behind a target.
-    let name = |c: char| c == '_' || c == '-' || c.is_alphanumeric();
-    let named = diagnostic.message.split('`').skip(1).step_by(2).filter(|word| *word != meant && !word.is_empty());
-    let word = named.filter(|word| whole_word(inner, word, name)).max_by_key(|word| word.len()).unwrap_or(inner);
+    let words_of_message = diagnostic.message.split('`').skip(1).step_by(2);
+    let candidates: Vec<&str> = words_of_message.filter(|word| *word != meant && !word.is_empty()).collect();
+    let in_value = |value: Range<usize>| {
+        let places = candidates.iter().filter_map(|word| place_of_word(&text[value.clone()], word));
+        let place = places.max_by_key(Range::len)?;
+        Some(value.start + place.start..value.start + place.end)
+    };
+    let start = bytes.start + wrong.find(inner).unwrap_or(0);
+    let place = in_value(start..start + inner.len()).or_else(|| values_of_table(text, &bytes).find_map(in_value));
+    let place = place.unwrap_or(start..start + inner.len());
+    let word = &text[place.clone()];
     if word.is_empty() || word.contains('\n') {
         return None;
     }
-    Some((format!("Change `{word}` to `{meant}`"), bytes, wrong.replacen(word, meant, 1)))
+    Some((format!("Change `{word}` to `{meant}`"), place, meant.to_owned()))
 }
 
-/// Whether a text has a word, with no letters of a name around it.
-fn whole_word(text: &str, word: &str, name: impl Fn(char) -> bool) -> bool {
-    let is_whole = |(at, _): (usize, &str)| !text[..at].ends_with(&name) && !text[at + word.len()..].starts_with(&name);
-    text.match_indices(word).any(is_whole)
+/// Where a text has a word, with no letters of a name around it.
+fn place_of_word(text: &str, word: &str) -> Option<Range<usize>> {
+    let name = |c: char| c == '_' || c == '-' || c.is_alphanumeric();
+    let is_whole = |(at, _): &(usize, &str)| !text[..*at].ends_with(name) && !text[at + word.len()..].starts_with(name);
+    text.match_indices(word).find(is_whole).map(|(at, word)| at..at + word.len())
+}
+
+/// The texts in the table whose name stands at these bytes.
+fn values_of_table(text: &str, name: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let words = words(text);
+    let table = words.iter().find(|word| word.is_key && name.contains(&word.place.start)).map(|word| word.path.clone());
+    let inside =
+        move |word: &TomlWord| !word.is_key && table.as_ref().is_some_and(|table| word.path.starts_with(table));
+    words.into_iter().filter(inside).map(|word| word.place)
 }
 
 /// Removes the entry whose key is at a byte: from an inline table with its comma, else with its line.

@@ -1,9 +1,13 @@
 //! What can stand at the cursor, and what a key means.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, InsertTextFormat, MarkupContent, MarkupKind};
+use raxel_diagnostics::MemoryFiles;
 use raxel_graph::checked::Builtin;
+use raxel_graph::{Catalog, SourceLayout};
+use raxel_runtime::sources::SourceCatalog;
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
@@ -12,7 +16,7 @@ use super::documents::{Document, Documents};
 use super::glsl::{Declaration, DeclarationKind, comment_on, members};
 use super::names::{bare, declaration, declared, identifier, keys_of, named_passes, owner, word};
 use super::project_texts::{
-    ProjectText, bound_by, declared_in, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
+    ProjectText, bound_by, declared_in, every, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
 use super::scopes::{Local, code_of, identifiers, local_at, locals};
 use super::toml_place::{TomlPlace, header_at};
@@ -300,12 +304,7 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
                 graphs.iter().flat_map(|graph| named_passes(&graph.text)).map(|(name, _)| name).collect();
             passes.into_iter().map(|name| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
         }
-        "source" if graph => raxel_rivals::LAYOUTS
-            .iter()
-            .map(|layout| {
-                item(&format!("world.{}", layout.name()), CompletionItemKind::VALUE, "the world in this layout")
-            })
-            .collect(),
+        "source" | "copy" if graph => supplied(documents, document),
         "shader" if graph => {
             let mut shaders = files(document, "shaders");
             shaders.retain(|shader| !shader.label.starts_with("include/"));
@@ -315,7 +314,11 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
         "graph" => files(document, "graphs"),
         "target" if kind == FileKind::Demo => resources(),
         "material" | "model" if !graph => of_world(&worlds(documents, document), key),
-        "world" => files(document, "worlds"),
+        "world" | "demo" => {
+            let mut worlds = files(document, "worlds");
+            worlds.retain(|file| file.label.ends_with(".demo.toml") == (key == "demo"));
+            worlds
+        }
         _ => Vec::new(),
     };
     if found.is_empty() {
@@ -356,6 +359,25 @@ fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
             let named = suffixes.iter().map(|suffix| format!("{prefix}.{}{suffix}", known.label));
             found.extend(named.map(|label| CompletionItem { label, ..known.clone() }));
         }
+    }
+    found
+}
+
+/// What supplies a resource: the session, each model of the project's worlds, files of the project.
+fn supplied(documents: &Documents, document: &Document) -> Vec<CompletionItem> {
+    let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
+    let of_session = |source: &SourceLayout| item(&source.name, CompletionItemKind::VALUE, "supplied by the session");
+    let mut found: Vec<CompletionItem> = catalog.sources().iter().map(of_session).collect();
+    let text = |path: String| Some(ProjectText { text: documents.text(document, &path)?, path, on_disk: true });
+    let worlds: Vec<_> = every(FileKind::World, &document.project).into_iter().filter_map(text).collect();
+    for model in of_world(&worlds, "model") {
+        found.extend(raxel_rivals::LAYOUTS.iter().map(|layout| {
+            let label = format!("model.{}.{}", model.label, layout.name());
+            CompletionItem { label, ..model.clone() }
+        }));
+    }
+    for file in files(document, "textures") {
+        found.push(item(&format!("file.textures/{}", file.label), CompletionItemKind::FILE, "a file of the project"));
     }
     found
 }

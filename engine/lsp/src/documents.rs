@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lsp_types::{Position, Range, Url};
 use raxel_diagnostics::{DiskFiles, FileError, Files};
@@ -83,22 +83,32 @@ impl Documents {
     }
 }
 
-/// A project's files with some texts in their place.
+/// A project's files with some texts in their place. Each file is read once between two calls of [`Overlay::update`].
 pub(super) struct Overlay {
     disk: DiskFiles,
-    texts: BTreeMap<String, Arc<[u8]>>,
+    texts: Mutex<BTreeMap<String, Result<Arc<[u8]>, FileError>>>,
 }
 
 impl Overlay {
-    pub fn new(project: &Project, documents: &[&Document]) -> std::io::Result<Self> {
-        let texts = documents.iter().map(|document| (document.path.clone(), Arc::from(document.text.as_bytes())));
-        Ok(Self { disk: DiskFiles::new(project.root())?, texts: texts.collect() })
+    pub fn new(project: &Project) -> std::io::Result<Self> {
+        Ok(Self { disk: DiskFiles::new(project.root())?, texts: Mutex::default() })
+    }
+
+    /// Takes these texts as they are now, and forgets what was read from disk.
+    pub fn update(&self, documents: &[&Document]) {
+        let texts = documents.iter().map(|document| (document.path.clone(), Ok(Arc::from(document.text.as_bytes()))));
+        *self.lock() = texts.collect();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Result<Arc<[u8]>, FileError>>> {
+        // The map is whole after every operation, so a panic elsewhere does not spoil it.
+        self.texts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Files for Overlay {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
-        self.texts.get(path).map_or_else(|| self.disk.read(path), |text| Ok(text.clone()))
+        self.lock().entry(path.to_owned()).or_insert_with(|| self.disk.read(path)).clone()
     }
 
     fn root(&self) -> Option<&Path> {

@@ -61,6 +61,18 @@ const SETTLE: Duration = Duration::from_millis(120);
 /// Answers an editor on stdin and stdout until it stops.
 pub fn run(_: &Args, console: &Console) -> Result {
     let (connection, threads) = Connection::stdio();
+    let ended =
+        |error: &dyn std::fmt::Display| Failure::usage(format!("the conversation with the editor has ended: {error}"));
+    serve(connection).map_err(|error| ended(&error))?;
+    console.detail("the editor has said goodbye");
+    threads.join().map_err(|error| ended(&error))
+}
+
+/// Answers an editor until it stops.
+///
+/// # Errors
+/// The editor breaks the protocol, or goes away without a word.
+pub fn serve(connection: Connection) -> std::result::Result<(), Ended> {
     let capabilities = ServerCapabilities {
         text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::FULL)),
         completion_provider: Some(CompletionOptions {
@@ -80,19 +92,14 @@ pub fn run(_: &Args, console: &Console) -> Result {
         inlay_hint_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     };
-    let ended =
-        |error: &dyn std::fmt::Display| Failure::usage(format!("the conversation with the editor has ended: {error}"));
-    let (id, _) = connection.initialize_start().map_err(|error| ended(&error))?;
+    let (id, _) = connection.initialize_start()?;
     let greeting = json!({
         "capabilities": capabilities,
         "serverInfo": { "name": "raxel", "version": env!("CARGO_PKG_VERSION") },
     });
-    connection.initialize_finish(id, greeting).map_err(|error| ended(&error))?;
+    connection.initialize_finish(id, greeting)?;
     let publisher = Publishing::Idle(Publisher::default());
-    let served = Server { connection, documents: Documents::default(), publisher }.serve();
-    console.detail("the editor has said goodbye");
-    served.map_err(|error| ended(&error))?;
-    threads.join().map_err(|error| ended(&error))
+    Server { connection, documents: Documents::default(), publisher }.serve()
 }
 
 /// A conversation with an editor.
@@ -109,7 +116,8 @@ enum Publishing {
     Checking(Receiver<(Publisher, Vec<Notification>)>),
 }
 
-type Ended = Box<dyn std::error::Error + Send + Sync>;
+/// Why a conversation ended early.
+pub type Ended = Box<dyn std::error::Error + Send + Sync>;
 
 impl Server {
     fn serve(mut self) -> std::result::Result<(), Ended> {

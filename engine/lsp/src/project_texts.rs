@@ -1,10 +1,12 @@
 //! The texts that a document depends on, unsaved ones included: what a graph extends, the graphs and the world of a demo, the shader of a pass, what
 //! a shader includes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::path::Path;
 
 use raxel_diagnostics::files::join;
+use raxel_runtime::project::Project;
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 
@@ -21,6 +23,12 @@ pub(super) struct ProjectText {
     pub text: String,
     /// It is in the project, and not only in the library.
     pub on_disk: bool,
+}
+
+/// Project paths of all files of this kind, those in folders below included.
+pub(super) fn every(kind: FileKind, project: &Project) -> Vec<String> {
+    let paths = project.every_file().into_iter().map(|file| file.path().to_owned());
+    paths.filter(|path| FileKind::of(path) == kind).collect()
 }
 
 /// The graphs that a document knows the names of, the nearest first: a graph itself and what it extends, or those of a demo.
@@ -69,28 +77,100 @@ pub(super) fn shader(documents: &Documents, document: &Document, path: &str) -> 
     let mut found: Vec<ProjectText> = Vec::new();
     let mut seen = BTreeSet::from([path.to_owned()]);
     let mut wanted = vec![path.to_owned()];
+    let is_there = |path: &str| {
+        document.project.on_disk(path).is_file()
+            || library::text(library_name(path)).is_some()
+            || documents.text(document, path).is_some()
+    };
     while let Some(path) = wanted.pop().filter(|_| found.len() < MOST_FILES) {
         let in_project = documents.text(document, &path);
-        let library_name = path.strip_prefix("shaders/include/").unwrap_or(&path);
         let on_disk = in_project.is_some();
-        let Some(text) = in_project.or_else(|| library::text(library_name).map(str::to_owned)) else { continue };
-        let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+        let Some(text) = in_project.or_else(|| library::text(library_name(&path)).map(str::to_owned)) else { continue };
         for include in includes(&text) {
-            let places = [folder.as_str(), "shaders/include", "shaders"];
-            let paths: Vec<String> = places.iter().filter_map(|folder| join(folder, include)).collect();
-            let is_there = |path: &&String| {
-                documents.text(document, path).is_some()
-                    || library::text(path.strip_prefix("shaders/include/").unwrap_or(path)).is_some()
-            };
-            if let Some(path) = paths.iter().find(is_there)
+            if let Some(path) = include_path(&path, include, is_there)
                 && seen.insert(path.clone())
             {
-                wanted.push(path.clone());
+                wanted.push(path);
             }
         }
         found.push(ProjectText { path, text, on_disk });
     }
     found
+}
+
+/// The name in the shader library that a project path would have there.
+fn library_name(path: &str) -> &str {
+    path.strip_prefix("shaders/include/").unwrap_or(path)
+}
+
+/// The path of a file that a shader includes: beside it, in `shaders/include` or in `shaders`.
+fn include_path(shader: &str, include: &str, is_there: impl Fn(&str) -> bool) -> Option<String> {
+    let folder = shader.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let mut paths = [folder, "shaders/include", "shaders"].into_iter().filter_map(|folder| join(folder, include));
+    paths.find(|path| is_there(path))
+}
+
+/// The shaders of a project and what they include, by their paths.
+pub(super) fn shader_files(project: &Project) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut open = vec!["shaders".to_owned()];
+    while let Some(folder) = open.pop() {
+        let Ok(entries) = std::fs::read_dir(project.on_disk(&folder)) else { continue };
+        for entry in entries.flatten() {
+            let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                open.push(path);
+            } else if Path::new(&path)
+                .extension()
+                .is_some_and(|extension| ["comp", "glsl"].iter().any(|glsl| extension == *glsl))
+            {
+                found.insert(path);
+            }
+        }
+    }
+    found
+}
+
+/// The shaders of a project, and of the library, that include one of these files directly or through others; these files among them.
+pub(super) fn includers(documents: &Documents, document: &Document, files: &[&str]) -> BTreeSet<String> {
+    let mut known = shader_files(&document.project);
+    known.extend(library::FILES.iter().map(|(name, _)| format!("shaders/include/{name}")));
+    let mut included_by: BTreeMap<String, Vec<&String>> = BTreeMap::new();
+    for path in &known {
+        let in_project = documents.text(document, path);
+        let Some(text) = in_project.as_deref().or_else(|| library::text(library_name(path))) else { continue };
+        for include in includes(text) {
+            if let Some(included) = include_path(path, include, |path| known.contains(path)) {
+                included_by.entry(included).or_default().push(path);
+            }
+        }
+    }
+    let mut found = BTreeSet::new();
+    let mut open: Vec<String> = files.iter().map(|file| (*file).to_owned()).collect();
+    while let Some(path) = open.pop() {
+        if found.contains(&path) {
+            continue;
+        }
+        open.extend(included_by.get(&path).into_iter().flatten().map(|path| (*path).clone()));
+        found.insert(path);
+    }
+    found
+}
+
+/// Graphs of a project that run one of these shaders or extend one that does: those at the top first, and no more than `most`.
+pub(super) fn graphs_that_run(
+    documents: &Documents,
+    document: &Document,
+    shaders: &BTreeSet<String>,
+    most: usize,
+) -> Vec<String> {
+    let runs = |path: &String| {
+        let Some(text) = documents.text(document, path) else { return false };
+        let graph = Document { project: document.project.clone(), path: path.clone(), text };
+        let family = graphs(documents, &graph);
+        family.iter().flat_map(|graph| named(&graph.text, "shader", "shaders")).any(|path| shaders.contains(&path))
+    };
+    every(FileKind::Graph, &document.project).into_iter().filter(runs).take(most).collect()
 }
 
 fn includes(text: &str) -> impl Iterator<Item = &str> {
@@ -122,9 +202,9 @@ fn value_of<'t>(pass: &'t str, key: &str) -> Option<&'t str> {
     pass.lines().find_map(line)
 }
 
-/// The texts of the shader of the pass around a byte of a graph; its base says which if it does not.
-pub(super) fn shader_of_pass(documents: &Documents, document: &Document, at: usize) -> Vec<ProjectText> {
-    let Some(pass) = pass_at(&document.text, at).map(|range| &document.text[range]) else { return Vec::new() };
+/// The path of the shader of the pass around a byte of a graph; its base says which if it does not.
+pub(super) fn shader_path_of_pass(documents: &Documents, document: &Document, at: usize) -> Option<String> {
+    let pass = &document.text[pass_at(&document.text, at)?];
     let inherited = || {
         let name = value_of(pass, "name")?;
         let graphs = graphs(documents, document);
@@ -133,8 +213,14 @@ pub(super) fn shader_of_pass(documents: &Documents, document: &Document, at: usi
         let mut same = passes.filter(|pass| value_of(pass, "name") == Some(name));
         same.find_map(|pass| value_of(pass, "shader").map(str::to_owned))
     };
-    let Some(file) = value_of(pass, "shader").map(str::to_owned).or_else(inherited) else { return Vec::new() };
-    join("shaders", &file).map_or_else(Vec::new, |path| shader(documents, document, &path))
+    let file = value_of(pass, "shader").map(str::to_owned).or_else(inherited)?;
+    join("shaders", &file)
+}
+
+/// The texts of that shader.
+pub(super) fn shader_of_pass(documents: &Documents, document: &Document, at: usize) -> Vec<ProjectText> {
+    let path = shader_path_of_pass(documents, document, at);
+    path.map_or_else(Vec::new, |path| shader(documents, document, &path))
 }
 
 /// The texts of every shader that the graphs of a document name.
@@ -154,7 +240,7 @@ pub(super) fn declared_in(texts: &[ProjectText]) -> impl Iterator<Item = (&Proje
 pub(super) fn bound_by(documents: &Documents, document: &Document, name: &str) -> Vec<String> {
     let Some(shader) = document.path.strip_prefix("shaders/") else { return Vec::new() };
     let mut found = Vec::new();
-    for path in document.project.graphs() {
+    for path in every(FileKind::Graph, &document.project) {
         let Some(text) = documents.text(document, &path) else { continue };
         for pass in text.split("[[passes]]").skip(1).filter(|pass| value_of(pass, "shader") == Some(shader)) {
             let entry = pass.split([',', '{', '\n']).find_map(|entry| {

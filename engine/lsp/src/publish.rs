@@ -1,6 +1,7 @@
 //! What is wrong in the files of the projects that are open, as an editor underlines it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use lsp_server::Notification;
@@ -16,19 +17,45 @@ use raxel_terminal::offline::{FileKind, OfflineProject};
 
 use super::address;
 use super::documents::{Document, Documents, Overlay, range};
+use super::project_texts::{graphs_that_run, includers};
+
+/// Graphs that are checked because they run a shader that is open: what many share would take long.
+const MOST_GRAPHS: usize = 8;
 
 /// Checks files, and remembers where something was said, so that it can be taken back.
 #[derive(Default)]
 pub(super) struct Publisher {
     said: BTreeSet<Url>,
+    /// By their roots. Each keeps what it has compiled and built, since one key changes one file.
+    projects: BTreeMap<PathBuf, CheckedProject>,
+}
+
+/// A project with the texts that are open in front of its files.
+struct CheckedProject {
+    files: Arc<Overlay>,
+    front: OfflineProject,
+}
+
+impl CheckedProject {
+    fn new(project: &Project) -> std::io::Result<Self> {
+        let files = Arc::new(Overlay::new(project)?);
+        let front = OfflineProject::new(project.clone(), Loader::with_files(files.clone())).for_checks();
+        Ok(Self { files, front })
+    }
 }
 
 impl Publisher {
-    /// Checks all that is open, and all graphs if a shader is. Gives what is to be told.
+    /// Checks all that is open, and the graphs that run a shader that is. Gives what is to be told.
     pub fn check(&mut self, documents: &Documents) -> Vec<Notification> {
         let mut found: BTreeMap<Url, Vec<Diagnostic>> = BTreeMap::new();
-        for (project, documents) in documents.projects() {
-            check_project(&project, &documents, &mut found);
+        let open = documents.projects();
+        self.projects.retain(|root, _| open.iter().any(|(project, _)| project.root() == root));
+        for (project, texts) in open {
+            let known = self.projects.remove(project.root()).map_or_else(|| CheckedProject::new(&project), Ok);
+            // A folder that cannot be read any more has nothing to be checked.
+            let Ok(known) = known else { continue };
+            check_project(&known, documents, &texts, &mut found);
+            self.projects.insert(project.root().to_owned(), known);
         }
         // What was wrong and is right now is said to be right.
         for url in std::mem::take(&mut self.said) {
@@ -45,17 +72,24 @@ impl Publisher {
     }
 }
 
-fn check_project(project: &Project, documents: &[&Document], found: &mut BTreeMap<Url, Vec<Diagnostic>>) {
-    let Ok(overlay) = Overlay::new(project, documents) else { return };
-    let front = OfflineProject::new(project.clone(), Loader::with_files(Arc::new(overlay))).for_checks();
-    let mut paths: BTreeSet<String> = BTreeSet::new();
-    for document in documents {
-        if document.is_toml() {
-            paths.insert(document.path.clone());
-        } else {
-            // Which graphs a shader belongs to is known when they are compiled.
-            paths.extend(project.graphs());
-        }
+/// Checks the texts of a project that are open, and graphs that run one of them.
+fn check_project(
+    checked: &CheckedProject,
+    documents: &Documents,
+    open: &[&Document],
+    found: &mut BTreeMap<Url, Vec<Diagnostic>>,
+) {
+    let CheckedProject { files, front } = checked;
+    let project = &front.project;
+    files.update(open);
+    front.forget_changed_worlds();
+    let (graphs, shaders): (Vec<&Document>, Vec<&Document>) =
+        open.iter().copied().partition(|document| document.is_toml());
+    let mut paths: BTreeSet<String> = graphs.iter().map(|document| document.path.clone()).collect();
+    if let Some(first) = shaders.first() {
+        let edited: Vec<&str> = shaders.iter().map(|document| document.path.as_str()).collect();
+        let includers = includers(documents, first, &edited);
+        paths.extend(graphs_that_run(documents, first, &includers, MOST_GRAPHS));
     }
     let (mut all, mut texts) = (Vec::new(), SourceMap::default());
     for path in &paths {

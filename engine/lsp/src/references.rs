@@ -2,7 +2,7 @@
 //! declares in every shader that includes it, bindings and members of blocks also in the graphs that give them something, targets, buffers,
 //! params, clocks, loops and passes in graphs and demos.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -12,7 +12,10 @@ use raxel_terminal::offline::FileKind;
 use super::documents::{Document, Documents, range};
 use super::glsl::{Declaration, DeclarationKind, declarations, members, without_comments};
 use super::names::{bare, identifier, owner, word};
-use super::project_texts::{ProjectText, declared_in, graphs, passes, shader, shader_of_pass, shaders_of_graphs};
+use super::project_texts::{
+    ProjectText, declared_in, every, graphs, includers, passes, shader, shader_of_pass, shader_path_of_pass,
+    shaders_of_graphs,
+};
 use super::scopes::{code_of, identifiers, local_at, locals};
 use super::toml_names::{TomlName, TomlWord, mentions, words};
 use super::{address, builtins};
@@ -113,16 +116,13 @@ fn of_shader(documents: &Documents, document: &Document, path: &str, name: &str)
     if !text.on_disk || text.path.starts_with("shaders/include/raxel/") {
         uses.fixed = Some(format!("`{name}` belongs to the shader library (`{}`)", text.path));
     }
-    let declaring = text.path.clone();
-    for path in shader_files(document) {
-        let Some(text) = documents.text(document, &path).filter(|text| text.contains(name)) else { continue };
-        if path != declaring && !shader(documents, document, &path).iter().any(|text| text.path == declaring) {
-            continue;
-        }
-        uses.add(&path, &text, globals(&text, name));
+    let shaders = includers(documents, document, &[&text.path]);
+    for path in &shaders {
+        let Some(text) = documents.text(document, path).filter(|text| text.contains(name)) else { continue };
+        uses.add(path, &text, globals(&text, name));
     }
     if known.kind == DeclarationKind::Binding {
-        bindings(documents, document, &declaring, &known, &mut uses);
+        bindings(documents, document, &shaders, &known, &mut uses);
     }
     Ok(uses)
 }
@@ -147,12 +147,18 @@ fn globals(text: &str, name: &str) -> Vec<Range<usize>> {
     places
 }
 
-/// Adds the keys of graphs that bind something to a name.
-fn bindings(documents: &Documents, document: &Document, declaring: &str, known: &Declaration, uses: &mut Uses) {
+/// Adds the keys of graphs that bind something to a name of these shaders.
+fn bindings(
+    documents: &Documents,
+    document: &Document,
+    shaders: &BTreeSet<String>,
+    known: &Declaration,
+    uses: &mut Uses,
+) {
     let mut named = false;
     let name = uses.name.clone();
     let is_key = |path: &[&str]| matches!(path, ["passes", "bind", bound] if *bound == name);
-    for (path, text, places) in keys_of_passes(documents, document, declaring, &name, is_key) {
+    for (path, text, places) in keys_of_passes(documents, document, shaders, &name, is_key) {
         named = true;
         uses.add(&path, &text, places);
     }
@@ -162,16 +168,16 @@ fn bindings(documents: &Documents, document: &Document, declaring: &str, known: 
     }
 }
 
-/// The keys in passes of each graph whose shader is, or includes, the declaring file.
+/// The keys in passes of each graph that run one of these shaders.
 fn keys_of_passes(
     documents: &Documents,
     document: &Document,
-    declaring: &str,
+    shaders: &BTreeSet<String>,
     name: &str,
     is_key: impl Fn(&[&str]) -> bool,
 ) -> Vec<(String, String, Vec<Range<usize>>)> {
     let mut found = Vec::new();
-    for path in document.project.graphs() {
+    for path in every(FileKind::Graph, &document.project) {
         let Some(text) = documents.text(document, &path).filter(|text| text.contains(name)) else { continue };
         let graph = Document { project: document.project.clone(), path: path.clone(), text };
         let passes = passes(&graph.text);
@@ -184,8 +190,8 @@ fn keys_of_passes(
             }
             let Some(pass) = passes.iter().position(|pass| pass.contains(&word.place.start)) else { continue };
             let of_shader = || {
-                let shader = shader_of_pass(documents, &graph, passes[pass].start);
-                shader.iter().any(|text| text.path == declaring)
+                let path = shader_path_of_pass(documents, &graph, passes[pass].start);
+                path.is_some_and(|path| shaders.contains(&path))
             };
             if *uses_it[pass].get_or_insert_with(of_shader) {
                 places.push(word.place);
@@ -232,39 +238,56 @@ fn uses_in_toml(documents: &Documents, document: &Document, at: usize) -> Result
         let found = mentions(text, FileKind::Graph);
         found.iter().any(|known| known.declares && known.what == mention.what && text[known.place.clone()] == name)
     };
-    let family = graphs(documents, document);
-    let article = mention.what.article();
-    let Some(declaring) = family.iter().rfind(|text| declares(&text.text)).map(|text| text.path.clone()) else {
-        return Err(format!("no graph declares {article} named `{name}`"));
+    let graphs_of = |path: &str, text: &str| {
+        let graph = Document { project: document.project.clone(), path: path.to_owned(), text: text.to_owned() };
+        mentionable_graphs(documents, &graph)
     };
+    // The graph that declares it first: those that extend that one may change its table.
+    let declaring = mentionable_graphs(documents, document).into_iter().rfind(|graph| declares(&graph.text));
+    let declaring = declaring.and_then(|graph| {
+        graphs_of(&graph.path, &graph.text).into_iter().rfind(|base| declares(&base.text)).map(|base| base.path)
+    });
+    let article = mention.what.article();
+    let declaring = declaring.ok_or_else(|| format!("no graph declares {article} named `{name}`"))?;
     let mut uses = Uses { in_toml: Some(mention.what), ..Uses::of(&name) };
-    for path in document.project.graphs().into_iter().chain(document.project.demos()) {
-        let Some(text) = documents.text(document, &path).filter(|text| text.contains(&name)) else { continue };
-        let file = Document { project: document.project.clone(), path: path.clone(), text };
-        let family = graphs(documents, &file);
-        if family.iter().all(|graph| graph.path != declaring) {
-            continue;
+    for kind in [FileKind::Graph, FileKind::Demo, FileKind::World] {
+        for path in every(kind, &document.project) {
+            let Some(text) = documents.text(document, &path).filter(|text| text.contains(&name)) else { continue };
+            let places = named(&text, kind, mention.what, &name);
+            if places.is_empty() {
+                continue;
+            }
+            let family = graphs_of(&path, &text);
+            if family.iter().all(|graph| graph.path != declaring) {
+                continue;
+            }
+            // The graphs of a demo or world may have nothing in common but this name.
+            let other = |graph: &&ProjectText| {
+                declares(&graph.text) && graphs_of(&graph.path, &graph.text).iter().all(|base| base.path != declaring)
+            };
+            if let Some(other) = family.iter().find(other) {
+                let other = &other.path;
+                uses.fixed = Some(format!("`{path}` means `{name}` of `{declaring}` and of `{other}` by it"));
+            }
+            uses.add(&path, &text, places);
         }
-        let places = named(&file, mention.what, &name);
-        // A demo may play graphs that have nothing in common but this name.
-        let other = |graph: &&ProjectText| {
-            let of_other =
-                Document { project: file.project.clone(), path: graph.path.clone(), text: graph.text.clone() };
-            declares(&graph.text) && graphs(documents, &of_other).iter().all(|base| base.path != declaring)
-        };
-        if let Some(other) = family.iter().find(other).filter(|_| !places.is_empty()) {
-            let other = &other.path;
-            uses.fixed = Some(format!("`{path}` means `{name}` of `{declaring}` and of `{other}` by it"));
-        }
-        uses.add(&path, &file.text, places);
     }
     Ok(uses)
 }
 
-/// Places of a name of this kind in a graph or demo.
-fn named(file: &Document, what: TomlName, name: &str) -> Vec<Range<usize>> {
-    let found = mentions(&file.text, FileKind::of(&file.path)).into_iter().filter(|mention| mention.what == what);
-    found.map(|mention| mention.place).filter(|place| file.text[place.clone()] == *name).collect()
+/// The graphs whose names a document may mention. A world may mention params of every graph, since any may run over it.
+fn mentionable_graphs(documents: &Documents, document: &Document) -> Vec<ProjectText> {
+    if FileKind::of(&document.path) != FileKind::World {
+        return graphs(documents, document);
+    }
+    let text = |path: String| Some(ProjectText { text: documents.text(document, &path)?, path, on_disk: true });
+    every(FileKind::Graph, &document.project).into_iter().filter_map(text).collect()
+}
+
+/// Places of a name of this kind in a graph, world or demo.
+fn named(text: &str, kind: FileKind, what: TomlName, name: &str) -> Vec<Range<usize>> {
+    let found = mentions(text, kind).into_iter().filter(|mention| mention.what == what);
+    found.map(|mention| mention.place).filter(|place| text[place.clone()] == *name).collect()
 }
 
 /// Whether a block has a member of this name.
@@ -289,12 +312,10 @@ fn of_member(
     if !declaring.on_disk || declaring.path.starts_with("shaders/include/raxel/") {
         uses.fixed = Some(format!("`{member}` belongs to the shader library (`{}`)", declaring.path));
     }
-    for path in shader_files(document) {
-        let Some(text) = documents.text(document, &path).filter(|text| text.contains(member)) else { continue };
-        let is_declaring = path == declaring.path;
-        if !is_declaring && !shader(documents, document, &path).iter().any(|text| text.path == declaring.path) {
-            continue;
-        }
+    let shaders = includers(documents, document, &[&declaring.path]);
+    for path in &shaders {
+        let Some(text) = documents.text(document, path).filter(|text| text.contains(member)) else { continue };
+        let is_declaring = *path == declaring.path;
         let code = without_comments(&text);
         let inside =
             |place: &Range<usize>| is_declaring && known.body.as_ref().is_some_and(|body| body.contains(&place.start));
@@ -302,7 +323,7 @@ fn of_member(
             let of_block = *behind_dot && owner(&code, place.start) == Some(known.name.as_str());
             *name == member && (of_block || !behind_dot && inside(place))
         });
-        uses.add(&path, &text, found.map(|(_, place, _)| place).collect());
+        uses.add(path, &text, found.map(|(_, place, _)| place).collect());
     }
     let begins = |key: &str| key.split(['.', '[']).next() == Some(member);
     let is_key = |path: &[&str]| match path {
@@ -310,7 +331,7 @@ fn of_member(
         ["passes", "uniforms", block, key] => known.is_called(block) && begins(key),
         _ => false,
     };
-    for (path, text, places) in keys_of_passes(documents, document, &declaring.path, member, is_key) {
+    for (path, text, places) in keys_of_passes(documents, document, &shaders, member, is_key) {
         // A key such as `sun.direction` begins with the member.
         let places = places.into_iter().map(|place| place.start..place.start + member.len()).collect();
         uses.add(&path, &text, places);
@@ -328,7 +349,7 @@ fn shared_blocks(
     uses: &mut Uses,
 ) {
     let member = uses.name.clone();
-    for path in document.project.graphs() {
+    for path in every(FileKind::Graph, &document.project) {
         let Some(text) = documents.text(document, &path).filter(|text| text.contains(&member)) else { continue };
         let is_key = |word: &TomlWord| {
             let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
@@ -361,28 +382,6 @@ fn shared_blocks(
     }
 }
 
-/// The shaders of a project and what they include, by their paths.
-fn shader_files(document: &Document) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut open = vec!["shaders".to_owned()];
-    while let Some(folder) = open.pop() {
-        let Ok(entries) = std::fs::read_dir(document.project.on_disk(&folder)) else { continue };
-        for entry in entries.flatten() {
-            let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
-            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-                open.push(path);
-            } else if Path::new(&path)
-                .extension()
-                .is_some_and(|extension| ["comp", "glsl"].iter().any(|glsl| extension == *glsl))
-            {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    found
-}
-
 /// Where the name is used.
 pub(super) fn locations(document: &Document, uses: &Uses) -> Vec<Location> {
     let file = |(path, (text, places)): (&String, &(String, Vec<Range<usize>>))| {
@@ -409,10 +408,7 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
     for (path, (text, places)) in &uses.files {
         let is_toml = Path::new(path).extension().is_some_and(|extension| extension == "toml");
         let taken = match uses.in_toml {
-            Some(what) => {
-                let file = Document { project: document.project.clone(), path: path.clone(), text: text.clone() };
-                !named(&file, what, new).is_empty()
-            }
+            Some(what) => !named(text, FileKind::of(path), what, new).is_empty(),
             // The same key of one table; other passes have other shaders.
             None if is_toml => {
                 let words = words(text);

@@ -1,4 +1,4 @@
-//! The names in a graph or demo that refer to one of its tables, or declare it: targets and buffers, params, clocks, loops and passes; and the keys
+//! The names in a graph, world or demo that refer to a table of a graph, or declare it: targets and buffers, params, clocks, loops and passes; and the keys
 //! that give something to a shader. Read without checking, from texts that may be half typed.
 
 use std::ops::Range;
@@ -57,7 +57,7 @@ pub(super) struct TomlEntry {
     pub place: Range<usize>,
 }
 
-/// Every mention of a name of a table in a graph or demo.
+/// Every mention of a graph's name in a graph, world or demo.
 pub(super) fn mentions(text: &str, kind: FileKind) -> Vec<Mention> {
     let mention = |word: TomlWord| {
         let name = &text[word.place.clone()];
@@ -71,7 +71,11 @@ pub(super) fn mentions(text: &str, kind: FileKind) -> Vec<Mention> {
                 (["check", "pass"], false) => (TomlName::Pass, 0..name.len()),
                 _ => return None,
             },
-            FileKind::World | FileKind::Project => return None,
+            FileKind::World => match (path.as_slice(), word.is_key) {
+                (["instances", "turn" | "slide", "param"], false) => (TomlName::Param, 0..name.len()),
+                _ => return None,
+            },
+            FileKind::Project => return None,
         };
         let declares = kind == FileKind::Graph && (word.is_key || path == ["passes", "name"]);
         let place = word.place.start + range.start..word.place.start + range.end;
@@ -351,6 +355,8 @@ specialization.N = "buffer.rays.count"
             (Resource, "rays", false),
         ];
         assert_eq!(found(text, FileKind::Graph), expected);
+        let world = "[[instances]]\nmodel = \"a\"\nturn = { param = \"sun\", default = 0.0 }\n";
+        assert_eq!(found(world, FileKind::World), [(Param, "sun", false)]);
         let demo = "graph = \"a.toml\"\n[tracks.sun]\nkeys = [[0, 1]]\n[[show]]\ntarget = \"color\"\n";
         assert_eq!(found(demo, FileKind::Demo), [(Param, "sun", false), (Resource, "color", false)]);
     }

@@ -1,9 +1,11 @@
 //! A file that is made under another name beside its place and moved there when it is whole.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{NamedTempFile, TempPath};
 
@@ -20,9 +22,35 @@ pub struct Pending {
 #[derive(Debug)]
 enum To {
     /// The file is moved into its place at the end.
-    Temporary { file: File, temporary: TempPath, place: PathBuf, _listed: Listed },
+    Temporary { file: File, temporary: TempPath, place: Claimed, _listed: Listed },
     /// A device or a pipe, which is written as it is. It stays open: a reader of a pipe goes away with its last writer.
     Stream(File),
+}
+
+/// The place of a file that will appear. No other file of this process gets it meanwhile, since one would replace the other.
+#[derive(Debug)]
+struct Claimed(PathBuf);
+
+static CLAIMED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn claimed() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // The set is whole after every operation, so a panic elsewhere does not spoil it.
+    CLAIMED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Claimed {
+    /// A file in a folder without links; `None` if it is claimed already.
+    fn new(place: PathBuf) -> Option<Self> {
+        // What is made in vain would give the place up again.
+        let is_free = claimed().insert(place.clone());
+        is_free.then(|| Self(place))
+    }
+}
+
+impl Drop for Claimed {
+    fn drop(&mut self) {
+        claimed().remove(&self.0);
+    }
 }
 
 impl Pending {
@@ -46,12 +74,16 @@ impl Pending {
             let folder = folder.display();
             return Err(fail(format!("the folder `{folder}` does not exist")).help(format!("mkdir -p {folder}")));
         }
+        let real = folder.canonicalize().map_err(|error| fail(error.to_string()))?.join(name);
+        let claimed = Claimed::new(real).ok_or_else(|| {
+            fail("the same command writes another file there".to_owned()).help("give one of them another name")
+        })?;
         let (file, temporary) = temporary(folder, name)
             .map_err(|error| fail(format!("no file can be made in `{}`: {}", folder.display(), error.kind())))?
             .into_parts();
         let leftover = temporary.to_path_buf();
         let listed = on_stop(move || drop(fs::remove_file(leftover)));
-        Ok(Self { path: path.to_owned(), to: To::Temporary { file, temporary, place, _listed: listed } })
+        Ok(Self { path: path.to_owned(), to: To::Temporary { file, temporary, place: claimed, _listed: listed } })
     }
 
     /// Where others write until it is whole.
@@ -76,7 +108,7 @@ impl Pending {
         let Self { path, to } = self;
         match to {
             To::Temporary { temporary, place, .. } => {
-                temporary.persist(&place).map_err(|error| failure(&path, &error.error))
+                temporary.persist(&place.0).map_err(|error| failure(&path, &error.error))
             }
             To::Stream(_) => Ok(()),
         }
@@ -159,6 +191,19 @@ mod tests {
         let message = |path: &Path| Pending::new(path).unwrap_err().message;
         assert!(message(folder.path()).contains("it is a folder"));
         assert!(message(&folder.path().join("no/a.png")).contains("does not exist"));
+    }
+
+    #[test]
+    fn one_place_is_for_one_file_at_a_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let first = Pending::new(&path).unwrap();
+        let same = folder.path().join(".").join("a.png");
+        let refused = Pending::new(&same).unwrap_err();
+        assert!(refused.message.contains("the same command writes another file there"), "{refused:?}");
+        first.finish(b"first").unwrap();
+        Pending::new(&same).unwrap().finish(b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
     }
 
     #[test]

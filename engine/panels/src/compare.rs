@@ -68,7 +68,9 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
 }
 
 fn figures(ui: &mut Ui, compare: &Compare, actions: &mut Vec<Action>) {
-    let ready = compare.refused.is_none() && !compare.live && compare.figures != Figures::Awaited;
+    // A live target is there while it is shown.
+    let is_there = !compare.live || compare.flipped || compare.mode != CompareMode::Off;
+    let ready = compare.refused.is_none() && is_there && compare.figures != Figures::Awaited;
     if ui.add_enabled(ready, Button::new("Measure")).on_hover_text("As `raxel compare` does").clicked() {
         actions.push(Action::Measure);
     }

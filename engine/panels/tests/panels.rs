@@ -750,6 +750,14 @@ fn a_kept_picture_is_compared_in_the_ways_that_are_asked_for() {
     for said in ["0.500000", "0.250000", "2.000000", "1,234 of 57,600"] {
         harness.get_by_label(said);
     }
+    // A live target is measured while it is shown.
+    harness.state_mut().compare.live = true;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Measure"), [Action::Measure]);
+    harness.state_mut().compare.mode = CompareMode::Off;
+    harness.run_steps(2);
+    assert_eq!(click(&mut harness, "Measure"), []);
+    harness.state_mut().compare.mode = CompareMode::Wipe;
     // What cannot be compared is said, and not measured.
     harness.state_mut().compare.refused = Some("the shown target is 4×4, the kept picture 8×8".to_owned());
     harness.run_steps(2);

@@ -10,7 +10,7 @@ use raxel_shader::Compiler;
 use raxel_worldfile::Effort;
 
 use crate::project::Project;
-use crate::recording_files::{Content, RecordingFiles};
+use crate::recording_files::{Content, RecordingFiles, content};
 use crate::sources::{SourceCatalog, SourceName};
 use crate::timeline::{self, Demo};
 use crate::world::SessionWorld;
@@ -130,6 +130,11 @@ impl Loader {
     /// The files of the project.
     pub fn files(&self) -> &Arc<dyn Files> {
         &self.files
+    }
+
+    /// Whether every file that something was loaded from is as it was then.
+    pub fn is_current<T>(&self, loaded: &LoadOutcome<T>) -> bool {
+        loaded.files.iter().all(|(path, known)| content(&self.files.read(path)) == *known)
     }
 
     /// Parses and checks a graph, and compiles its shaders. Graphs are loaded one at a time.

@@ -1,7 +1,7 @@
 //! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
 
 use raxel_diagnostics::table::{Node, read_document};
-use raxel_diagnostics::{Diagnostic, Files, SourceMap, codes, files};
+use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, codes, files};
 use raxel_language::{Keys, ReadKeys};
 use serde_json::Value;
 
@@ -68,8 +68,15 @@ fn named(folder: &str) -> impl Fn(&Node<'_, '_>, &Project<'_>) -> Option<String>
             node.report(codes::session::WRONG_DEFAULT, format!("the default {key} is {what}"), label());
             return None;
         }
-        if project.files.read(&path).is_err() {
-            node.report(codes::session::WRONG_DEFAULT, format!("the default {key} `{path}` cannot be read"), label());
+        if let Err(error) = project.files.read(&path) {
+            let found = match error {
+                FileError::NotFound => files::not_found(project.files, &path, None, folder),
+                error => error.diagnostic(&path, None),
+            };
+            let message = format!("the default {key} {}", found.message);
+            let diagnostic =
+                Diagnostic::error(codes::session::WRONG_DEFAULT, message).label(node.span.clone(), label());
+            node.reporter().report(found.help.into_iter().fold(diagnostic, Diagnostic::help));
             return None;
         }
         Some(path)
@@ -116,6 +123,26 @@ mod tests {
         let schema = schema();
         assert!(schema["properties"].as_object().unwrap().keys().all(|key| keys.contains(&key.as_str())));
         assert_eq!(schema["properties"].as_object().unwrap().len(), keys.len());
+    }
+
+    #[test]
+    fn a_misspelt_file_brings_the_one_that_was_meant() {
+        let root = tempfile::tempdir().unwrap();
+        for path in ["graphs/deep/primary.toml", "worlds/valley.toml", "worlds/valley.demo.toml"] {
+            std::fs::create_dir_all(root.path().join(path).parent().unwrap()).unwrap();
+            std::fs::write(root.path().join(path), "").unwrap();
+        }
+        for (text, meant) in [
+            ("graph = 'primry.toml'", "deep/primary.toml"),
+            ("world = 'vally.toml'", "valley.toml"),
+            ("demo = 'valey.demo.toml'", "valley.demo.toml"),
+        ] {
+            std::fs::write(root.path().join(PATH), text).unwrap();
+            let files = raxel_diagnostics::DiskFiles::new(root.path()).unwrap();
+            let found = read(&files, &mut SourceMap::default()).unwrap_err();
+            assert_eq!(found[0].help, [format!("did you mean `{meant}`?")], "{found:?}");
+            assert!(found[0].message.contains("does not exist"), "{found:?}");
+        }
     }
 
     #[test]

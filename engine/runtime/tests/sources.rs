@@ -189,13 +189,17 @@ fn files_that_cannot_be_had_are_diagnosed() {
         project.write("graphs/refused.toml", graph);
         let options = Options { graph: Some("graphs/refused.toml".into()), ..project.options() };
         match Session::open(options) {
-            Err(OpenError::Project { diagnostics, .. }) => diagnostics.iter().map(|d| d.message.clone()).collect(),
+            Err(OpenError::Project { diagnostics, .. }) => {
+                diagnostics.iter().flat_map(|d| [&d.message].into_iter().chain(&d.help)).cloned().collect()
+            }
             other => vec![format!("{:?}", other.err())],
         }
     };
     let with = |from: &str, to: &str| refused(&FILES_GRAPH.replace(from, to)).join("; ");
     let missing = with("a.png", "b.png");
     assert!(missing.contains("`textures/b.png` does not exist"), "{missing}");
+    let meant = with("file.data/table.bin", "file.data/tabel.bin");
+    assert!(meant.contains("does not exist; did you mean `data/table.bin`?"), "{meant}");
     let outside = with("file.textures/a.png", "file.../a.png");
     assert!(outside.contains("is not a path inside the project"), "{outside}");
     let kind = with("file.textures/a.png", "file.data/table.bin");

@@ -206,6 +206,11 @@ impl OfflineProject {
         Self { loader, ..self }
     }
 
+    /// Forgets the worlds whose files have changed since they were built.
+    pub fn forget_changed_worlds(&self) {
+        self.worlds.borrow_mut().retain(|_, world| self.loader.is_current(world));
+    }
+
     /// The project around a file, and the file's project path. Without a file, `default` of the project around the current folder.
     pub fn of(
         named: Option<&Path>,

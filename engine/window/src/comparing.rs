@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 
-use raxel_execute::{Builder, Comparison, ExecuteError, Reference, ReferenceValues, Texels};
+use raxel_execute::{Builder, Comparison, ExecuteError, ReadTicket, Reference, ReferenceValues, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
 use raxel_panels::view::{Compare, CompareMode, Figures};
 use raxel_picture::{Encoding, Picture};
@@ -35,6 +35,16 @@ pub struct Comparing {
     loading: Option<Receiver<Result<Kept, String>>>,
     uploading: Option<Uploading>,
     measuring: Option<Receiver<Figures>>,
+    /// A live target and what is shown, on their way from the device to be measured.
+    copying: Option<Copying>,
+}
+
+/// What two targets were at the end of one frame.
+struct Copying {
+    /// The name of the one that is shown.
+    of: String,
+    live: ReadTicket<Texels>,
+    shown: ReadTicket<Texels>,
 }
 
 /// A reference on its way to a device. Its thread ends before this does: a driver that is still at work when the process ends may crash, since its own
@@ -65,12 +75,19 @@ impl Drop for Uploading {
     }
 }
 
-/// A picture that was kept.
+/// What is compared with what is shown.
 struct Kept {
     name: String,
-    pixels: Pixels,
+    what: What,
     /// On which device it is, by its number, or why it could not be put there.
     on_device: Option<(u64, Result<Arc<Reference>, String>)>,
+}
+
+enum What {
+    /// A picture that was kept.
+    Still(Pixels),
+    /// What a target has in each frame.
+    Live(DebugTarget),
 }
 
 /// The pixels of a kept picture.
@@ -78,8 +95,6 @@ struct Kept {
 enum Pixels {
     Texels(Arc<Texels>),
     File(Arc<Picture>),
-    /// Those that a target has in each frame.
-    Live(DebugTarget),
 }
 
 impl Default for Comparing {
@@ -97,6 +112,7 @@ impl Default for Comparing {
             loading: None,
             uploading: None,
             measuring: None,
+            copying: None,
         }
     }
 }
@@ -105,12 +121,12 @@ impl Comparing {
     /// Keeps a copy of what is shown.
     pub fn keep(&mut self, name: &str, texels: Texels) {
         let name = format!("{name}, {} × {}", texels.width, texels.height);
-        self.replace(Kept { name, pixels: Pixels::Texels(Arc::new(texels)), on_device: None });
+        self.replace(Kept { name, what: What::Still(Pixels::Texels(Arc::new(texels))), on_device: None });
     }
 
     /// Compares with a target as it goes on.
     pub fn keep_live(&mut self, target: DebugTarget) {
-        self.replace(Kept { name: format!("{target}, live"), pixels: Pixels::Live(target), on_device: None });
+        self.replace(Kept { name: format!("{target}, live"), what: What::Live(target), on_device: None });
     }
 
     /// Reads a picture from a file on a thread of its own; [`Self::update`] says how that went.
@@ -122,7 +138,7 @@ impl Comparing {
             // A window that was closed does not wait for it.
             let _ = send.send(read.map(|picture| Kept {
                 name: format!("{name}, {} × {}", picture.width, picture.height),
-                pixels: Pixels::File(Arc::new(picture)),
+                what: What::Still(Pixels::File(Arc::new(picture))),
                 on_device: None,
             }));
         });
@@ -131,7 +147,7 @@ impl Comparing {
 
     fn replace(&mut self, kept: Kept) {
         (self.kept, self.missing) = (Some(kept), None);
-        (self.uploading, self.measuring, self.figures) = (None, None, Figures::None);
+        (self.uploading, self.measuring, self.copying, self.figures) = (None, None, None, Figures::None);
         if self.mode == CompareMode::Off {
             self.mode = CompareMode::Wipe;
         }
@@ -195,6 +211,7 @@ impl Comparing {
         if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
             (self.figures, self.measuring) = (figures, None);
         }
+        self.take_copies();
         self.upload(session);
         let comparison = match (self.flipped, self.mode) {
             (true, _) => Some(Comparison::Reference),
@@ -214,9 +231,9 @@ impl Comparing {
 
     /// The target that is compared with as it goes on.
     fn live(&self) -> Option<&DebugTarget> {
-        match &self.kept.as_ref()?.pixels {
-            Pixels::Live(target) => Some(target),
-            Pixels::Texels(_) | Pixels::File(_) => None,
+        match &self.kept.as_ref()?.what {
+            What::Live(target) => Some(target),
+            What::Still(_) => None,
         }
     }
 
@@ -250,7 +267,8 @@ impl Comparing {
 
     /// Puts the kept picture on the session's device, on a thread of its own: once, and again after a loss of the device.
     fn upload(&mut self, session: &Session) {
-        let Some(kept) = self.kept.as_mut().filter(|kept| !matches!(kept.pixels, Pixels::Live(_))) else { return };
+        let Some(kept) = &mut self.kept else { return };
+        let What::Still(pixels) = &kept.what else { return };
         let device = session.device().id();
         if let Some(uploading) = self.uploading.take_if(|uploading| uploading.device == device) {
             match uploading.made.try_recv() {
@@ -267,7 +285,7 @@ impl Comparing {
         if known || self.uploading.as_ref().is_some_and(|uploading| uploading.device == device) {
             return;
         }
-        let (builder, pixels) = (session.builder(), kept.pixels.clone());
+        let (builder, pixels) = (session.builder(), pixels.clone());
         self.uploading = Some(Uploading::start(device, move || pixels.reference(&builder)));
     }
 
@@ -276,14 +294,49 @@ impl Comparing {
         made.as_ref().ok().filter(|_| *device == session.device().id())
     }
 
-    /// Finds how far a copy of what is shown, of this name, is from the kept picture, on a thread of its own. `display` is how it is shown.
+    /// Finds how far a copy of what is shown, of this name, is from the kept picture. `display` is how it is shown.
     pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
-        let Some(kept) = &self.kept else { return };
-        let (name, pixels) = (name.to_owned(), kept.pixels.clone());
+        let Some(Kept { what: What::Still(pixels), .. }) = &self.kept else { return };
+        let pixels = pixels.clone();
+        self.find_figures(pixels, name.to_owned(), texels, display);
+    }
+
+    /// Asks the device for the live target and for what is shown, of this name, as the last frame left both: [`Self::update`] finds how far they are
+    /// apart. False when nothing is live.
+    pub fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
+        let Some(live) = self.live().cloned() else { return false };
+        let mut ask = |of: &DebugTarget| session.request_texels(&of.resource, of.age, of.mip, of.layer);
+        match ask(&live).and_then(|live| Ok((live, ask(shown)?))) {
+            Ok((live, shown)) => self.copying = Some(Copying { of: name.to_owned(), live, shown }),
+            Err(error) => self.figures = Figures::Refused(error.to_string()),
+        }
+        true
+    }
+
+    /// Takes what [`Self::measure_live`] asked for, once it is there.
+    fn take_copies(&mut self) {
+        /// Values are compared with values, however they are shown.
+        const VALUES: Display = Display { map: DisplayMap::Raw, range: [0.0, 1.0], channel: 0 };
+        let Some(copying) = self.copying.take() else { return };
+        // The device takes the live target first.
+        let both = match copying.shown.poll() {
+            Ok(Some(shown)) => copying.live.poll().map(|live| live.map(|live| (shown, live))),
+            Ok(None) => Ok(None),
+            Err(error) => Err(error),
+        };
+        match both {
+            Ok(Some((shown, live))) => self.find_figures(Pixels::Texels(Arc::new(live)), copying.of, shown, VALUES),
+            Ok(None) => self.copying = Some(copying),
+            Err(error) => self.figures = Figures::Refused(error.to_string()),
+        }
+    }
+
+    /// Finds how far texels are from a picture, on a thread of its own.
+    fn find_figures(&mut self, pixels: Pixels, of: String, texels: Texels, display: Display) {
         let (send, receive) = channel();
         thread::spawn(move || {
             // A window that was closed does not wait for it.
-            let _ = send.send(figures(&pixels, name, &texels, &display));
+            let _ = send.send(figures(&pixels, of, &texels, &display));
         });
         self.measuring = Some(receive);
     }
@@ -323,8 +376,6 @@ impl Comparing {
 impl Pixels {
     fn reference(&self, builder: &Builder) -> Result<Reference, ExecuteError> {
         match self {
-            // It is on the device already.
-            Pixels::Live(_) => Err(ExecuteError::NoPlan),
             Pixels::Texels(texels) => builder.reference(texels),
             Pixels::File(picture) => {
                 let values = match picture.encoding {
@@ -340,7 +391,6 @@ impl Pixels {
 /// The figures of `raxel compare`, with the kept picture as the reference.
 fn figures(kept: &Pixels, of: String, shown: &Texels, display: &Display) -> Figures {
     let pictures = match kept {
-        Pixels::Live(_) => Err("a live target has figures once it is kept: show it and press Keep".to_owned()),
         Pixels::Texels(kept) => Ok((picture(kept), picture(shown))),
         Pixels::File(kept) if kept.encoding == Encoding::Linear => Ok(((**kept).clone(), picture(shown))),
         Pixels::File(kept) => displayed(shown, display).map(|shown| ((**kept).clone(), shown)),
@@ -456,6 +506,53 @@ mod tests {
         assert_eq!(found(&figures(&[1.0, 0.5], &COLOR)).0[1], 74);
         let turbo = Display { map: DisplayMap::Turbo, ..COLOR };
         assert!(matches!(figures(&[1.0, 0.0], &turbo), Figures::Refused(why) if why.contains("`color` or `raw`")));
+    }
+
+    #[test]
+    fn two_live_targets_are_measured_as_one_frame_left_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let fill = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D c;\n\
+            layout(push_constant) uniform Push { uint frame; float factor; } push;\n\
+            void main() { imageStore(c, ivec2(gl_GlobalInvocationID.xy), vec4(push.factor * float(push.frame))); }\n";
+        let mut graph = "name = \"two\"\npresent = \"once\"\n".to_owned();
+        for (name, factor) in [("once", 1.0), ("twice", 2.0)] {
+            graph += &format!(
+                "[targets.{name}]\nformat = \"r32f\"\n[[passes]]\nname = \"{name}\"\nshader = \"fill.comp\"\n\
+                 dispatch = {{ threads = \"{name}\" }}\nbind = {{ c = \"{name}\" }}\npush = {{ frame = \"frame.index\", factor = {factor:?} }}\n"
+            );
+        }
+        for (path, text) in [("graphs/two.toml", graph.as_str()), ("shaders/fill.comp", fill)] {
+            std::fs::create_dir_all(folder.path().join(path).parent().unwrap()).unwrap();
+            std::fs::write(folder.path().join(path), text).unwrap();
+        }
+        let project = Some(folder.path().to_owned());
+        let options = raxel_runtime::Options {
+            project,
+            size: [8, 8],
+            observe: raxel_runtime::Observe::Shown,
+            ..Default::default()
+        };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let mut comparing = Comparing::default();
+        assert!(!comparing.measure_live(&mut session, "once", &DebugTarget::resource("once")), "nothing is live");
+        comparing.keep_live(DebugTarget::resource("twice"));
+        let frames = |session: &mut Session, comparing: &mut Comparing| {
+            for _ in 0..5 {
+                assert_eq!(comparing.update(session), None);
+                session.frame().unwrap();
+            }
+        };
+        frames(&mut session, &mut comparing);
+        assert!(comparing.measure_live(&mut session, "once", &DebugTarget::resource("once")));
+        // The frames that follow change nothing of it.
+        let copying = comparing.copying.take();
+        frames(&mut session, &mut comparing);
+        session.wait().unwrap();
+        comparing.copying = copying;
+        comparing.take_copies();
+        let figures = comparing.measuring.expect("both copies are there").recv().unwrap();
+        // In frame 4 one has 4, and the other 8.
+        assert_eq!(found(&figures), ([400, 400], [64, 64]));
     }
 
     #[test]

@@ -130,7 +130,11 @@ impl Viewer<'_> {
             Action::Gain(gain) => self.comparing.set_gain(gain),
             Action::Measure => {
                 self.comparing.await_figures();
-                self.inspector.copy(CopiedFor::Measuring);
+                let shown = self.shown();
+                let (name, shown) = (self.name_of_copy(&shown), panel_data::debug_target(&shown));
+                if !self.comparing.measure_live(&mut self.session, &name, &shown) {
+                    self.inspector.copy(CopiedFor::Measuring);
+                }
             }
             _ => self.notice("B keeps what is shown, to compare with it".to_owned()),
         }
@@ -149,6 +153,10 @@ impl Viewer<'_> {
         self.notice(said.to_owned());
     }
 
+    fn name_of_copy(&self, shown: &Shown) -> String {
+        format!("{}, generation {}", panel_data::debug_target(shown), self.reloads.shown)
+    }
+
     /// After a frame: takes a copy that was asked for.
     pub(super) fn take_copy(&mut self) {
         let Some(Copy { purpose, shown, texels }) = self.inspector.copied(self.session.graph()) else { return };
@@ -156,7 +164,7 @@ impl Viewer<'_> {
             self.comparing.give_up_figures();
             return self.notice(format!("`{}` is a buffer: only pictures of targets are compared", shown.resource));
         };
-        let name = format!("{}, generation {}", panel_data::debug_target(&shown), self.reloads.shown);
+        let name = self.name_of_copy(&shown);
         match purpose {
             CopiedFor::Keeping => {
                 self.comparing.keep(&name, texels);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::table::{Node, Reporter};
-use raxel_diagnostics::{Diagnostic, Files, Spanned, codes, files};
+use raxel_diagnostics::{Diagnostic, FileError, Files, Spanned, codes, files};
 use raxel_language::{Keys, ReadKeys, Shape, Value, describe};
 use raxel_world::World;
 use raxel_world::vox::{self, VoxErrorKind};
@@ -121,12 +121,15 @@ impl Models {
     }
 }
 
-/// The project path of a file that a world names: relative to `worlds/`, or to the world's own folder when it lies elsewhere.
+/// The folder that names of files in a world count from: `worlds/`, or the world's own when it lies elsewhere.
+fn folder_of_names(world: &str) -> &str {
+    if world.starts_with("worlds/") { "worlds" } else { world.rsplit_once('/').map_or("", |(folder, _)| folder) }
+}
+
+/// The project path of a file that a world names.
 fn project_path(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Spanned<String>> {
-    let (text, world) = (node.string()?, reading.path);
-    let folder =
-        if world.starts_with("worlds/") { "worlds" } else { world.rsplit_once('/').map_or("", |(folder, _)| folder) };
-    let path = files::join(folder, &text);
+    let text = node.string()?;
+    let path = files::join(folder_of_names(reading.path), &text);
     if path.is_none() {
         node.report(codes::files::OUTSIDE_ROOT, format!("`{text}` is not a path inside the project"), "");
     }
@@ -141,6 +144,10 @@ impl ModelFile {
                 let wrong = self.frame.as_ref().filter(|_| error.kind == VoxErrorKind::Frame);
                 error.diagnostic(path, Some((wrong.map_or(span, |frame| &frame.span).clone(), "named here")))
             }),
+            Err(FileError::NotFound) => {
+                let folder = folder_of_names(reporter.file());
+                Err(files::not_found(files, path, Some((span.clone(), "named here")), folder))
+            }
             Err(error) => Err(error.diagnostic(path, Some((span.clone(), "named here")))),
         };
         result.map_err(|diagnostic| reporter.report(diagnostic)).ok()

@@ -10,9 +10,8 @@ mod on_device;
 mod sound;
 mod video;
 
-pub(crate) use catalog::SourceCatalog;
-pub use catalog::VOXEL_FORMAT;
 pub(crate) use catalog::{EDITS, POSES};
+pub use catalog::{SourceCatalog, VOXEL_FORMAT};
 pub use check::{check, unseen_instances};
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;

@@ -11,7 +11,7 @@ pub(super) mod video;
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use raxel_diagnostics::{Files, codes, quietly};
+use raxel_diagnostics::{FileError, Files, codes, files, quietly};
 use raxel_graph::{FileContents, FileImage, ImageRequest, Refusal};
 
 use texels::{Channel, linear};
@@ -40,13 +40,16 @@ impl FileSources {
     /// The contents of a file; those that are still in use somewhere if the file has not changed.
     pub(super) fn read(
         &self,
-        files: &dyn Files,
+        project: &dyn Files,
         path: &str,
         request: Option<&ImageRequest>,
     ) -> Result<Arc<FileContents>, Refusal> {
-        let bytes = files.read(path).map_err(|error| {
-            let diagnostic = error.diagnostic(path, None);
-            Refusal { code: diagnostic.code, key: "source", message: diagnostic.message, help: None }
+        let bytes = project.read(path).map_err(|error| {
+            let found = match error {
+                FileError::NotFound => files::not_found(project, path, None, ""),
+                error => error.diagnostic(path, None),
+            };
+            Refusal { code: found.code, key: "source", message: found.message, help: found.help.into_iter().next() }
         })?;
         let hash = blake3::hash(&bytes);
         let known = |entry: &&Decoded| entry.path == path && entry.request.as_ref() == request && entry.hash == hash;
@@ -56,7 +59,7 @@ impl FileSources {
         }
         let contents = Arc::new(match request {
             Some(request) if video::is_video(path) || sound::is_sound(path) => {
-                let Some(root) = files.root() else {
+                let Some(root) = project.root() else {
                     return Err(refused("source", format!("ffmpeg reads `{path}`, so it must be a file on disk")));
                 };
                 let open = if sound::is_sound(path) { sound::open } else { video::open };

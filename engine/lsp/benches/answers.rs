@@ -1,0 +1,144 @@
+//! How long the language server takes to answer in the largest project that raxel ships, its own. A change of the text comes before each request,
+//! as when somebody types.
+//!
+//! `cargo bench -p raxel-lsp --bench answers`
+
+#![allow(missing_docs, reason = "a benchmark")]
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use lsp_server::{Connection, Message, Notification, Request};
+use lsp_types::Url;
+use serde_json::{Value, json};
+
+/// The largest graph, and a large shader of it, each with the word that requests are about.
+const GRAPH: (&str, &str) = ("graphs/beauty.toml", "param.mist_height");
+const SHADER: (&str, &str) = ("shaders/light/beauty/gloss.comp", "rx_trace");
+
+/// An editor that has one file open.
+struct Editor {
+    server: Connection,
+    address: Url,
+    text: String,
+    /// The line and the column of the word.
+    word: [usize; 2],
+    /// What was asked and typed so far.
+    count: i32,
+}
+
+impl Editor {
+    fn open((path, word): (&str, &str)) -> Self {
+        let (server, editor) = Connection::memory();
+        std::thread::spawn(|| raxel_lsp::serve(editor));
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let file: PathBuf = root.join(path).canonicalize().expect("raxel ships it");
+        let text = std::fs::read_to_string(&file).expect("raxel ships it");
+        let at = text.find(word).expect("the file has it") + word.len() - 1;
+        let line = text[..at].matches('\n').count();
+        let column = text[..at].rsplit('\n').next().unwrap_or_default().encode_utf16().count();
+        let address = Url::from_file_path(file).expect("it is absolute");
+        let mut editor = Self { server, address, text, word: [line, column], count: 0 };
+        editor.ask("initialize", json!({ "capabilities": {} }));
+        editor.tell("initialized", json!({}));
+        let document = json!({ "uri": editor.address, "languageId": "x", "version": 0, "text": editor.text });
+        editor.tell("textDocument/didOpen", json!({ "textDocument": document }));
+        editor
+    }
+
+    fn tell(&self, method: &str, params: Value) {
+        let told = Notification::new(method.to_owned(), params);
+        self.server.sender.send(Message::Notification(told)).expect("the server is there");
+    }
+
+    /// Types something that the text did not have before: a comment, or else a mistake.
+    fn change(&mut self, comment: bool) {
+        self.count += 1;
+        let of_comment = if self.address.path().ends_with(".toml") { "#" } else { "//" };
+        let mark = if comment { of_comment } else { "mistake" };
+        let text = format!("{}{mark} {}\n", self.text, self.count);
+        let document = json!({ "uri": self.address, "version": self.count });
+        let changed = json!({ "textDocument": document, "contentChanges": [{ "text": text }] });
+        self.tell("textDocument/didChange", changed);
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.count += 1;
+        let request = Request::new(self.count.into(), method.to_owned(), params);
+        self.server.sender.send(Message::Request(request)).expect("the server is there");
+        loop {
+            if let Message::Response(answer) = self.server.receiver.recv().expect("the server is there") {
+                assert!(answer.error.is_none(), "{method}: {answer:?}");
+                return answer.result.unwrap_or_default();
+            }
+        }
+    }
+
+    /// Waits for the diagnostics of the file.
+    fn diagnostics(&self) -> Value {
+        loop {
+            if let Message::Notification(told) = self.server.receiver.recv().expect("the server is there")
+                && told.params["uri"] == json!(self.address)
+            {
+                return told.params["diagnostics"].clone();
+            }
+        }
+    }
+}
+
+fn answers(criterion: &mut Criterion) {
+    for file in [GRAPH, SHADER] {
+        let mut editor = Editor::open(file);
+        let mut group = criterion.benchmark_group(file.0);
+        group.sample_size(20);
+        for request in ["completion", "hover", "definition", "references", "rename", "documentSymbol", "inlayHint"] {
+            let [line, character] = editor.word;
+            let params = json!({
+                "textDocument": { "uri": editor.address },
+                "position": { "line": line, "character": character },
+                "range": { "start": { "line": 0, "character": 0 }, "end": { "line": 1000, "character": 0 } },
+                "context": { "includeDeclaration": true, "triggerKind": 1 },
+                "newName": "another_name",
+            });
+            // A name of the shader library cannot be changed.
+            if request == "rename" && file == SHADER {
+                continue;
+            }
+            group.bench_function(request, |bencher| {
+                bencher.iter(|| {
+                    editor.change(true);
+                    editor.ask(&format!("textDocument/{request}"), params.clone())
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+/// From the key that mends a text to the diagnostics that are taken back. The quiet time that the server waits for is part of the figure.
+fn diagnostics(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("diagnostics after a key");
+    group.sample_size(10);
+    for file in [GRAPH, SHADER] {
+        let mut editor = Editor::open(file);
+        group.bench_function(file.0, |bencher| {
+            bencher.iter_custom(|times| {
+                let mut spent = Duration::ZERO;
+                for _ in 0..times {
+                    editor.change(false);
+                    while editor.diagnostics().as_array().is_none_or(Vec::is_empty) {}
+                    editor.change(true);
+                    let start = Instant::now();
+                    while editor.diagnostics().as_array().is_none_or(|found| !found.is_empty()) {}
+                    spent += start.elapsed();
+                }
+                spent
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, answers, diagnostics);
+criterion_main!(benches);
