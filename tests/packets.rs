@@ -115,6 +115,53 @@ fn same_bits(own: &Project, other: &Project) {
     }
 }
 
+/// Compares what `see_tiles` leaves for each pixel with the pixel's own ray: 0 where both are the same, 1 where they are not, 2 where the ray is left to `see`.
+const JUDGE: &str = "#version 460
+#include <raxel/world.glsl>
+#include \"light/scene.glsl\"
+#include \"light/face_cache/first.glsl\"
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rg32ui) uniform readonly uimage2D firsts;
+layout(r32ui) uniform writeonly uimage2D outJudged;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outJudged);
+    if (any(greaterThanEqual(pixel, size))) return;
+    uvec2 first = imageLoad(firsts, pixel).xy;
+    RxHit hit;
+    bool found = rx_trace(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size)), hit);
+    uvec2 expected = found ? first_hit(uvec3(hit.voxel - world.origin), hit.face) : first_miss();
+    bool rest = first.y >> 16 == FIRST_REST, late = found && uintBitsToFloat(first.x) > hit.t;
+    imageStore(outJudged, pixel, uvec4(rest ? late ? 1u : 2u : first == expected ? 0u : 1u));
+}
+";
+
+#[test]
+fn tiles_of_the_face_cache_see_what_rays_within_pixels_see() {
+    let project = Project::shipped();
+    project.write("shaders/judge.comp", JUDGE);
+    project.write(
+        "graphs/tiles.toml",
+        "extends = \"light/base/light.toml\"\nname = \"tiles\"\npresent = \"judged\"\n\
+         [targets.first]\nformat = \"rg32ui\"\n[targets.judged]\nformat = \"r32ui\"\n\
+         [[passes]]\nname = \"see_tiles\"\nshader = \"light/face_cache/see_tiles.comp\"\n\
+         defines = { JITTER = 1, RX_TILE_BY_SHARED_MEMORY = 1 }\n\
+         dispatch = { groups = \"first\", tile = [16, 16] }\nbind = { world = \"world\", outFirst = \"first\" }\n\
+         [[passes]]\nname = \"judge\"\nshader = \"judge.comp\"\ndefines = { JITTER = 1 }\n\
+         dispatch = { threads = \"judged\" }\nbind = { world = \"world\", firsts = \"first\", outJudged = \"judged\" }\n",
+    );
+    let mut session = open_graph(&project, "graphs/tiles.toml", "menger", &["judged"]);
+    for frame in 0..6 {
+        session.frame().unwrap_or_else(|error| panic!("frame {frame}: {error}"));
+        let texels = session.read_target("judged").expect("it is pinned").bytes;
+        let count = |kind: u32| texels.chunks_exact(4).filter(|texel| **texel == kind.to_le_bytes()).count();
+        assert_eq!(count(1), 0, "frame {frame}");
+        // Tiles leave those with too many voxels.
+        assert!(count(0) > 1000, "frame {frame}: {} pixels by tiles, {} left", count(0), count(2));
+    }
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+}
+
 #[test]
 fn a_pass_has_the_subgroups_that_it_asks_for_where_the_device_has_them() {
     let project = Project::shipped();

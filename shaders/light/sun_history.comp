@@ -105,8 +105,7 @@ float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
 // The cosine of a ray to the sun, 0 where it does not get there.
 float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
     float cosine = dot(rx_place_normal(voxel, face), to);
-    RxHit block;
-    return cosine <= 0.0 || rx_trace_places(rx_ray_from_place(voxel, face, uv, to), block) ? 0.0 : cosine;
+    return cosine <= 0.0 || rx_meets_places(rx_ray_from_place(voxel, face, uv, to)) ? 0.0 : cosine;
 }
 #endif
 

@@ -53,7 +53,8 @@ bind = { world = "world", instances = "instances", Rays = "rays", Hits = "hits" 
 "#;
 
 const SHADER: &str = r"#version 460
-#include <raxel/instances.glsl>
+#define RX_BINDS_instances 1
+#include <raxel/scene.glsl>
 layout(local_size_x = 64) in;
 struct RayWords { ivec3 cell; uint t_max; uvec3 frac; uint unused0; uvec3 dir; uint unused1; };
 struct HitWords {
@@ -73,12 +74,14 @@ void main() {
     ray.t_max = uintBitsToFloat(rays[i].t_max);
     RxSceneHit hit, next;
     bool found = rx_trace_scene(rx_scene_ray(ray), hit);
+    // 2 where a ray that only asks for a hit has another answer.
+    uint state = rx_meets_places(rx_scene_ray(ray)) != found ? 2u : found ? 1u : 0u;
     vec3 normal = found ? rx_scene_normal(hit) : vec3(0.0);
     // Outwards, but along the face rather than straight away from it.
     vec3 dir = normal + 0.9 * normalize(vec3(rays[i].dir & 1023u) - 500.3);
     bool next_found = found && hit.at.face != RX_FACE_INSIDE && dot(dir, normal) > 0.01
         && rx_trace_scene(rx_scene_ray_from_hit(hit, dir), next);
-    hits[i] = HitWords(hit.at.voxel, found ? 1u : 0u, hit.cell, hit.instance, hit.at.face, hit.cell_face, hit.at.material,
+    hits[i] = HitWords(hit.at.voxel, state, hit.cell, hit.instance, hit.at.face, hit.cell_face, hit.at.material,
                        floatBitsToUint(hit.at.t), hit.free ? 1u : 0u, next_found ? 1u : 0u, next.instance, next.at.face, next.cell,
                        floatBitsToUint(next.at.t), normal, 0.0);
 }

@@ -38,6 +38,34 @@ float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
     return t <= min(leave.x, min(leave.y, leave.z)) ? t : RX_NEVER;
 }
 
+// A ray against many boxes that lie in one box: the test of each takes fewer steps than rx_box_time.
+struct RxBoxes {
+    vec3 inverse;  // one over the direction, RX_NEVER on an axis that the ray does not move along
+    float room;    // voxels by which each box is widened against rounding; negative if the boxes are too far away for the test
+};
+
+// `low` and `last` are the cells of the box around all. Times count in lengths of `dir`.
+RxBoxes rx_boxes(RxRay ray, vec3 dir, ivec3 low, ivec3 last) {
+    const int REACH = 0x20000000;
+    ivec3 to_low = low - ray.cell, to_last = last - ray.cell;
+    bool near = !rx_wraps(low, ray.cell) && !rx_wraps(last, ray.cell) && !rx_beyond(to_low, REACH) && !rx_beyond(to_last, REACH);
+    near = near && all(greaterThanEqual(ray.frac, vec3(0.0))) && all(lessThanEqual(ray.frac, vec3(1.0)));
+    vec3 far = vec3(max(abs(to_low), abs(to_last)) + 1);
+    // As in rx_box_time, for the farthest place.
+    float room = near ? (far.x + far.y + far.z) * 3.814697265625e-6 + 0.03125 : -1.0;
+    return RxBoxes(mix(1.0 / dir, vec3(RX_NEVER), equal(dir, vec3(0.0))), room);
+}
+
+// As rx_box_time, for one of these boxes. 0 if they are too far away for the test.
+float rx_boxes_time(RxBoxes boxes, RxRay ray, ivec3 low, ivec3 last) {
+    vec3 a = (vec3(low - ray.cell) - ray.frac - boxes.room) * boxes.inverse;
+    vec3 b = (vec3(last - ray.cell) - ray.frac + (1.0 + boxes.room)) * boxes.inverse;
+    vec3 enter = min(a, b), leave = max(a, b);
+    float t = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    bool met = t <= min(leave.x, min(leave.y, leave.z));
+    return boxes.room < 0.0 ? 0.0 : met ? t : RX_NEVER;
+}
+
 // Whether a ray may come within `margin` voxels of a box of voxels, from its smallest one to one past its largest. Never false where it
 // does; true for a ray that passes at most 1/16 voxel and 2^-17 of the distance further away. t_max is not looked at.
 bool rx_crosses_box(RxRay ray, ivec3 low, ivec3 end, int margin) {

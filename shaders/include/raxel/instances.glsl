@@ -100,12 +100,12 @@ uint rx_instance_look(RxInstance instance, uvec3 c, out uint log2_free) {
     }
 }
 
-// Follows a ray through the cube of an instance.
-bool rx_trace_in_instance(RxInstance instance, RxRay ray, out RxHit hit) {
+// Follows a ray through the cube of an instance. Until `t_free`, in lengths of its direction, the ray meets no solid voxel.
+bool rx_trace_in_instance(RxInstance instance, RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     uint log2_size = instance.shape & 31u;
     RxWalk walk;
-    if (!rx_walk_begin(ray, instance.corner, log2_size, 0.0, walk)) return false;
+    if (!rx_walk_begin(ray, instance.corner, log2_size, t_free, walk)) return false;
     uvec3 flip = rx_walk_flip(walk, (1u << log2_size) - 1u);
     uvec3 limit = rx_walk_limit(walk, log2_size, instance.low, instance.high);
     uint log2_free = 0u, material = 0u;
@@ -182,63 +182,84 @@ bool rx_time_before(RxTime a, RxTime b) {
     return p.z != q.z ? p.z < q.z : p.y != q.y ? p.y < q.y : p.x < q.x;
 }
 
-// The instances along a ray. `hit` and `first` are the nearest hit so far and its time.
-bool rx_trace_instances_on(RxSceneRay scene_ray, bool found, RxTime first, inout RxSceneHit hit) {
+// The instances along a ray. `hit` and `first` are the nearest hit so far and its time. With `any`, the search ends at the first instance that is met.
+bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime first, inout RxSceneHit hit) {
     RxRay ray = scene_ray.ray;
     vec3 dir = rx_lattice_direction(ray);
     if (instances.count == 0u || dir == vec3(0.0)) return found;
-    vec3 inverse = mix(1.0 / dir, vec3(0.0), equal(dir, vec3(0.0)));
+    RxBoxes boxes = rx_boxes(ray, dir, ivec3(instances.quads[0].xyz), ivec3(instances.quads[1].xyz));
     uint exponent = 127u;  // that of the largest component of dir
     float t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3;
     if (found) t_end = min(t_end, hit.at.t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
 
+    const uint NONE = 0xffffffffu;
     uint stack[RX_INSTANCE_DEPTH];
-    uint depth = 0u, node = 0u;
-    for (uint visits = 0u; visits < 2u * instances.count; ++visits) {
-        uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
-        float from = rx_box_time(ray, inverse, ivec3(low.xyz), ivec3(last.xyz));
-        // A ray without an end would reach even what is never.
-        bool meets = from < RX_NEVER && from <= t_end;
-        if (meets && last.w != RX_INSTANCE_LEAF) {
-            bool down = dir[last.w] < 0.0;
-            stack[depth++] = down ? node + 1u : low.w;
-            node = down ? low.w : node + 1u;
-            continue;
-        }
-        if (meets) {
-            RxInstance instance = rx_instance_of(low.w);
-            bool free = rx_instance_is_free(instance);
-            RxRay turned = ray;
-            bool there = true;
-            if (free) {
-                vec3 direction = rx_direction_in_instance(instance, dir);
-                if (low.w == scene_ray.own) {
-                    turned = scene_ray.start;
-                    turned.dir = direction;
-                } else {
-                    there = rx_ray_in_instance(instance, ray, direction, turned);
+    uint depth = 0u, node = 0u, visits = 0u;
+    while (node != NONE) {
+        // On to the next leaf. Threads of a group search together, and then follow their rays through instances together.
+        uint leaf = NONE;
+        float t_free = 0.0;
+        while (leaf == NONE && node != NONE) {
+            uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
+            float from = rx_boxes_time(boxes, ray, ivec3(low.xyz), ivec3(last.xyz));
+            // A ray without an end would reach even what is never.
+            bool meets = from < RX_NEVER && from <= t_end;
+            if (meets && last.w != RX_INSTANCE_LEAF) {
+                bool down = dir[last.w] < 0.0;
+                stack[depth++] = down ? node + 1u : low.w;
+                node = down ? low.w : node + 1u;
+            } else {
+                if (meets) {
+                    leaf = low.w;
+                    t_free = from;
                 }
+                node = depth == 0u ? NONE : stack[--depth];
             }
-            turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : rx_walk_lengths(ray.dir, t_end) * 1.0001;
-            RxHit at;
-            if (there && rx_trace_in_instance(instance, turned, at)) {
-                RxTime time = rx_time_of(turned, at, free ? exponent : rx_lattice_top(ray.dir));
-                float t = free ? rx_walk_lengths(ray.dir, at.t) : at.t;
-                at.t = t;
-                bool nearer = !found || rx_time_before(time, first)
-                    || (!rx_time_before(first, time) && hit.instance != RX_NO_INSTANCE && low.w < hit.instance);
-                if (nearer && (ray.t_max >= RX_FAR || t <= ray.t_max)) {
-                    uvec3 cell = rx_instance_cell(instance, uvec3(at.voxel - instance.corner));
-                    hit = RxSceneHit(at, low.w, free, instance.model_corner + ivec3(cell), rx_instance_face(instance, at.face));
-                    first = time;
-                    found = true;
-                    t_end = min(t_end, t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
-                }
-            }
+            // A tree has fewer nodes than this.
+            if (++visits == 2u * instances.count) node = NONE;
         }
-        if (depth == 0u) break;
-        node = stack[--depth];
+        if (leaf == NONE) break;
+
+        RxInstance instance = rx_instance_of(leaf);
+        bool free = rx_instance_is_free(instance), there = true;
+        RxRay turned = ray;
+        if (free) {
+            vec3 direction = rx_direction_in_instance(instance, dir);
+            if (leaf == scene_ray.own) {
+                turned = scene_ray.start;
+                turned.dir = direction;
+            } else {
+                there = rx_ray_in_instance(instance, ray, direction, turned);
+            }
+            // The box in the frame of the model is smaller than that around it in the world.
+            RxBoxes own = RxBoxes(mix(1.0 / direction, vec3(RX_NEVER), equal(direction, vec3(0.0))), 2.0 * boxes.room);
+            t_free = rx_boxes_time(own, turned, instance.corner + instance.low, instance.corner + instance.high);
+            there = there && t_free < RX_NEVER && t_free <= t_end;
+        } else {
+            t_free = rx_walk_lengths(ray.dir, t_free);
+        }
+        turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : rx_walk_lengths(ray.dir, t_end) * 1.0001;
+        RxHit at;
+        if (!there || !rx_trace_in_instance(instance, turned, t_free, at)) continue;
+        RxTime time = rx_time_of(turned, at, free ? exponent : rx_lattice_top(ray.dir));
+        float t = free ? rx_walk_lengths(ray.dir, at.t) : at.t;
+        at.t = t;
+        bool nearer = !found || rx_time_before(time, first)
+            || (!rx_time_before(first, time) && hit.instance != RX_NO_INSTANCE && leaf < hit.instance);
+        if (nearer && (ray.t_max >= RX_FAR || t <= ray.t_max)) {
+            hit.at = at;
+            hit.instance = leaf;
+            first = time;
+            found = true;
+            if (any) return true;
+            t_end = min(t_end, t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
+        }
     }
+    if (hit.instance == RX_NO_INSTANCE) return found;
+    RxInstance instance = rx_instance_of(hit.instance);
+    hit.free = rx_instance_is_free(instance);
+    hit.cell = instance.model_corner + ivec3(rx_instance_cell(instance, uvec3(hit.at.voxel - instance.corner)));
+    hit.cell_face = rx_instance_face(instance, hit.at.face);
     return found;
 }
 
@@ -250,7 +271,7 @@ bool rx_trace_scene(RxSceneRay ray, out RxSceneHit hit) {
     hit.cell_face = hit.at.face;
     RxTime first = RxTime(uvec2(0u), 1u);
     if (found) first = rx_time_of(ray.ray, hit.at, rx_lattice_top(ray.ray.dir));
-    return rx_trace_instances_on(ray, found, first, hit);
+    return rx_trace_instances_on(ray, false, found, first, hit);
 }
 
 // The outward normal of a face that was hit, in the world; zero for a start inside.

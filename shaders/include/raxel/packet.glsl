@@ -28,6 +28,10 @@
 // Defined by the shader. Takes a pixel that is undecided: its ray passes only air until `t_free`, in lengths of its direction.
 void rx_tile_rest(ivec2 pixel, float t_free);
 
+// Where in each pixel its ray goes, in pixels from the top left. A shader can define another place, the same for all pixels.
+#ifndef RX_TILE_PLACE
+#define RX_TILE_PLACE vec2(0.5)
+#endif
 // Leaves that a tile may look at before its rays are handed on. A shader can define another number.
 #ifndef RX_TILE_LEAVES
 #define RX_TILE_LEAVES 112u
@@ -115,7 +119,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     // Everything that the bounds do not hold for is handed on.
     bool proven = RX_TILE_IN_STEP && (1 << world.log2_size) <= RX_TILE_REACH && all(lessThan(frac, vec3(1.0))) && all(greaterThanEqual(frac, vec3(0.0)))
         && !rx_beyond(from, RX_TILE_REACH) && !rx_wraps(cell, world.origin)
-        && all(lessThan((0.5 / tan_half_fov + 0.5) * vec2(size) * reach, vec2(RX_TILE_SCALE)));
+        && all(lessThan(((0.5 / tan_half_fov + 0.5) * vec2(size) + 0.5) * reach, vec2(RX_TILE_SCALE)));
     // Bit s: this invocation's pixel of group s is on the output.
     uint all_rays;
     {
@@ -127,7 +131,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     uint octant;
     bool one_octant;
     {
-        vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (1.0 / vec2(size) - 1.0) * tan_half_fov;
+        vec2 pixel_size = 2.0 * tan_half_fov / vec2(size), start = (2.0 * RX_TILE_PLACE / vec2(size) - 1.0) * tan_half_fov;
         vec2 at = start + pixel_size * vec2(first + ivec2((lane & 1u) != 0u ? RX_TILE - 1 : 0, (lane & 2u) != 0u ? RX_TILE - 1 : 0));
         vec3 corner = view_to_world[0].xyz * at.x - view_to_world[1].xyz * at.y - view_to_world[2].xyz;
         octant = (RX_TILE_ANY(corner.x < 0.0) ? 1u : 0u) | (RX_TILE_ANY(corner.y < 0.0) ? 2u : 0u) | (RX_TILE_ANY(corner.z < 0.0) ? 4u : 0u);
@@ -141,7 +145,9 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
     precise vec2 scale = tan_half_fov * vec2(size.yx);
     precise float far_away = float(size.x) * float(size.y);
     precise vec3 back = view_to_world[2].xyz * far_away;
-    precise float view_at = lane < 16u ? float(2 * (first.x + int(lane)) + 1 - size.x) * scale.x : float(size.y - 1 - 2 * (first.y + int(lane & 15u))) * scale.y;
+    // As rx_camera_direction has it.
+    precise vec2 from_middle = vec2(2.0, -2.0) * (vec2(first + int(lane & 15u)) + RX_TILE_PLACE) + vec2(-size.x, size.y);
+    precise float view_at = lane < 16u ? from_middle.x * scale.x : from_middle.y * scale.y;
     rx_tile_views[lane & 31u] = view_at;
     if (lane == 0u) rx_tile_camera = vec4(back, RX_TILE_LATTICE * reach * far_away);
     barrier();
@@ -171,14 +177,14 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             if (lane < 3u) {
                 // The pixel of a place relative to the camera, counted from the tile's first one, in mirrored axes.
                 vec3 ahead = -view_to_world[2].xyz, row = ahead, step_of = vec3(0.0);
-                vec2 start = (1.0 / vec2(size) - 1.0) * tan_half_fov + pixel_size * vec2(first);
+                vec2 start = (2.0 * RX_TILE_PLACE / vec2(size) - 1.0) * tan_half_fov + pixel_size * vec2(first);
                 float w = 0.0;
                 if (lane == 0u) {
-                    row = (view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x - 1) - float(first.x)) * ahead) * 0.0625;
+                    row = (view_to_world[0].xyz / pixel_size.x + (0.5 * float(size.x) - RX_TILE_PLACE.x - float(first.x)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * start.x - view_to_world[1].xyz * start.y - view_to_world[2].xyz;
                 }
                 if (lane == 1u) {
-                    row = (-view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y - 1) - float(first.y)) * ahead) * 0.0625;
+                    row = (-view_to_world[1].xyz / pixel_size.y + (0.5 * float(size.y) - RX_TILE_PLACE.y - float(first.y)) * ahead) * 0.0625;
                     step_of = view_to_world[0].xyz * pixel_size.x;
                     w = slack;
                 }
@@ -353,7 +359,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                         uint c = uint(findMSB(mine)) & 31u;
                                         ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
                                         ivec3 n = rx_tile_cell(rx_tile_corners[c & 31u].xyz);
-                                        uint axis = rx_tile_settle(uvec3(n), uvec3(rx_tile_frame[3].xyz * 16777216.0), rx_tile_lattice(rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size))));
+                                        uint axis = rx_tile_settle(uvec3(n), uvec3(rx_tile_frame[3].xyz * 16777216.0), rx_tile_lattice(rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + RX_TILE_PLACE, vec2(size))));
                                         if (axis < 3u) {
                                             alive &= ~(1u << s);
                                             rx_tile_hit(pixel, cell + ivec3(down_x ? -n.x : n.x, down_y ? -n.y : n.y, down_z ? -n.z : n.z), 2u * axis + ((o >> axis) & 1u));

@@ -33,10 +33,12 @@ const uint RAYS_IN_MOTION = 3u;  // to the sun
 // The share of light that comes along a ray.
 vec3 open_share(RxSceneRay ray) {
     vec3 share = vec3(1.0);
+#ifdef PANES
     RxHit block;
     bool blocked = rx_trace_places(ray, block);
-#ifdef PANES
     for (int pane = 0; pane < 2 && blocked && rx_pass_panes(block, PANES, ray, share); ++pane) blocked = rx_trace_places(ray, block);
+#else
+    bool blocked = rx_meets_places(ray);
 #endif
     return blocked ? vec3(0.0) : share;
 }

@@ -38,4 +38,18 @@ RxLight draw_instance_lamp(inout RxSampler s, out vec2 uv) {
     return RxLight(voxel, face.w >> 16 | RX_ON_INSTANCE, material, 0.0, 1.0);
 }
 
+// The point of a lamp, from a point in a cell, and the lamp's normal there. In floats: a ray to the point asks which voxel it meets.
+vec3 instance_lamp_to(RxLight lamp, vec2 uv, ivec3 cell, vec3 frac, out vec3 normal) {
+    RxInstance instance = rx_instance_of(rx_place_instance(lamp.voxel));
+    uint face = RX_FACE_PART(lamp.face);
+    float size = float(1u << (instance.shape & 31u));
+    vec3 place = rx_unturned(instance, vec3(rx_place_cell(lamp.voxel)) + rx_face_place(face, uv), size);
+    normal = rx_unturned(instance, rx_normal(face), 0.0);
+    if (!rx_instance_is_free(instance)) return vec3(instance.corner - cell) + (place - frac);
+    // The corner counts from the anchor's cell, and the turn is about its middle.
+    normal = rx_direction_from_instance(instance, normal);
+    vec3 turned = rx_direction_from_instance(instance, vec3(instance.corner) + place - 0.5);
+    return vec3(instance.cell - cell) + (turned + vec3(instance.fraction) * 5.9604644775390625e-8 - frac);
+}
+
 #endif

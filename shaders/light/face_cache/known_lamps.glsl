@@ -53,6 +53,10 @@ void known_begin(ivec3 voxel, uint face, bool lists) {
     known_voxel = voxel;
     known_first = (rx_hash(rx_hash(voxel >> 4) + face) & KNOWN_CELLS - 1u) * KNOWN_EACH;
     known_sum = 0.0;
+#ifdef RX_BINDS_instances
+    // No list has a lamp on an instance.
+    lists = lists && rx_lights_count() > 0u;
+#endif
     for (uint i = 0u; i < KNOWN_EACH / 4u && lists; ++i) {
         uvec4 words = known[known_first / 4u + i];
         for (int k = 0; k < 4; ++k) known_sum += known_share(words[k]);
@@ -221,13 +225,10 @@ KnownLamp known_chosen;
 
 // The point of a candidate, from a point in a cell, and the lamp's normal there.
 vec3 known_to(RxLight lamp, vec2 uv, ivec3 cell, vec3 frac, out vec3 normal) {
-    normal = rx_place_normal(lamp.voxel, lamp.face);
 #ifdef RX_BINDS_instances
-    if (rx_is_on_instance(lamp.face)) {
-        RxRay at = RX_RAY(rx_ray_from_place(lamp.voxel, lamp.face, uv, vec3(0.0)));
-        return vec3(at.cell - cell) + (at.frac - frac);
-    }
+    if (rx_is_on_instance(lamp.face)) return instance_lamp_to(lamp, uv, cell, frac, normal);
 #endif
+    normal = rx_normal(lamp.face);
     return rx_to_light(lamp, uv, cell, frac);
 }
 

@@ -9,6 +9,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;
 layout(rgba32f) uniform writeonly image2D outPlace;
 layout(r32ui) uniform writeonly uimage2D outSlot;
+layout(rg32ui) uniform readonly uimage2D firsts;
+#include "first.glsl"
 #define QUEUE_ACCESS
 #include "queue.glsl"
 #include "../change.glsl"
@@ -23,6 +25,17 @@ layout(push_constant) uniform Push { float quarters; float error; int rarely; } 
 #ifdef RX_BINDS_Poses
 #include "moves.glsl"
 #endif
+
+// What the ray of a pixel hits in the world.
+bool first_of(uvec2 first, RxRay ray, out RxHit hit) {
+    uint kind = first.y >> 16;
+    if (kind >= FIRST_HIT) {
+        hit = rx_hit_of(ray, world.origin + ivec3(first.x & 0xffffu, first.x >> 16, first.y & 0xffffu), kind - FIRST_HIT);
+        return true;
+    }
+    hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
+    return kind == FIRST_REST && rx_trace_from(ray, uintBitsToFloat(first.x), hit);
+}
 
 // The slot of a place, taken for it if it has none. A face without room shares the slot of a wider cell.
 uint slot_at(RxHit hit, inout uint part, out RxFaceKey key) {
@@ -39,7 +52,10 @@ void main() {
     if (any(greaterThanEqual(pixel, size))) return;
     RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
     RxHit hit;
-    bool found = rx_trace_places(rx_scene_ray(ray), hit);
+    bool found = first_of(imageLoad(firsts, pixel).xy, ray, hit);
+#ifdef RX_BINDS_instances
+    found = rx_trace_places_on(ray, found, hit);
+#endif
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;

@@ -46,7 +46,7 @@ bool rx_walk_body(ivec3 cell, vec3 frac, vec3 dir, uint body, uint most, out RxB
 bool rx_instance_in_body(RxSceneRay ray, float most, out RxHit hit) {
     RX_RAY(ray).t_max = most;
     RxSceneHit nearest = RxSceneHit(RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u), RX_NO_INSTANCE, false, ivec3(0), 0u);
-    bool found = rx_trace_instances_on(ray, false, RxTime(uvec2(0u), 1u), nearest);
+    bool found = rx_trace_instances_on(ray, false, false, RxTime(uvec2(0u), 1u), nearest);
     hit = rx_place_of(nearest);
     return found;
 }

@@ -1,0 +1,15 @@
+// What a pixel sees of the world, in two words: the voxel from the corner of the world's cube, which is at most 4096 voxels wide where this is known, and
+// its face. Or the pixel sees nothing, or its ray is to be traced from a time on.
+const uint FIRST_REST = 0u, FIRST_MISS = 1u, FIRST_HIT = 2u;   // and the face
+
+uvec2 first_hit(uvec3 from_corner, uint face) {
+    return uvec2(from_corner.x | from_corner.y << 16, from_corner.z | FIRST_HIT + face << 16);
+}
+
+uvec2 first_miss() {
+    return uvec2(0u, FIRST_MISS << 16);
+}
+
+uvec2 first_rest(float t_free) {
+    return uvec2(floatBitsToUint(t_free), FIRST_REST << 16);
+}
