@@ -25,7 +25,8 @@ uniform sampler3D lampsBefore;                       // that of the last frame; 
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; float mist; float mist_height; float mist_floor; } push;   // the camera of the last frame
 
 const uint CANDIDATES = 12u;
-const float MOST = 24.0;      // frames in a mean while the camera moves
+const float MOST = 8.0;       // frames in a mean while the camera moves
+const uint DRAWS_IN_MOTION = 3u;   // lamps for each slice
 const float FARTHEST = 400.0; // voxels from the camera: glows behind it are smaller than a column
 const float NEAREST = 0.1;    // voxels from a lamp to the way through a slice
 
@@ -129,7 +130,9 @@ void main() {
     vec3 dir = seen_way(slice, size, far, seed, reach);
     // A slice that ends before a wall is asked for as far as the wall, and one behind it right before the wall.
     float until = min(far, reach);
-    vec3 light = from_lamps(dir, vec2(min(near, 0.98 * until), until), own), place;
+    vec3 light = vec3(0.0), place;
+    uint draws = frame.still > 0u ? 1u : DRAWS_IN_MOTION;
+    for (uint i = 0u; i < draws; ++i) light += from_lamps(dir, vec2(min(near, 0.98 * until), until), rx_hash(own + i)) / float(draws);
     float most = max(MOST, float(frame.still));
     if (state.changed != 0u) most = min(most, floor(state.cap) + 1.0);
     Mean before = Mean(vec3(0.0), 0.0, false);
