@@ -27,6 +27,7 @@ layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; 
 const uint CANDIDATES = 12u;
 const float MOST = 8.0;       // frames in a mean while the camera moves
 const uint DRAWS_IN_MOTION = 3u;   // lamps for each slice
+const float MOST_TURN = 0.15; // angle between the directions that a mean has seen a place from
 const float FARTHEST = 400.0; // voxels from the camera: glows behind it are smaller than a column
 const float NEAREST = 0.1;    // voxels from a lamp to the way through a slice
 
@@ -135,6 +136,9 @@ void main() {
     for (uint i = 0u; i < draws; ++i) light += from_lamps(dir, vec2(min(near, 0.98 * until), until), rx_hash(own + i)) / float(draws);
     float most = max(MOST, float(frame.still));
     if (state.changed != 0u) most = min(most, floor(state.cap) + 1.0);
+    // A camera that moves sees a place from another side, and mist scatters forwards.
+    float moved = length(vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac));
+    most = min(most, 1.0 + MOST_TURN * 0.5 * (near + far) / max(moved, 1e-6));
     Mean before = Mean(vec3(0.0), 0.0, false);
     if (place_before(slice, size, place)) before = mean_between(lampsBefore, place);
     imageStore(outLamps, slice, mean_with(before, light, near < reach, most));
