@@ -8,7 +8,7 @@ mod scenes;
 
 use common::Project;
 use raxel::{Session, Value};
-use scenes::{cuboid, frames, open, world};
+use scenes::{DARK, cuboid, frames, open, world};
 
 const BEAUTY: &str = "graphs/beauty.toml";
 const SIZE: [u32; 2] = [48, 27];
@@ -113,6 +113,34 @@ fn shafts_in_the_mist_do_not_lag_behind_a_moving_sun() {
     let [error, bias] = lag(&mut session, "air_sun", 20, 0.3, 1.0);
     // 0.22 with one ray in each of twelve frames, taken over linearly.
     assert!(error < 0.165 && bias.abs() < 0.03, "error {error}, bias {bias}");
+}
+
+/// The mist right before a lit wall is bright. It must not be taken for the mist behind the wall, which comes into view when the camera moves.
+#[test]
+fn air_that_a_wall_hid_has_its_own_light() {
+    let project = Project::shipped();
+    let build = [
+        cuboid("lawn", [-40, 0, -40], [40, 3, 40], ""),
+        cuboid("stone", [-40, 3, 0], [0, 30, 2], ""),
+        cuboid("lamp", [-6, 14, 3], [-5, 15, 4], ""),
+    ];
+    world(&project, MATERIALS, &build, [0.5, 15.5, 40.5], [0.5, 15.5, 0.5], 60.0);
+    let night = [("clouds", 0.0), ("mist", 20.0), ("mist_floor", 400.0), DARK[0], DARK[1]];
+    let mut session = open(&project, BEAUTY, SIZE, &night);
+    for target in ["seen", "hit"] {
+        session.pin(target).unwrap();
+    }
+    for step in 0..24 {
+        session.set_camera(raxel::Camera { cell: [step - 4, 15, 40].into(), ..*session.camera() });
+        frames(&mut session, 1);
+    }
+    let [moving, hits] = ["seen", "hit"].map(|target| session.read_target(target).unwrap().floats());
+    let rest = after(&mut session, "seen", 200);
+    let beside = |texels: &[[f32; 4]]| {
+        texels.iter().zip(&hits).filter(|(_, hit)| hit[3] < 0.0).map(|(texel, _)| luminance(texel)).sum::<f64>()
+    };
+    let ratio = beside(&moving) / beside(&rest);
+    assert!((ratio - 1.0).abs() < 0.15, "before the sky, the mist is {ratio} times as bright in motion as at rest");
 }
 
 /// A rough metal mirrors a wide cone by one ray a frame, and pixels side by side mirror nearly the same.

@@ -21,11 +21,13 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outLamps;  // radiance for each voxel of the way and unit of density
-uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean
+uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean, negative where a wall hides the slice
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; float mist; float mist_height; float mist_floor; } push;   // the camera of the last frame
 
 const uint CANDIDATES = 12u;
-const float MOST = 24.0;      // frames in a mean while the camera moves
+const float MOST = 8.0;       // frames in a mean while the camera moves
+const uint DRAWS_IN_MOTION = 3u;   // lamps for each slice
+const float MOST_TURN = 0.15; // angle between the directions that a mean has seen a place from
 const float FARTHEST = 400.0; // voxels from the camera: glows behind it are smaller than a column
 const float NEAREST = 0.1;    // voxels from a lamp to the way through a slice
 
@@ -129,14 +131,15 @@ void main() {
     vec3 dir = seen_way(slice, size, far, seed, reach);
     // A slice that ends before a wall is asked for as far as the wall, and one behind it right before the wall.
     float until = min(far, reach);
-    vec3 light = from_lamps(dir, vec2(min(near, 0.98 * until), until), own);
-    vec3 place;
-    float frames = 0.0;
-    if (place_before(slice, size, place)) {
-        vec4 before = cubic_between(lampsBefore, place);
-        frames = min(before.a, max(MOST, float(frame.still)) - 1.0);
-        if (state.changed != 0u) frames = min(frames, floor(state.cap));
-        light = mix(before.rgb, light, 1.0 / (frames + 1.0));
-    }
-    imageStore(outLamps, slice, vec4(light, frames + 1.0));
+    vec3 light = vec3(0.0), place;
+    uint draws = frame.still > 0u ? 1u : DRAWS_IN_MOTION;
+    for (uint i = 0u; i < draws; ++i) light += from_lamps(dir, vec2(min(near, 0.98 * until), until), rx_hash(own + i)) / float(draws);
+    float most = max(MOST, float(frame.still));
+    if (state.changed != 0u) most = min(most, floor(state.cap) + 1.0);
+    // A camera that moves sees a place from another side, and mist scatters forwards.
+    float moved = length(vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac));
+    most = min(most, 1.0 + MOST_TURN * 0.5 * (near + far) / max(moved, 1e-6));
+    Mean before = Mean(vec3(0.0), 0.0, false);
+    if (place_before(slice, size, place)) before = mean_between(lampsBefore, place);
+    imageStore(outLamps, slice, mean_with(before, light, near < reach, most));
 }

@@ -19,7 +19,7 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outSun;   // share of sunlight that comes through
 layout(rgba32f) uniform writeonly image3D outSky;   // share of skylight
-uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean
+uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean, negative where a wall hides the slice
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
@@ -49,7 +49,9 @@ void main() {
     vec3 sun = frame_sun();
     uint seed = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
     bool rests = frame.still > 0u, fast = state.changed != 0u && state.cap < FAST;
-    vec3 lit = vec3(0.0), above = vec3(1.0);
+    vec3 lit = vec3(0.0), above = vec3(1.0), before_walls = vec3(0.0);
+    float seen_rays = 0.0;
+    bool sees_sky = false;
     // Rays to the sun, and one to anywhere above: in caves and rooms little of the sky reaches the mist.
     uint rays = rests ? 1u : RAYS_IN_MOTION;
     for (uint i = 0u; i <= rays; ++i) {
@@ -57,6 +59,7 @@ void main() {
         uint index = to_sky ? frame.index : frame.index * rays + i;
         float t = slice_place(slice, size, index), reach;
         vec3 way = seen_way(slice, size, t, seed, reach), at = frame.camera_frac + min(t, reach) * way, to = sun, open = vec3(1.0);
+        bool seen = t <= reach;
         if (to_sky) {
             vec2 sky = rx_sobol(index, 1u, rx_hash(slice_seed(slice)));
             float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
@@ -68,21 +71,28 @@ void main() {
             bool dark = !to_sky && sun_irradiance(sun) == vec3(0.0);
             open = dark ? vec3(0.0) : open_share(rx_scene_ray(rx_ray(frame.camera_cell + cell, at - vec3(cell), to)));
         }
-        if (to_sky) above = open;
-        else lit += open / float(rays);
+        if (to_sky) {
+            above = open;
+            sees_sky = seen;
+        } else if (seen) {
+            lit += open;
+            seen_rays += 1.0;
+        } else {
+            before_walls += open / float(rays);
+        }
     }
+    bool sees_sun = seen_rays > 0.0;
+    lit = sees_sun ? lit / seen_rays : before_walls;
+    // What an edit has opened or closed is new at once. The sky is as open under another sun.
+    float most = rests ? MOST_AT_REST : fast ? MOST_FAST : MOST, most_of_sky = rests ? MOST_AT_REST : MOST_OF_SKY;
+    if (state.changed != 0u && state.cap < 1.0) most = 1.0;
+    if (state.changed != 0u && state.cap < 0.25) most_of_sky = 1.0;
+    Mean sun_before = Mean(vec3(0.0), 0.0, false), sky_before = sun_before;
     vec3 place;
-    float sun_frames = 0.0, sky_frames = 0.0;
     if (place_before(slice, size, place)) {
-        vec4 sun_before = cubic_between(sunBefore, place), sky_before = cubic_between(skyBefore, place);
-        sun_frames = min(sun_before.a, (rests ? MOST_AT_REST : fast ? MOST_FAST : MOST) - 1.0);
-        sky_frames = min(sky_before.a, (rests ? MOST_AT_REST : MOST_OF_SKY) - 1.0);
-        // What an edit has opened or closed is new at once. The sky is as open under another sun.
-        if (state.changed != 0u && state.cap < 1.0) sun_frames = 0.0;
-        if (state.changed != 0u && state.cap < 0.25) sky_frames = 0.0;
-        lit = mix(sun_before.rgb, lit, 1.0 / (sun_frames + 1.0));
-        above = mix(sky_before.rgb, above, 1.0 / (sky_frames + 1.0));
+        sun_before = mean_between(sunBefore, place);
+        sky_before = mean_between(skyBefore, place);
     }
-    imageStore(outSun, slice, vec4(lit, sun_frames + 1.0));
-    imageStore(outSky, slice, vec4(above, sky_frames + 1.0));
+    imageStore(outSun, slice, mean_with(sun_before, lit, sees_sun, most));
+    imageStore(outSky, slice, mean_with(sky_before, above, sees_sky, most_of_sky));
 }
