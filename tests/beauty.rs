@@ -8,7 +8,7 @@ mod scenes;
 
 use common::Project;
 use raxel::{Session, Value};
-use scenes::{cuboid, frames, open, world};
+use scenes::{DARK, cuboid, frames, open, world};
 
 const BEAUTY: &str = "graphs/beauty.toml";
 const SIZE: [u32; 2] = [48, 27];
@@ -113,6 +113,35 @@ fn shafts_in_the_mist_do_not_lag_behind_a_moving_sun() {
     let [error, bias] = lag(&mut session, "air_sun", 20, 0.3, 1.0);
     // 0.22 with one ray in each of twelve frames, taken over linearly.
     assert!(error < 0.165 && bias.abs() < 0.03, "error {error}, bias {bias}");
+}
+
+/// Behind a wall, the mist of a picture has the light from right before the wall. This light does not stay where the wall gives the view free.
+#[test]
+fn mist_behind_a_wall_has_its_own_light_once_it_is_seen() {
+    const SLICES: u32 = 32;
+    let project = Project::shipped();
+    let lamp = |x: i32| cuboid("lamp", [x, 6, -11], [x + 2, 9, -10], "");
+    let build = [cuboid("stone", [-60, 3, -13], [-4, 40, -11], ""), lamp(-7), lamp(-14)];
+    lawn(&project, &build);
+    let mut session = open(&project, BEAUTY, SIZE, &[DARK[0], DARK[1], ("mist", 20.0)]);
+    session.pin("air_lamps").unwrap();
+    let mut camera = raxel::Camera { cell: [-8, 7, 0].into(), pitch: 0.0, ..*session.camera() };
+    for _ in 0..16 {
+        camera.translate(glam::DVec3::new(0.25, 0.0, 0.0));
+        session.set_camera(camera);
+        frames(&mut session, 1);
+    }
+    let moving = layers(&mut session, "air_lamps", SLICES);
+    frames(&mut session, 48);
+    let rest = layers(&mut session, "air_lamps", SLICES);
+    // Slices well behind the wall in columns that see past it.
+    let seen = (7 * 40 * 24..12 * 40 * 24).filter(|i| moving[*i][3] > 0.0 && rest[*i][3] > 0.0);
+    let [mut late, mut right] = [0.0, 0.0];
+    for i in seen {
+        late += luminance(&moving[i]);
+        right += luminance(&rest[i]);
+    }
+    assert!(right > 0.0 && late < 2.0 * right, "{late} in motion, {right} at rest");
 }
 
 /// A rough metal mirrors a wide cone by one ray a frame, and pixels side by side mirror nearly the same.

@@ -21,7 +21,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outLamps;  // radiance for each voxel of the way and unit of density
-uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean
+uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean, below 0 where a wall hid the slice
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; float mist; float mist_height; float mist_floor; } push;   // the camera of the last frame
 
 const uint CANDIDATES = 12u;
@@ -132,11 +132,12 @@ void main() {
     vec3 light = from_lamps(dir, vec2(min(near, 0.98 * until), until), own);
     vec3 place;
     float frames = 0.0;
+    bool hidden = slice_is_behind(slice, size, reach);
     if (place_before(slice, size, place)) {
-        vec4 before = cubic_between(lampsBefore, place);
+        vec4 before = cubic_between(lampsBefore, place, !hidden && slices_come_into_sight());
         frames = min(before.a, max(MOST, float(frame.still)) - 1.0);
         if (state.changed != 0u) frames = min(frames, floor(state.cap));
         light = mix(before.rgb, light, 1.0 / (frames + 1.0));
     }
-    imageStore(outLamps, slice, vec4(light, frames + 1.0));
+    imageStore(outLamps, slice, vec4(light, hidden ? -frames - 1.0 : frames + 1.0));
 }

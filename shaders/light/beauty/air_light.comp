@@ -19,7 +19,7 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outSun;   // share of sunlight that comes through
 layout(rgba32f) uniform writeonly image3D outSky;   // share of skylight
-uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean
+uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean, below 0 where a wall hid the slice
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
@@ -46,7 +46,7 @@ void main() {
     if (any(greaterThanEqual(slice, size))) return;
     vec3 sun = frame_sun();
     uint seed = rx_hash(rx_hash(slice_seed(slice)) ^ frame.index);
-    bool rests = frame.still > 0u, fast = state.changed != 0u && state.cap < FAST;
+    bool hidden = true, rests = frame.still > 0u, fast = state.changed != 0u && state.cap < FAST;
     vec3 lit = vec3(0.0), above = vec3(1.0);
     // Rays to the sun, and one to anywhere above: in caves and rooms little of the sky reaches the mist.
     uint rays = rests ? 1u : RAYS_IN_MOTION;
@@ -55,6 +55,7 @@ void main() {
         uint index = to_sky ? frame.index : frame.index * rays + i;
         float t = slice_place(slice, size, index), reach;
         vec3 way = seen_way(slice, size, t, seed, reach), at = frame.camera_frac + min(t, reach) * way, to = sun, open = vec3(1.0);
+        hidden = hidden && slice_is_behind(slice, size, reach);
         if (to_sky) {
             vec2 sky = rx_sobol(index, 1u, rx_hash(slice_seed(slice)));
             float angle = 2.0 * RX_PI * sky.x, side = sqrt(1.0 - sky.y * sky.y);
@@ -72,7 +73,8 @@ void main() {
     vec3 place;
     float sun_frames = 0.0, sky_frames = 0.0;
     if (place_before(slice, size, place)) {
-        vec4 sun_before = cubic_between(sunBefore, place), sky_before = cubic_between(skyBefore, place);
+        bool seen = !hidden && slices_come_into_sight();
+        vec4 sun_before = cubic_between(sunBefore, place, seen), sky_before = cubic_between(skyBefore, place, seen);
         sun_frames = min(sun_before.a, (rests ? MOST_AT_REST : fast ? MOST_FAST : MOST) - 1.0);
         sky_frames = min(sky_before.a, (rests ? MOST_AT_REST : MOST_OF_SKY) - 1.0);
         // What an edit has opened or closed is new at once. The sky is as open under another sun.
@@ -81,6 +83,7 @@ void main() {
         lit = mix(sun_before.rgb, lit, 1.0 / (sun_frames + 1.0));
         above = mix(sky_before.rgb, above, 1.0 / (sky_frames + 1.0));
     }
-    imageStore(outSun, slice, vec4(lit, sun_frames + 1.0));
-    imageStore(outSky, slice, vec4(above, sky_frames + 1.0));
+    float sign = hidden ? -1.0 : 1.0;
+    imageStore(outSun, slice, vec4(lit, sign * (sun_frames + 1.0)));
+    imageStore(outSky, slice, vec4(above, sign * (sky_frames + 1.0)));
 }

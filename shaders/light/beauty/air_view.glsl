@@ -25,6 +25,18 @@ vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach
     return pixel_direction(deepest, screen);
 }
 
+// Whether all of a slice lies behind what a way through it meets. It then has the light from right before the wall, so that no filter mixes other light into the
+// air there. Once the slice comes into sight, this light is that of another place.
+bool slice_is_behind(ivec3 slice, ivec3 size, float reach) {
+    return reach < slice_depth(float(slice.z) / float(size.z));
+}
+
+// At rest, other ways through a slice now end before it and now behind it.
+bool slices_come_into_sight() {
+    const uint STOPS = 8u;   // frames at rest after which the mean is of what rests
+    return frame.still < STOPS;
+}
+
 // Where the middle of a slice was in the last frame, as a place in the textures; false where it was out of sight.
 bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
     vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
