@@ -65,6 +65,26 @@ fn a_shadow_at_rest_stays_sharp() {
     assert!(soon > 16 && 2 * later < 3 * soon, "{soon} pixels in half shadow after 8 frames, {later} after 100");
 }
 
+/// The average over frames follows light that changes, also where a pixel differs much from those beside it.
+#[test]
+fn the_average_follows_light_that_changes() {
+    let project = Project::shipped();
+    let stripes = (-20..20).map(|i| cuboid("black", [2 * i, 2, -40], [2 * i + 1, 3, 40], ""));
+    let build: Vec<String> = std::iter::once(cuboid("stone", [-40, 0, -40], [40, 3, 40], "")).chain(stripes).collect();
+    world(&project, MATERIALS, &build, [0.5, 20.5, 0.5], [0.3, 3.0, -0.4], 60.0);
+    let params = [("sky_strength", 0.0), ("air", 0.0), ("mist", 0.0), ("clouds", 0.0)];
+    let mut session = open(&project, BEAUTY, SIZE, &params);
+    session.pin("average").unwrap();
+    for step in 0..16 {
+        session.set_param("sun_strength", Value::F32(1.05f32.powi(step))).unwrap();
+        frames(&mut session, 1);
+    }
+    let moving = mean(&session.read_target("average").unwrap().floats());
+    let rest = mean(&after(&mut session, "average", 48));
+    // 0.084 without what follows the light.
+    assert!((moving / rest - 1.0).abs() < 0.06, "{moving} while the light changes, {rest} at rest");
+}
+
 /// All layers of a target.
 fn layers(session: &mut Session, target: &str, count: u32) -> Vec<[f32; 4]> {
     (0..count).flat_map(|layer| session.read_texels(target, 0, 0, layer).unwrap().floats()).collect()
