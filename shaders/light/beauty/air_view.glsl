@@ -25,13 +25,14 @@ vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach
     return pixel_direction(deepest, screen);
 }
 
-// Whether all of a slice lies behind what a way through it meets. It then has the light from right before the wall, so that no filter mixes other light into the
-// air there. Once the slice comes into sight, this light is that of another place.
+// Whether all of a slice lies behind what a way through it meets. It then has the light from right before the wall, so that no filter mixes
+// other light into the air there. Once the slice comes into sight, this light is that of another place.
 bool slice_is_behind(ivec3 slice, ivec3 size, float reach) {
     return reach < slice_depth(float(slice.z) / float(size.z));
 }
 
-// At rest, other ways through a slice now end before it and now behind it.
+// Whether slices that come into sight forget what they had. At rest they do not: ways through different pixels end now before a slice and now
+// behind it.
 bool slices_come_into_sight() {
     const uint STOPS = 8u;   // frames at rest after which the mean is of what rests
     return frame.still < STOPS;
