@@ -65,6 +65,26 @@ fn a_shadow_at_rest_stays_sharp() {
     assert!(soon > 16 && 2 * later < 3 * soon, "{soon} pixels in half shadow after 8 frames, {later} after 100");
 }
 
+/// The average over frames follows light that changes, also where a pixel differs much from those beside it.
+#[test]
+fn the_average_follows_light_that_changes() {
+    let project = Project::shipped();
+    let stripes = (-20..20).map(|i| cuboid("black", [2 * i, 2, -40], [2 * i + 1, 3, 40], ""));
+    let build: Vec<String> = std::iter::once(cuboid("stone", [-40, 0, -40], [40, 3, 40], "")).chain(stripes).collect();
+    world(&project, MATERIALS, &build, [0.5, 20.5, 0.5], [0.3, 3.0, -0.4], 60.0);
+    let params = [("sky_strength", 0.0), ("air", 0.0), ("mist", 0.0), ("clouds", 0.0)];
+    let mut session = open(&project, BEAUTY, SIZE, &params);
+    session.pin("average").unwrap();
+    for step in 0..16 {
+        session.set_param("sun_strength", Value::F32(1.05f32.powi(step))).unwrap();
+        frames(&mut session, 1);
+    }
+    let moving = mean(&session.read_target("average").unwrap().floats());
+    let rest = mean(&after(&mut session, "average", 48));
+    // 0.084 without what follows the light.
+    assert!((moving / rest - 1.0).abs() < 0.06, "{moving} while the light changes, {rest} at rest");
+}
+
 /// All layers of a target.
 fn layers(session: &mut Session, target: &str, count: u32) -> Vec<[f32; 4]> {
     (0..count).flat_map(|layer| session.read_texels(target, 0, 0, layer).unwrap().floats()).collect()
@@ -115,9 +135,9 @@ fn shafts_in_the_mist_do_not_lag_behind_a_moving_sun() {
     assert!(error < 0.165 && bias.abs() < 0.03, "error {error}, bias {bias}");
 }
 
-/// The mist right before a lit wall is bright. It must not be taken for the mist behind the wall, which comes into view when the camera moves.
+/// A camera that moves sees lit mist from ever another side, and mist scatters forwards. What a wall hid comes into view. Neither makes the mist brighter or darker.
 #[test]
-fn air_that_a_wall_hid_has_its_own_light() {
+fn lit_mist_is_as_bright_in_motion_as_at_rest() {
     let project = Project::shipped();
     let build = [
         cuboid("lawn", [-40, 0, -40], [40, 3, 40], ""),
@@ -140,7 +160,37 @@ fn air_that_a_wall_hid_has_its_own_light() {
         texels.iter().zip(&hits).filter(|(_, hit)| hit[3] < 0.0).map(|(texel, _)| luminance(texel)).sum::<f64>()
     };
     let ratio = beside(&moving) / beside(&rest);
-    assert!((ratio - 1.0).abs() < 0.15, "before the sky, the mist is {ratio} times as bright in motion as at rest");
+    // 0.62 with eight frames in the mean of all slices, 1.67 where the mean takes over what a wall hid.
+    assert!((ratio - 1.0).abs() < 0.25, "before the sky, the mist is {ratio} times as bright in motion as at rest");
+}
+
+/// Behind a wall, the mist of a picture has the light from right before the wall. This light does not stay where the wall gives the view free.
+#[test]
+fn mist_behind_a_wall_has_its_own_light_once_it_is_seen() {
+    const SLICES: u32 = 32;
+    let project = Project::shipped();
+    let lamp = |x: i32| cuboid("lamp", [x, 6, -11], [x + 2, 9, -10], "");
+    let build = [cuboid("stone", [-60, 3, -13], [-4, 40, -11], ""), lamp(-7), lamp(-14)];
+    lawn(&project, &build);
+    let mut session = open(&project, BEAUTY, SIZE, &[DARK[0], DARK[1], ("mist", 20.0)]);
+    session.pin("air_lamps").unwrap();
+    let mut camera = raxel::Camera { cell: [-8, 7, 0].into(), pitch: 0.0, ..*session.camera() };
+    for _ in 0..16 {
+        camera.translate(glam::DVec3::new(0.25, 0.0, 0.0));
+        session.set_camera(camera);
+        frames(&mut session, 1);
+    }
+    let moving = layers(&mut session, "air_lamps", SLICES);
+    frames(&mut session, 48);
+    let rest = layers(&mut session, "air_lamps", SLICES);
+    // Slices well behind the wall in columns that see past it.
+    let seen = (7 * 40 * 24..12 * 40 * 24).filter(|i| moving[*i][3] > 0.0 && rest[*i][3] > 0.0);
+    let [mut late, mut right] = [0.0, 0.0];
+    for i in seen {
+        late += luminance(&moving[i]);
+        right += luminance(&rest[i]);
+    }
+    assert!(right > 0.0 && late < 2.0 * right, "{late} in motion, {right} at rest");
 }
 
 /// A rough metal mirrors a wide cone by one ray a frame, and pixels side by side mirror nearly the same.

@@ -1,6 +1,7 @@
 // Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In motion,
-// what was seen before must lie within what is around the pixel now; at rest, the mean is of all frames. With WAVES, water that moves has a short memory,
-// and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have stopped. A place on an instance is followed as the instance moves.
+// what was seen before follows the light around the pixel, and must lie within what is there now; at rest, the mean is of all frames. With WAVES,
+// water that moves has a short memory, and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have
+// stopped. A place on an instance is followed as the instance moves.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
@@ -61,6 +62,27 @@ vec4 mean_at(vec2 at, ivec2 size) {
     return mean;
 }
 
+// The mean of earlier frames over 3 x 3 pixels around a place of the picture.
+vec3 wide_mean_at(vec2 at, ivec2 size) {
+    ivec2 base = ivec2(floor(at - 0.5));
+    vec2 part = at - 0.5 - vec2(base);
+    vec4 along = vec4(1.0 - part.x, 1.0, 1.0, part.x) / 3.0, down = vec4(1.0 - part.y, 1.0, 1.0, part.y) / 3.0;
+    vec3 mean = vec3(0.0);
+    for (int i = 0; i < 16; ++i) {
+        ivec2 tap = clamp(base + ivec2(i & 3, i >> 2) - 1, ivec2(0), size - 1);
+        mean += along[i & 3] * down[i >> 2] * pressed(texelFetch(before, tap, 0).rgb);
+    }
+    return mean;
+}
+
+// By how much the light around a pixel differs from the mean of earlier frames, as far as edges between pixels do not explain it. `at` is the
+// place in that mean that this frame has looked through; `low` and `high` are those of range_around for one deviation.
+vec3 change_around(vec2 at, ivec2 size, vec3 low, vec3 high) {
+    vec3 change = 0.5 * (low + high) - wide_mean_at(at, size);
+    vec3 chance = (high - low) / 6.0;   // the mean of nine pixels has a third of the deviation of one
+    return change * (change * change / max(change * change + chance * chance, vec3(1e-20)));
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outAverage);
     if (any(greaterThanEqual(pixel, size))) return;
@@ -100,13 +122,14 @@ void main() {
 #endif
         vec2 at;
         if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
+            vec2 seen_at = at;
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
             vec3 low, high;
             range_around(pixel, size, 1.0, low, high);
             vec4 old = mean_at(at, size);
             if (old.w > 0.0) {
                 frames = min(old.w, MOST_IN_MOTION - 1.0) + 1.0;
-                result = mix(clamp(old.rgb, low, high), now, 1.0 / frames);
+                result = mix(clamp(old.rgb + change_around(seen_at, size, low, high), low, high), now, 1.0 / frames);
             }
         }
     }
