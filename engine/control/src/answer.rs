@@ -137,6 +137,7 @@ pub(super) fn answer(
             gamepad_sticks,
             gamepad_triggers,
             gamepad_buttons,
+            microphone,
             time_of_day,
         } => {
             let buttons = buttons.map(|names| bits(&names, "mouse button", &BUTTONS, button_named)).transpose()?;
@@ -146,9 +147,13 @@ pub(super) fn answer(
             let keys = keys.map(|names| held(&names)).transpose()?;
             let by_hand = cursor.is_some() || buttons.is_some() || wheel.is_some() || keys.is_some();
             let by_gamepad = gamepad_sticks.is_some() || gamepad_triggers.is_some() || gamepad_buttons.is_some();
-            if by_hand || by_gamepad || time_of_day.is_some() {
+            if by_hand || by_gamepad || microphone.is_some() || time_of_day.is_some() {
                 if drive == Drive::Window {
                     return Err(Refusal::new("the window has its own mouse and keyboard"));
+                }
+                // The file may be none that can be read, and then nothing has changed.
+                if let Some(path) = microphone {
+                    session.give_sound((!path.is_empty()).then_some(&path)).map_err(Refusal::new)?;
                 }
                 // A demo that drives them would win.
                 session.take_over();
@@ -164,6 +169,7 @@ pub(super) fn answer(
                 gamepad_buttons.into_iter().for_each(|buttons| inputs.hold_gamepad_buttons(buttons));
                 time_of_day.into_iter().for_each(|seconds| inputs.set_time_of_day(seconds));
             }
+            let microphone = session.microphone().given().map_or(String::new(), |file| file.path.clone());
             let inputs = session.inputs();
             Ok(json!({
                 "cursor": inputs.cursor.map_or(Vec::new(), Vec::from),
@@ -173,6 +179,7 @@ pub(super) fn answer(
                 "gamepad_sticks": inputs.gamepad().sticks,
                 "gamepad_triggers": inputs.gamepad().triggers,
                 "gamepad_buttons": gamepad_button_names(inputs.gamepad().buttons).collect::<Vec<_>>(),
+                "microphone": microphone,
                 "time_of_day": inputs.time_of_day(),
             }))
         }
@@ -181,8 +188,9 @@ pub(super) fn answer(
             Ok(json!({}))
         }
         Request::Stop { name } => {
-            let take = session.take()?;
-            let path = raxel_output::write_take(session.project(), name.as_deref(), &take)?;
+            let name = raxel_output::take_name(session.project(), name.as_deref())?;
+            let take = session.take(&name)?;
+            let path = raxel_output::write_take(session.project(), &name, &take)?;
             session.stop_recording();
             let ended = take.ended.map(|ended| ended.to_string());
             Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))

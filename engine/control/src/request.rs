@@ -39,6 +39,7 @@ pub(super) enum Request {
         gamepad_sticks: Option<[f64; 4]>,
         gamepad_triggers: Option<[f64; 2]>,
         gamepad_buttons: Option<Vec<String>>,
+        microphone: Option<String>,
         time_of_day: Option<f64>,
     },
     /// Starts over and records a take.

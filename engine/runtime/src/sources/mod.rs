@@ -14,6 +14,7 @@ pub(crate) use catalog::SourceCatalog;
 pub use catalog::VOXEL_FORMAT;
 pub(crate) use catalog::{EDITS, POSES};
 pub use check::{check, unseen_instances};
+pub(crate) use file::sound::read as read_sound;
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;
