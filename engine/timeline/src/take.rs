@@ -17,6 +17,9 @@ use crate::params;
 /// Longest take, in seconds.
 pub const MOST_SECONDS: f64 = 600.0;
 
+/// Samples of the longest take.
+const MOST_SAMPLES: usize = 600 * SAMPLE_RATE as usize;
+
 /// Most edits of a take.
 pub const MOST_EDITS: usize = 20_000;
 
@@ -254,10 +257,9 @@ impl Recorder {
     }
 
     /// Notes what a frame can hear and no frame before it could.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a take has less than 2³² samples")]
     fn hear(&mut self, heard: &Heard<'_>) {
         self.sound_changes = Some(heard.changes);
-        let over = heard.over.min(MOST_SECONDS as u64 * u64::from(SAMPLE_RATE)) as usize;
+        let over = usize::try_from(heard.over).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);
         let from = self.sound.len().max(over.saturating_sub(HISTORY)).min(over);
         self.sound.resize(self.sound.len().max(from), 0);
         self.sound.extend((from..over).map(|at| heard.sample(at as u64)));

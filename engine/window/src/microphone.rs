@@ -27,7 +27,7 @@ impl Capture {
             Self::On(_) => *self = Self::Off,
             #[cfg(feature = "microphone")]
             Self::Off if wanted => {
-                *self = Self::On(thread::Capturing::start(of_system::DefaultInput, microphone.line()))
+                *self = Self::On(thread::Capturing::start(of_system::DefaultInput, microphone.line()));
             }
             #[cfg(not(feature = "microphone"))]
             Self::Off if wanted => {
@@ -183,7 +183,9 @@ mod thread {
         const LIMIT: Duration = Duration::from_secs(60);
 
         /// What each call of `open` does, first to last.
-        struct Script(Vec<Box<dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send>>);
+        struct Script(Vec<Box<Opens>>);
+
+        type Opens = dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send;
 
         impl Device for Script {
             fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
@@ -191,8 +193,8 @@ mod thread {
             }
         }
 
-        fn opened(name: &str, stream: Option<Feed>) -> Result<Opened, String> {
-            Ok(Opened { name: name.to_owned(), stream: Box::new(stream) })
+        fn opened(name: &str, feed: Feed) -> Opened {
+            Opened { name: name.to_owned(), stream: Box::new(feed) }
         }
 
         /// What is said next.
@@ -216,7 +218,7 @@ mod thread {
                     let mut feed = line.feed(48_000, 2).unwrap();
                     feed.hear(&[level; 960]);
                     (0..3).for_each(|_| gone.say("it was unplugged".to_owned()));
-                    opened(name, Some(feed))
+                    Ok(opened(name, feed))
                 }
             };
             let script = Script(vec![
@@ -224,7 +226,7 @@ mod thread {
                 Box::new(none),
                 Box::new(one("a", 1.0)),
                 Box::new(none),
-                Box::new(|line, _| opened("b", Some(line.feed(44_100, 1).unwrap()))),
+                Box::new(|line, _| Ok(opened("b", line.feed(44_100, 1)?))),
             ]);
             let capturing = Capturing::start_with(script, microphone.line(), Duration::from_millis(1));
             assert_eq!(said(&capturing), Err("the microphone is silent: there is none".to_owned()));
@@ -268,7 +270,7 @@ mod thread {
         #[test]
         fn a_device_that_gives_nothing_is_named_once() {
             let mut microphone = Microphone::default();
-            let device = Script(vec![Box::new(|line, _| opened("a", Some(line.feed(48_000, 1).unwrap())))]);
+            let device = Script(vec![Box::new(|line, _| Ok(opened("a", line.feed(48_000, 1)?)))]);
             let mut capturing = Capturing::start(device, microphone.line());
             assert_eq!(said(&capturing), Ok("microphone `a`".to_owned()));
             let mut warnings = Vec::new();
