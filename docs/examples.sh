@@ -10,7 +10,7 @@ for graph in graphs/examples/*.toml; do
         fair | instances) more="--world worlds/fair.toml" ;;
         copy) more="--world worlds/meadow.toml" ;;
         drill) more="--world worlds/meadow.toml --set radius=10" ;;
-        gamepad | paint) graph=worlds/$name.demo.toml more= ;;
+        gamepad | microphone | paint) graph=worlds/$name.demo.toml more= ;;
         lantern) more="--world worlds/lantern.toml --set walk=30 --set mist=3" ;;
         model) more="--world worlds/valley.toml" ;;
         *) more= ;;

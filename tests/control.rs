@@ -299,6 +299,51 @@ fn a_take_of_a_program_renders_the_same() {
     assert!(played == again, "the take shows another picture");
 }
 
+/// What a graph heard lies beside its take, which hears it again.
+#[test]
+fn a_take_of_a_program_sounds_the_same() {
+    let project = Project::shipped();
+    let scene = ["graphs/examples/microphone.toml", "--world", "worlds/menger.toml", "--size", "64x36", "--fps", "30"];
+    let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
+    for (path, why) in [
+        ("textures/gone.ogg", "`textures/gone.ogg` does not exist"),
+        ("worlds/menger.toml", "`worlds/menger.toml` cannot be read: "),
+        ("../a.wav", "`../a.wav` is not a path inside the project"),
+    ] {
+        let refused = talk.say(&json!({ "do": "input", "keys": ["Space"], "microphone": path }).to_string());
+        assert!(refused["error"].as_str().unwrap().starts_with(why), "{refused}");
+    }
+    let heard = talk.ask(json!({ "do": "input" }));
+    assert_eq!((&heard["microphone"], &heard["keys"]), (&json!(""), &json!([])), "a refused request changes nothing");
+    let heard = talk.ask(json!({ "do": "input", "microphone": "textures/notes.ogg" }));
+    assert_eq!(heard["microphone"], "textures/notes.ogg");
+    talk.ask(json!({ "do": "record" }));
+    talk.ask(json!({ "do": "step", "frames": 20 }));
+    talk.ask(json!({ "do": "screenshot", "path": "played.png" }));
+    let written = talk.ask(json!({ "do": "stop" }));
+    assert_eq!((&written["path"], &written["ended"]), (&json!("worlds/take.demo.toml"), &Value::Null));
+    // The sound of a take is replaced no more than its demo.
+    std::fs::remove_file(project.path("worlds/take.demo.toml")).unwrap();
+    talk.ask(json!({ "do": "record" }));
+    talk.ask(json!({ "do": "step", "frames": 20 }));
+    let refused = talk.say("{\"do\": \"stop\", \"name\": \"take\"}");
+    assert!(refused["error"].as_str().unwrap().contains("`worlds/take.wav` is there already"), "{refused}");
+    assert_eq!(talk.ask(json!({ "do": "stop" }))["path"], "worlds/take-2.demo.toml");
+    assert_eq!(talk.ask(json!({ "do": "input", "microphone": "" }))["microphone"], "");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+
+    project.raxel(&["check", "worlds/take-2.demo.toml"]).exits(0);
+    let [first, second] =
+        ["worlds/take.wav", "worlds/take-2.wav"].map(|path| std::fs::read(project.path(path)).unwrap());
+    assert!(first == second && first.len() == 44 + 2 * 19 * 1600, "{} bytes", first.len());
+    project.raxel(&["render", "worlds/take-2.demo.toml", "--frames", "20", "-o", "again.png"]).exits(0);
+    project.raxel(&["render", "graphs/examples/microphone.toml", "--size", "64x36", "-o", "silent.png"]).exits(0);
+    let picture = |path: &str| image::open(project.path(path)).unwrap().into_rgba8();
+    assert!(picture("played.png") == picture("again.png"), "the take shows another picture");
+    assert!(picture("played.png") != picture("silent.png"), "it hears something");
+}
+
 #[test]
 fn a_window_is_driven_too() {
     let display = Display::start();

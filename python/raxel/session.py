@@ -177,9 +177,11 @@ class Session:
         gamepad_sticks=None,
         gamepad_triggers=None,
         gamepad_buttons=None,
+        microphone=None,
         time_of_day=None,
     ):
         """Says what is held and turned from the next frame on; what is left out stays. An empty list is no cursor, no button, no key.
+        `microphone` is a sound file of the project; an empty text is none.
 
         Returns all of it as a dict.
         """
@@ -192,6 +194,7 @@ class Session:
             gamepad_sticks=gamepad_sticks,
             gamepad_triggers=gamepad_triggers,
             gamepad_buttons=gamepad_buttons,
+            microphone=microphone,
             time_of_day=time_of_day,
         )
 

@@ -153,8 +153,9 @@ fn placed(session: &Session, moved: &CameraMove) -> Result<Camera, Refusal> {
 
 /// Ends the take and writes it as a demo.
 fn stop_recording(session: &mut Session, name: Option<&str>) -> Result<Value, Refusal> {
-    let take = session.take()?;
-    let path = raxel_output::write_take(session.project(), name, &take)?;
+    let name = raxel_output::take_name(session.project(), name)?;
+    let take = session.take(&name)?;
+    let path = raxel_output::write_take(session.project(), &name, &take)?;
     session.stop_recording();
     let ended = take.ended.map(|ended| ended.to_string());
     Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))

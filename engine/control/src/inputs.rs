@@ -1,4 +1,4 @@
-//! Holds mouse, keys and gamepad for a program.
+//! Holds mouse, keys, gamepad and microphone for a program.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_runtime::Session;
@@ -22,6 +22,10 @@ pub(super) fn hold(session: &mut Session, drive: Drive, held: HeldInputs) -> Res
         if drive == Drive::Window {
             return Err(Refusal::new("the window has its own mouse and keyboard"));
         }
+        // The file may be none that can be read, and then nothing has changed.
+        if let Some(path) = held.microphone {
+            session.give_sound((!path.is_empty()).then_some(&path)).map_err(Refusal::new)?;
+        }
         // A demo that drives them would win.
         session.take_over();
         let inputs = session.inputs();
@@ -36,6 +40,7 @@ pub(super) fn hold(session: &mut Session, drive: Drive, held: HeldInputs) -> Res
         gamepad_buttons.into_iter().for_each(|buttons| inputs.hold_gamepad_buttons(buttons));
         held.time_of_day.into_iter().for_each(|seconds| inputs.set_time_of_day(seconds));
     }
+    let microphone = session.microphone().given().map_or(String::new(), |file| file.path.clone());
     let inputs = session.inputs();
     Ok(json!({
         "cursor": inputs.cursor.map_or(Vec::new(), Vec::from),
@@ -45,6 +50,7 @@ pub(super) fn hold(session: &mut Session, drive: Drive, held: HeldInputs) -> Res
         "gamepad_sticks": inputs.gamepad().sticks,
         "gamepad_triggers": inputs.gamepad().triggers,
         "gamepad_buttons": gamepad_button_names(inputs.gamepad().buttons).collect::<Vec<_>>(),
+        "microphone": microphone,
         "time_of_day": inputs.time_of_day(),
     }))
 }

@@ -129,6 +129,7 @@ pub(super) struct HeldInputs {
     pub gamepad_sticks: Option<[f64; 4]>,
     pub gamepad_triggers: Option<[f64; 2]>,
     pub gamepad_buttons: Option<Vec<String>>,
+    pub microphone: Option<String>,
     pub time_of_day: Option<f64>,
 }
 

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use raxel_diagnostics::files::{join, read_text};
 use raxel_diagnostics::{Code, Diagnostic, Files, SourceMap, Span, Spanned, codes};
-use raxel_graph::supply::FILE;
+use raxel_graph::supply::has_shape;
 use raxel_language::Layer;
 use raxel_language::layer::{merge, unknown};
 
@@ -242,7 +242,6 @@ fn place(
 
 /// What a target of the base loses under another.
 pub fn settle_target(below: &mut Target, above: &Target) {
-    let is_file = |source: &Spanned<String>| source.value.starts_with(FILE);
     if above.source.is_some() || above.copy.is_some() {
         // A source brings its own format, extent and contents.
         (below.source, below.copy) = (None, None);
@@ -250,7 +249,9 @@ pub fn settle_target(below: &mut Target, above: &Target) {
         (below.clear, below.init, below.history) = (None, None, None);
         (below.keep, below.clock) = (None, None);
         (below.slices, below.encoding) = (None, None);
-    } else if above.size.is_some() || above.format.is_some() && !below.source.as_ref().is_some_and(is_file) {
+    } else if above.size.is_some()
+        || above.format.is_some() && !below.source.as_ref().is_some_and(|source| has_shape(&source.value))
+    {
         // The same target, made here.
         (below.source, below.copy, below.slices, below.encoding) = (None, None, None, None);
     }

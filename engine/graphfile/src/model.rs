@@ -145,8 +145,8 @@ pub struct Target {
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
     pub flawed: bool,
-    /// Supplies it from outside; passes only read it. `world.texture3d`, `model.NAME.texture3d`, or a .png or .exr file of the project,
-    /// e.g. `file.textures/grass.png`. When left out, passes write it.
+    /// Supplies it from outside; passes only read it. `world.texture3d`, `model.NAME.texture3d`, `input.microphone`, or a picture, video or
+    /// sound of the project, e.g. `file.textures/grass.png`. When left out, passes write it.
     #[keys(excludes("copy", why = "a copy of a source is the graph's own"))]
     pub source: Option<Spanned<String>>,
     /// Fills it at creation, on reset, and when the source changes; passes may write it. `world.texture3d` or `model.NAME.texture3d`.

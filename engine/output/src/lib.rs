@@ -65,7 +65,7 @@ pub use self::place::Destination;
 pub use self::png::Compression;
 pub use self::replace::replace;
 pub use self::shoot::{Layer, Layers, MOST_LAYERS, Mode, Shoot, Stages};
-pub use self::take::{free_take, write_take};
+pub use self::take::{demo_path, take_name, write_take};
 
 /// An output, as `-o` of `raxel render` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]

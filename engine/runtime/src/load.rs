@@ -9,9 +9,10 @@ use raxel_layouts::Layout;
 use raxel_shader::Compiler;
 use raxel_worldfile::Effort;
 
+use crate::inputs::SoundFile;
 use crate::project::Project;
 use crate::recording_files::{Content, RecordingFiles, content};
-use crate::sources::{SourceCatalog, SourceName};
+use crate::sources::{SourceCatalog, SourceName, read_sound};
 use crate::timeline::{self, Demo};
 use crate::world::SessionWorld;
 
@@ -161,9 +162,23 @@ impl Loader {
         self.recorded(|files, texts| SessionWorld::load(path, files, texts, self.effort))
     }
 
-    /// Reads a demo.
+    /// Reads a demo, and the sound that its microphone hears.
     pub fn demo(&self, path: &str) -> LoadOutcome<Demo> {
-        self.recorded(|files, texts| timeline::read(files, path, texts))
+        self.recorded(|files, texts| {
+            let (mut demo, warnings) = timeline::read(files, path, texts)?;
+            if let Some(file) = demo.inputs.as_ref().and_then(|inputs| inputs.microphone.as_ref()) {
+                let sound = read_sound(files, &file.value).map_err(|refusal| {
+                    vec![Diagnostic::error(refusal.code, refusal.message).label(file.span.clone(), "named here")]
+                })?;
+                demo.heard = Some(sound);
+            }
+            Ok((demo, warnings))
+        })
+    }
+
+    /// Reads a sound for a microphone. The error says why it cannot be read.
+    pub fn sound(&self, path: &str) -> Result<SoundFile, String> {
+        read_sound(&*self.files, path).map_err(|refusal| refusal.message)
     }
 
     fn recorded<T>(

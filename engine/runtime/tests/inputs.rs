@@ -272,7 +272,7 @@ fn a_take_gives_the_same_bytes() {
     session.frame().unwrap();
     session.record().unwrap();
     assert_eq!(session.record(), Err(TakeError::Recording));
-    assert_eq!(session.take(), Err(TakeError::Empty));
+    assert_eq!(session.take("take"), Err(TakeError::Empty));
     let bytes = |session: &mut Session| {
         session.frame().unwrap();
         session.read_target("told").unwrap().bytes
@@ -283,9 +283,9 @@ fn a_take_gives_the_same_bytes() {
             bytes(&mut session)
         })
         .collect();
-    let take = session.take().unwrap();
+    let take = session.take("take").unwrap();
     session.stop_recording();
-    assert_eq!((take.seconds, take.ended, session.take()), (16.0 / 50.0, None, Err(TakeError::NotRecording)));
+    assert_eq!((take.seconds, take.ended, session.take("take")), (16.0 / 50.0, None, Err(TakeError::NotRecording)));
     assert_silent(&session);
 
     project.write("worlds/take.demo.toml", &take.text);
@@ -322,7 +322,7 @@ fn a_take_ends_where_it_cannot_go_on() {
         disturb(session);
         session.frame().unwrap();
         session.frame().unwrap();
-        let take = session.take().unwrap();
+        let take = session.take("take").unwrap();
         session.stop_recording();
         (take.ended, (take.seconds * 50.0).round())
     };
@@ -371,7 +371,7 @@ fn a_take_holds_edits() {
     }
     assert_eq!(seen[..5], [before, before, before + 12.0, before + 12.0, before + 12.0]);
     assert!(seen[6] > seen[5] && seen[8] < seen[7], "{seen:?}");
-    let take = session.take().unwrap();
+    let take = session.take("take").unwrap();
     session.stop_recording();
     project.write("worlds/take.demo.toml", &take.text);
     let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
@@ -385,5 +385,5 @@ fn a_take_holds_edits() {
     voxels(&mut session);
     assert!(session.undo().unwrap());
     voxels(&mut session);
-    assert_eq!(session.take().unwrap().ended, Some(Ended::Unsaid));
+    assert_eq!(session.take("take").unwrap().ended, Some(Ended::Unsaid));
 }

@@ -3,10 +3,9 @@
 
 mod project;
 
-use std::path::Path;
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{TestProject, assert_silent, write_wav};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
@@ -52,27 +51,6 @@ fn samples(tones: &[usize]) -> Vec<i16> {
         (0..RATE).map(move |at| (32_767.0 * tone(*texel, RATE * (second + 1) + at)).round() as i16)
     });
     std::iter::repeat_n(0, RATE).chain(tones).collect()
-}
-
-/// Writes a WAV file of one channel.
-fn write_wav(path: &Path, samples: &[i16]) {
-    let bytes = 2 * samples.len() as u32;
-    let mut file = Vec::new();
-    file.extend(b"RIFF");
-    file.extend((36 + bytes).to_le_bytes());
-    file.extend(b"WAVEfmt ");
-    file.extend(16_u32.to_le_bytes());
-    // Whole numbers, one channel.
-    file.extend(1_u16.to_le_bytes());
-    file.extend(1_u16.to_le_bytes());
-    file.extend((RATE as u32).to_le_bytes());
-    file.extend((2 * RATE as u32).to_le_bytes());
-    file.extend(2_u16.to_le_bytes());
-    file.extend(16_u16.to_le_bytes());
-    file.extend(b"data");
-    file.extend(bytes.to_le_bytes());
-    file.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
-    std::fs::write(path, file).unwrap();
 }
 
 fn project(tones: &[usize]) -> TestProject {

@@ -12,6 +12,7 @@ use crate::curve::{Interpolation, sample, segment};
 use crate::debug_target::DebugTarget;
 use crate::demo_inputs::DemoInputs;
 use crate::edits::{self, EditKey};
+use crate::inputs::SoundFile;
 use crate::params;
 use crate::read::{Clock, elsewhere, frame, in_order, lasts, line, nearest_frame, once, project_path, steps, time};
 
@@ -22,6 +23,9 @@ pub struct Demo {
     /// Project path of the file.
     #[keys(skip)]
     pub file: String,
+    /// The file that `inputs.microphone` names, once it is read.
+    #[keys(skip)]
+    pub heard: Option<SoundFile>,
     /// Name of the demo. The name of the file when left out.
     #[keys(absent = String::new())]
     pub name: String,
@@ -72,7 +76,7 @@ pub struct Demo {
     /// Edits of the world in order of time. Edits of one time follow the order of the file. None when left out.
     #[keys(read = edits::in_order)]
     pub edits: Vec<EditKey>,
-    /// Mouse, keyboard and time of day over time. They come from the window when left out.
+    /// Mouse, keyboard, gamepad, microphone and time of day over time. They come from the window when left out.
     pub inputs: Option<DemoInputs>,
     /// Params over time, by name.
     pub tracks: ByName<Track>,

@@ -1,4 +1,4 @@
-//! Mouse, keyboard, gamepad and time of day over the time of a demo.
+//! Mouse, keyboard, gamepad, microphone and time of day over the time of a demo.
 
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::names::closest;
@@ -10,7 +10,7 @@ use crate::curve::{Interpolation, sample, segment};
 use crate::inputs::{
     BUTTONS, DAY, GAMEPAD_BUTTONS, Key, KeySet, LEFT, NO_DRAG, ShownInputs, button_named, gamepad_button_named,
 };
-use crate::read::{Clock, ordered, time};
+use crate::read::{Clock, ordered, project_path, time};
 
 /// What is held and turned over time. What is left out comes from the window.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
@@ -37,6 +37,9 @@ pub struct DemoInputs {
     /// Buttons of a gamepad that are held from then on: [seconds, names] in order of time, e.g. `south` or `left_shoulder`. From the
     /// window when left out.
     pub gamepad_buttons: Option<GamepadButtonKeys>,
+    /// Sound that the microphone hears from the start on: a file, relative to worlds/. From the window when left out.
+    #[keys(read = project_path("worlds"))]
+    pub microphone: Option<Spanned<String>>,
     /// Seconds since midnight at the start.
     #[keys(range = 0.0..=DAY, default = 0.0, unit = "seconds")]
     pub time_of_day: f64,
@@ -402,6 +405,8 @@ mod tests {
             ("gamepad_sticks = [[0.0, [0, 0, 0, 1.5]]]", "gamepad_sticks"),
             ("gamepad_triggers = [[0.0, [-0.5, 0]]]", "gamepad_triggers"),
             ("gamepad_buttons = [[0.0, [\"soth\"]]]", "`soth` is no button of a gamepad; did you mean `south`?"),
+            ("microphone = 1", "microphone"),
+            ("microphone = \"../../a.wav\"", "`../../a.wav` leads outside the project root"),
             ("pad = 1", "no key `pad`"),
         ] {
             let found = demo(text).unwrap_err();

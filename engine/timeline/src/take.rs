@@ -1,5 +1,5 @@
 //! Takes: what the frames of a session were told, as a demo that tells it again. A take has the camera, params, inputs and the debug target
-//! of each frame, and the edits of the world between them.
+//! of each frame, the edits of the world between them, and what the microphone heard.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,11 +11,14 @@ use crate::camera::Camera;
 use crate::clock::{FrameTime, Pace};
 use crate::debug_target::DebugTarget;
 use crate::edits::written;
-use crate::inputs::{KeySet, ShownInputs, button_names, gamepad_button_names};
+use crate::inputs::{HISTORY, Heard, KeySet, SAMPLE_RATE, ShownInputs, button_names, gamepad_button_names};
 use crate::params;
 
 /// Longest take, in seconds.
 pub const MOST_SECONDS: f64 = 600.0;
+
+/// Samples of the longest take.
+const MOST_SAMPLES: usize = 600 * SAMPLE_RATE as usize;
 
 /// Most edits of a take.
 pub const MOST_EDITS: usize = 20_000;
@@ -35,6 +38,9 @@ pub enum Ended {
     /// The picture has another size, so pixels of the cursor mean another place.
     #[error("the picture has another size")]
     OtherSize,
+    /// The microphone hears something else than before: another file, or one file from another moment on.
+    #[error("the microphone hears another sound")]
+    OtherSound,
     /// An edit was undone or made again, or is one that no demo's file can say.
     #[error("a demo has no undo, and no edit of this kind")]
     Unsaid,
@@ -68,6 +74,8 @@ pub enum TakeError {
 pub struct Take {
     /// The text of its demo file.
     pub text: String,
+    /// The sound that its demo file names, if the graph heard one: a channel of [`SAMPLE_RATE`] samples a second.
+    pub sound: Option<Vec<i16>>,
     /// Its length.
     pub seconds: f64,
     /// Why it is shorter than what was asked for.
@@ -103,6 +111,8 @@ pub struct Told<'a> {
     pub camera: &'a Camera,
     /// Mouse, keyboard and time of day.
     pub inputs: &'a ShownInputs,
+    /// The microphone, if the graph hears it.
+    pub heard: Option<Heard<'a>>,
     /// The target that is shown.
     pub target: &'a DebugTarget,
 }
@@ -121,6 +131,10 @@ pub struct Recorder {
     gamepad_triggers: Recorded<[f64; 2]>,
     gamepad_buttons: Recorded<u32>,
     targets: Recorded<DebugTarget>,
+    /// What the graph heard, from the start on.
+    sound: Vec<i16>,
+    /// What [`Heard::changes`] was.
+    sound_changes: Option<u64>,
     /// Each with the time of the frame that saw it first, as a demo's file says it.
     edits: Vec<(f64, String)>,
     /// Edits that no frame has seen yet.
@@ -187,6 +201,8 @@ impl Recorder {
             gamepad_triggers: Recorded::new(false),
             gamepad_buttons: Recorded::new(true),
             targets: Recorded::new(true),
+            sound: Vec::new(),
+            sound_changes: None,
             edits: Vec::new(),
             unseen: Vec::new(),
             time_of_day: 0.0,
@@ -233,8 +249,20 @@ impl Recorder {
         self.gamepad_triggers.note(time, &told.inputs.gamepad.triggers);
         self.gamepad_buttons.note(time, &told.inputs.gamepad.buttons);
         self.targets.note(time, told.target);
+        if let Some(heard) = &told.heard {
+            self.hear(heard);
+        }
         self.edits.extend(self.unseen.drain(..).map(|edit| (time, edit)));
         self.last = Some(*told.time);
+    }
+
+    /// Notes what a frame can hear and no frame before it could.
+    fn hear(&mut self, heard: &Heard<'_>) {
+        self.sound_changes = Some(heard.changes);
+        let over = usize::try_from(heard.over).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);
+        let from = self.sound.len().max(over.saturating_sub(HISTORY)).min(over);
+        self.sound.resize(self.sound.len().max(from), 0);
+        self.sound.extend((from..over).map(|at| heard.sample(at as u64)));
     }
 
     /// Notes edits of the world that the next frame shows.
@@ -261,17 +289,22 @@ impl Recorder {
             Some(Ended::OtherGraph)
         } else if told.size != self.scene.size {
             Some(Ended::OtherSize)
+        } else if told.heard.zip(self.sound_changes).is_some_and(|(heard, before)| heard.changes != before) {
+            Some(Ended::OtherSound)
         } else {
             (told.time.time.seconds() >= MOST_SECONDS).then_some(Ended::Full)
         }
     }
 
-    /// The take as a demo of the graph that has run.
-    pub fn finish(&self, graph: &Graph) -> Result<Take, TakeError> {
+    /// The take as a demo of the graph that has run. Its sound has the name `NAME.wav` and lies beside it.
+    pub fn finish(&self, graph: &Graph, name: &str) -> Result<Take, TakeError> {
         if self.last.is_none() {
             return Err(TakeError::Empty);
         }
-        Ok(Take { text: self.text(graph), seconds: self.seconds(), ended: self.ended })
+        let sound = self.sound.iter().any(|sample| *sample != 0).then(|| self.sound.clone());
+        let sound_name = sound.as_ref().map(|_| format!("{name}.wav"));
+        let text = self.text(graph, sound_name.as_deref());
+        Ok(Take { text, sound, seconds: self.seconds(), ended: self.ended })
     }
 
     /// The end of a frame in seconds.
@@ -282,7 +315,7 @@ impl Recorder {
         }
     }
 
-    fn text(&self, graph: &Graph) -> String {
+    fn text(&self, graph: &Graph, sound: Option<&str>) -> String {
         let Scene { world, graph: path, size: [width, height], pace } = &self.scene;
         let rate = match pace {
             Pace::Fixed(step) => {
@@ -320,7 +353,7 @@ impl Recorder {
             };
             line(&mut text, &format!("\n[[show]]\ntime = {time:?}\ntarget = {}", quoted(&shown)));
         }
-        self.write_inputs(&mut text);
+        self.write_inputs(&mut text, sound);
         for (time, edit) in &self.edits {
             line(&mut text, &format!("\n[[edits]]\ntime = {time:?}\n{edit}"));
         }
@@ -337,8 +370,11 @@ impl Recorder {
         text
     }
 
-    fn write_inputs(&self, text: &mut String) {
+    fn write_inputs(&self, text: &mut String, sound: Option<&str>) {
         line(text, &format!("\n[inputs]\ntime_of_day = {:?}", self.time_of_day));
+        if let Some(sound) = sound {
+            line(text, &format!("microphone = {}", quoted(sound)));
+        }
         if let Some(keys) = self.cursor.keys_unless(&None) {
             write_keys(text, "cursor", keys, |pixel| {
                 pixel.map_or_else(|| "[]".to_owned(), |[x, y]| format!("[{x}, {y}]"))

@@ -468,6 +468,7 @@ impl Viewer<'_> {
         self.session.set_cursor(cursor.map(|pixel| self.magnifier.unmagnified(pixel, window)));
         self.note_time_of_day();
         self.read_gamepad();
+        self.read_microphone();
         self.end_take();
         let (mut input, speed) = self.controls.fly();
         // A drag moves a magnified picture, and turns the camera else.

@@ -1,6 +1,6 @@
 //! What the window's events give to shaders: the cursor, mouse buttons, the wheel and keys.
 
-use raxel_output::write_take;
+use raxel_output::{take_name, write_take};
 use raxel_runtime::inputs::{Inputs, Key};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
@@ -112,8 +112,9 @@ impl Viewer<'_> {
     }
 
     fn write_take(&self) -> Result<String, String> {
-        let take = self.session.take().map_err(|error| error.to_string())?;
-        let path = write_take(self.session.project(), None, &take).map_err(|error| error.message)?;
+        let name = take_name(self.session.project(), None).map_err(|error| error.message)?;
+        let take = self.session.take(&name).map_err(|error| error.to_string())?;
+        let path = write_take(self.session.project(), &name, &take).map_err(|error| error.message)?;
         let why = take.ended.map_or(String::new(), |why| format!("; it ended early, since {why}"));
         Ok(format!("wrote a take of {:.1} s to {path}{why}", take.seconds))
     }
@@ -124,6 +125,19 @@ impl Viewer<'_> {
         if let Some(said) = self.gamepads.read(&graph, self.session.inputs()) {
             self.console.message(&said);
             self.notice(said);
+        }
+    }
+
+    /// Lets a device capture for graphs that ask.
+    pub(super) fn read_microphone(&mut self) {
+        let wanted = self.session.wants_capture();
+        match self.capture.follow(wanted, self.session.microphone()) {
+            Some(Ok(said)) => {
+                self.console.message(&said);
+                self.notice(said);
+            }
+            Some(Err(warning)) => self.warn(warning),
+            None => {}
         }
     }
 

@@ -21,6 +21,7 @@ mod locate;
 mod looking;
 pub mod lost_display;
 mod magnifier;
+mod microphone;
 mod outline;
 mod overlay;
 mod panel_data;
@@ -66,6 +67,7 @@ use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
 use self::magnifier::Magnifier;
+use self::microphone::Capture;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
 use self::presets::Presets;
@@ -253,6 +255,7 @@ struct Viewer<'a> {
     holder: Holder,
     placed: Placed,
     gamepads: Gamepads,
+    capture: Capture,
     /// What the right button does to voxels.
     brush: Brush,
     /// Why the last edit was not made.
@@ -436,6 +439,7 @@ impl<'a> Viewer<'a> {
             holder: Holder::default(),
             placed: Placed::default(),
             gamepads: Gamepads::default(),
+            capture: Capture::default(),
             brush: Brush::default(),
             refused: None,
             painting: None,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use raxel_execute::moment::Moment;
 use raxel_graph::checked::Value;
-use raxel_output::free_take;
+use raxel_output::{demo_path, take_name};
 use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
@@ -178,7 +178,7 @@ impl Viewer<'_> {
         let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
         let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;
         let project = self.session.project();
-        let file = free_take(project).map_err(|error| error.message)?;
+        let file = demo_path(&take_name(project, None).map_err(|error| error.message)?);
         let written = write_back::create(project, &file, &text)?;
         self.note_write([written]);
         Ok(file)

@@ -36,9 +36,15 @@ pub trait Catalog {
 
     /// Reads a file of the project, for the source `file.<path>` of a buffer or, with a request, of a target.
     fn file(&self, path: &str, image: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal>;
+
+    /// The texels that a microphone brings, for the source [`MICROPHONE`] of a target.
+    fn microphone(&self, _: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
+        let message = "there is no microphone here".to_owned();
+        Err(Refusal { code: codes::graph::FILE_SOURCE, key: "source", message, help: None })
+    }
 }
 
-/// What a graph says of a file with texels, besides its path.
+/// What a graph says of a file with texels besides its path, or of the microphone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageRequest {
     /// `format`; the file's own when `None`.
@@ -84,11 +90,11 @@ pub struct FileImage {
     pub volume: bool,
     /// Each mip: x first, then y, then z, without padding. Of a video, those of its first frame; of a sound, those of silence.
     pub mips: Vec<Vec<u8>>,
-    /// What plays, if the file is a video or a sound.
+    /// What plays: a video, a sound or the microphone.
     pub plays: Option<Plays>,
 }
 
-/// A file whose texels are others as time goes by.
+/// What has other texels as time goes by.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plays {
     /// Frames.
@@ -97,13 +103,13 @@ pub enum Plays {
     Sound(Sound),
 }
 
-/// A sound file, decoded.
+/// A sound file, decoded, or the microphone.
 #[derive(Clone, PartialEq)]
 pub struct Sound {
-    /// Its project path.
+    /// The project path of the file, or [`MICROPHONE`].
     pub path: String,
-    /// All of it, as one channel; at least one sample.
-    pub samples: Arc<[i16]>,
+    /// All of the file, as one channel; at least one sample. None: the microphone's, as each frame hears it.
+    pub samples: Option<Arc<[i16]>>,
     /// What the graph says of its texels.
     pub request: ImageRequest,
 }
@@ -146,7 +152,10 @@ impl fmt::Debug for FileContents {
 
 impl fmt::Debug for Sound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} samples of {}", self.samples.len(), self.path)
+        match &self.samples {
+            Some(samples) => write!(f, "{} samples of {}", samples.len(), self.path),
+            None => f.write_str(&self.path),
+        }
     }
 }
 
@@ -158,6 +167,15 @@ impl fmt::Debug for FileImage {
 
 /// What stands before the path of a file in a source's name.
 pub const FILE: &str = "file.";
+
+/// The source of a target with the spectrum and the waveform of what a microphone hears.
+pub const MICROPHONE: &str = "input.microphone";
+
+/// Whether the texels of a source have a shape that is known before anything runs, and may be brought into another: those of a file, and the
+/// microphone's.
+pub fn has_shape(source: &str) -> bool {
+    source.starts_with(FILE) || source == MICROPHONE
+}
 
 /// The layout that a source such as `world.tree64` or `model.pine.tree64` has.
 pub fn layout_of(source: &str) -> Option<&str> {

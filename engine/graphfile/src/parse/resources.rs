@@ -3,7 +3,7 @@
 use raxel_diagnostics::Spanned;
 use raxel_diagnostics::table::{Node, Table};
 use raxel_graph::checked::DisplayMap;
-use raxel_graph::supply::FILE;
+use raxel_graph::supply::has_shape;
 use raxel_language::{ReadKeys, Value};
 
 use super::literal;
@@ -37,9 +37,8 @@ pub fn supplied_target(
     let all = ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"];
     let before = table.reporter().count();
     if let Some(source) = source {
-        // A file may be brought into a shape that the graph says.
-        let file = source.value.starts_with(FILE);
-        for key in &all[..if file { 7 } else { all.len() }] {
+        // Such texels may be brought into a shape that the graph says.
+        for key in &all[..if has_shape(&source.value) { 7 } else { all.len() }] {
             table.conflict("source", key, "the source gives the size and the contents");
         }
     }

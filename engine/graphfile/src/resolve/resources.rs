@@ -4,7 +4,7 @@ use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::ValueType;
 use raxel_graph::checked::{self, ClockId, Extent, Origin, Resource, ResourceId, ResourceKind};
-use raxel_graph::supply::{Catalog, FILE};
+use raxel_graph::supply::{Catalog, has_shape};
 use raxel_shader::format::Format;
 
 use super::clears::{colour, pattern};
@@ -58,10 +58,10 @@ pub(super) struct Scope<'a> {
 impl Scope<'_> {
     fn target(&self, target: &Target, found: &mut Vec<Diagnostic>) -> Declared<Resource> {
         match (&target.source, &target.copy) {
-            (Some(source), _) if source.value.starts_with(FILE) => {
+            (Some(source), _) if has_shape(&source.value) => {
                 // A format that does not exist is reported, and then it is as if none were wanted.
                 let format = target.format.as_ref().and_then(|_| format(target, found));
-                return self.file_target(target, source, format, found);
+                return self.shaped_target(target, source, format, found);
             }
             (Some(source), _) | (None, Some(source)) => return self.supplied(target, source, found),
             (None, None) => {}
@@ -186,7 +186,7 @@ impl Scope<'_> {
         let id = resource(self.names, &name.value, &name.span, found)?;
         match self.targets.get(id.0 as usize) {
             Some(Target { source: Some(source), .. } | Target { copy: Some(source), .. })
-                if !source.value.starts_with(FILE) =>
+                if !has_shape(&source.value) =>
             {
                 found.push(extent_from_outside(name, &source.span));
                 return None;

@@ -5,7 +5,7 @@ use raxel_diagnostics::names::list;
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::checked::{self, Extent, Origin, Resource, ResourceKind};
 use raxel_graph::index32;
-use raxel_graph::supply::{FILE, FileContents, ImageRequest, Refusal};
+use raxel_graph::supply::{FILE, FileContents, ImageRequest, MICROPHONE, Refusal};
 use raxel_shader::format::Format;
 
 use super::displays::show;
@@ -27,7 +27,8 @@ impl Scope<'_> {
         let format = known.as_ref().and_then(|known| known.image);
         if format.is_none() {
             let images = self.catalog.sources().iter().filter(|known| known.image.is_some());
-            let images = images.map(|known| known.name.as_str());
+            let microphone = target.copy.is_none().then_some(MICROPHONE);
+            let images = images.map(|known| known.name.as_str()).chain(microphone);
             found.push(if known.is_some() {
                 let message = format!("`{}` supplies a buffer and no image", source.value);
                 Diagnostic::error(codes::graph::WRONG_KIND, message)
@@ -52,8 +53,8 @@ impl Scope<'_> {
         Declared { item, sound, ..image }
     }
 
-    /// A target whose texels are those of a file.
-    pub(super) fn file_target(
+    /// A target whose texels are those of a file, or the microphone's.
+    pub(super) fn shaped_target(
         &self,
         target: &Target,
         source: &Spanned<String>,
@@ -69,10 +70,13 @@ impl Scope<'_> {
             slices: target.slices.as_ref().map(|slices| slices.value),
             srgb: target.encoding.as_ref().is_some_and(|encoding| encoding.value == Encoding::Srgb),
         };
-        let contents = project_path(source, found).and_then(|path| {
-            let read = self.catalog.file(&path, Some(&request));
-            read.map_err(|refusal| found.push(refused(&refusal, source, Some(target)))).ok()
-        });
+        let read = if source.value == MICROPHONE {
+            Some(self.catalog.microphone(&request))
+        } else {
+            project_path(source, found).map(|path| self.catalog.file(&path, Some(&request)))
+        };
+        let contents =
+            read.and_then(|read| read.map_err(|refusal| found.push(refused(&refusal, source, Some(target)))).ok());
         let (image, origin) = match contents {
             Some(contents) => match &*contents {
                 FileContents::Image(image) => (Some(shape(image, source)), Origin::File(contents.clone())),
@@ -103,6 +107,15 @@ impl Scope<'_> {
             let read = self.catalog.file(&path, None);
             let contents = read.map_err(|refusal| found.push(refused(&refusal, source, None))).ok()?;
             return Some((size(), Origin::File(contents)));
+        }
+        if source.value == MICROPHONE {
+            let message = format!("`{MICROPHONE}` supplies an image and no buffer");
+            found.push(
+                Diagnostic::error(codes::graph::WRONG_KIND, message)
+                    .label(source.span.clone(), "a buffer is needed here")
+                    .help(format!("declare it in `[targets.{}]`", buffer.name.value)),
+            );
+            return None;
         }
         let Some(known) = self.catalog.source(&source.value) else {
             let names = self.catalog.sources().iter().map(|source| source.name.as_str());
@@ -233,7 +246,10 @@ fn refused(refusal: &Refusal, source: &Spanned<String>, target: Option<&Target>)
     });
     let diagnostic = Diagnostic::error(refusal.code, refusal.message.clone());
     let diagnostic = match key {
-        Some(key) => diagnostic.label(key.clone(), "wanted here").label(source.span.clone(), "of this file"),
+        Some(key) => {
+            let whose = if source.value == MICROPHONE { "of the microphone" } else { "of this file" };
+            diagnostic.label(key.clone(), "wanted here").label(source.span.clone(), whose)
+        }
         None => diagnostic.label(source.span.clone(), "named here"),
     };
     match &refusal.help {

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use raxel_diagnostics::files::join;
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builder, Comparison, ExternalResource, Mismatch, Reference, Region, Thumbnail, WriteError};
 use raxel_graph::checked::{Display, Param, Value};
+use raxel_graph::supply::MICROPHONE;
 
 use super::Session;
 use super::renderer::patience;
@@ -12,7 +14,7 @@ use crate::build::Selection;
 use crate::camera::Camera;
 use crate::clock::Clock;
 use crate::debug_target::{DebugTarget, DebugTargetError};
-use crate::inputs::Inputs;
+use crate::inputs::{Inputs, Microphone};
 use crate::params::{self, SetError};
 use crate::present::Viewport;
 use crate::reload::project_state::BuildSettings;
@@ -245,6 +247,34 @@ impl Session {
     /// Abandons the device without waiting for its work, so that the session can be dropped at once.
     pub fn abandon_device(&mut self) {
         self.renderer.executor.abandon();
+    }
+
+    /// The microphone, which targets with `source = "input.microphone"` hear.
+    pub fn microphone(&mut self) -> &mut Microphone {
+        &mut self.playback.microphone
+    }
+
+    /// Whether the graph hears the microphone.
+    pub fn hears_microphone(&self) -> bool {
+        self.renderer.graph.resources.iter().any(|resource| resource.kind.supplied_by() == Some(MICROPHONE))
+    }
+
+    /// Whether a device is to capture: the graph hears the microphone, and no file is heard in its place.
+    pub fn wants_capture(&self) -> bool {
+        let of_demo = self.playback.demo.driving().is_some_and(|demo| demo.heard.is_some());
+        self.hears_microphone() && !of_demo && self.playback.microphone.given().is_none()
+    }
+
+    /// Lets the microphone hear a file of the project from the start of the session's time on, and silence after its end. None: it hears a
+    /// device again. The error says why the file cannot be read; the microphone then hears what it heard before.
+    pub fn give_sound(&mut self, path: Option<&str>) -> Result<(), String> {
+        let read = |path: &str| {
+            let path = join("", path).ok_or_else(|| format!("`{path}` is not a path inside the project"))?;
+            self.files.loader.sound(&path)
+        };
+        let sound = path.map(read).transpose()?;
+        self.playback.microphone.give(sound);
+        Ok(())
     }
 
     /// The clock.

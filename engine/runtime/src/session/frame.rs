@@ -120,6 +120,9 @@ impl Session {
         cut |= followed.cut;
         let output = self.size();
         self.playback.follow_inputs(before.map(|before| before.time), time.time, output);
+        if self.hears_microphone() {
+            self.playback.follow_microphone(time.time);
+        }
         if let Some(target) = followed.target {
             self.renderer.shown.debug_target = target;
             self.renderer.plans.stale = true;
@@ -148,7 +151,7 @@ impl Session {
         sources.move_instances(&self.world.shown, &self.renderer.graph, values, poses);
         sources.write_keys(self.playback.inputs.shown.key_words());
         let waits = matches!(self.playback.clock.pace(), Pace::Fixed(_));
-        let (played, wrong) = sources.play_files(time.time.seconds(), waits);
+        let (played, wrong) = sources.play(time.time.seconds(), waits, &self.playback.microphone.heard());
         wrong.into_iter().for_each(|message| self.world.editing.say(message));
         let edited = self.stream().map_or(0, |stream| stream.changes().seen);
         let inputs = Inputs {

@@ -10,7 +10,7 @@ use raxel_graph::checked::{Graph, ParamId, Value};
 use crate::camera::Camera;
 use crate::clock::{Clock, FrameTime, Pace};
 use crate::debug_target::DebugTarget;
-use crate::inputs::{DAY, InputState, ShownInputs};
+use crate::inputs::{DAY, InputState, Microphone, ShownInputs};
 use crate::params::{Params, SetError};
 use crate::take::Recorder;
 use crate::timeline::Demo;
@@ -23,6 +23,7 @@ pub(super) struct Playback {
     pub clock: Clock,
     pub view: CameraView,
     pub inputs: InputState,
+    pub microphone: Microphone,
     pub params: ParamValues,
     pub demo: DemoPlayback,
     /// What notes the frames of a take.
@@ -80,6 +81,7 @@ impl Playback {
             clock: Clock::new(step.map_or(Pace::Live, |step| Pace::Fixed(Fraction::of(step)))),
             view: CameraView { camera, previous: camera, subpixel: [0.0; 2] },
             inputs: InputState::default(),
+            microphone: Microphone::default(),
             params: ParamValues {
                 shown: params.values().to_vec(),
                 set: params,
@@ -127,6 +129,12 @@ impl Playback {
         let before = before.or_else(|| self.clock.before_first()).map(|before| demo.local_time(before));
         let scale = [0, 1].map(|axis| f64::from(output[axis]) / f64::from(demo.size[axis]));
         inputs.lay_over(&mut self.inputs.shown, before, local, scale);
+    }
+
+    /// Brings the microphone to a time: to the file of a demo that drives, or to what else it hears.
+    pub fn follow_microphone(&mut self, time: Moment) {
+        let demo = self.demo.driving().and_then(|demo| Some((&demo.heard.as_ref()?.samples, demo.local_time(time))));
+        self.microphone.follow(time.seconds(), demo);
     }
 
     /// The user drives from here on, with the values of this frame. False when no demo drives.

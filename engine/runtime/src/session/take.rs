@@ -23,10 +23,10 @@ impl Session {
         self.playback.take.as_ref().map(|take| (take.seconds(), take.ended()))
     }
 
-    /// The take so far.
-    pub fn take(&self) -> Result<Take, TakeError> {
+    /// The take so far, as the demo `NAME.demo.toml`. What its graph heard is the sound `NAME.wav` beside it.
+    pub fn take(&self, name: &str) -> Result<Take, TakeError> {
         let recorder = self.playback.take.as_ref().ok_or(TakeError::NotRecording)?;
-        recorder.finish(&self.renderer.graph)
+        recorder.finish(&self.renderer.graph, name)
     }
 
     /// Ends the recording of a take.
@@ -36,7 +36,7 @@ impl Session {
 
     /// Notes what the frame at this time is told.
     pub(super) fn note_take(&mut self, time: &FrameTime) {
-        let size = self.size();
+        let (size, hears) = (self.size(), self.hears_microphone());
         let Some(take) = &mut self.playback.take else { return };
         take.note(&Told {
             time,
@@ -46,6 +46,7 @@ impl Session {
             values: &self.playback.params.shown,
             camera: &self.playback.view.camera,
             inputs: &self.playback.inputs.shown,
+            heard: hears.then(|| self.playback.microphone.heard()),
             target: &self.renderer.shown.debug_target,
         });
     }

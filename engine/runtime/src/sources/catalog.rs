@@ -55,6 +55,10 @@ impl Catalog for SourceCatalog {
     fn file(&self, path: &str, image: Option<&ImageRequest>) -> Result<Arc<FileContents>, Refusal> {
         self.read.read(&*self.files, path, image)
     }
+
+    fn microphone(&self, image: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
+        self.read.microphone(image)
+    }
 }
 
 fn described(name: &SourceName) -> SourceLayout {

@@ -13,6 +13,7 @@ mod video;
 pub(crate) use catalog::{EDITS, POSES};
 pub use catalog::{SourceCatalog, VOXEL_FORMAT};
 pub use check::{check, unseen_instances};
+pub(crate) use file::sound::read as read_sound;
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;

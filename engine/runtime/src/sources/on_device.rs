@@ -12,6 +12,7 @@ use raxel_graph::plan::{SourceSize, copy_name};
 use raxel_graph::{FileContents, FileImage, Plays};
 use raxel_layouts::{Encoded, EncodedImage, EncodingLimits, Layout, LayoutError, LiveLayout, Patch};
 use raxel_stream::{Refused, WorldStream};
+use raxel_timeline::inputs::Heard;
 use raxel_world::{Chunk, ChunkPos};
 
 use super::SourceName;
@@ -233,8 +234,8 @@ impl OnDevice {
     }
 
     /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes.
-    /// Gives a number that differs where other texels are shown, and what has gone wrong.
-    pub fn play_files(&self, seconds: f64, waits: bool) -> (u64, Vec<Diagnostic>) {
+    /// `microphone` is what the frame hears. Gives a number that differs where other texels are shown, and what has gone wrong.
+    pub fn play(&self, seconds: f64, waits: bool, microphone: &Heard<'_>) -> (u64, Vec<Diagnostic>) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut shown, mut wrong) = (0_u64, Vec::new());
         for entry in entries.iter_mut().filter(|entry| entry.key.is_alive()) {
@@ -245,7 +246,7 @@ impl OnDevice {
                     player.shown()
                 }
                 Some(Live::Sound(listener)) => {
-                    listener.follow(seconds, &entry.source);
+                    listener.follow(seconds, microphone, &entry.source);
                     listener.serial()
                 }
                 _ => continue,

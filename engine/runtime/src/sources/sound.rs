@@ -1,19 +1,17 @@
-//! Sounds that play: the spectrum and the waveform at the time of each frame. Both follow from the time alone, so that
-//! a film is the same at each run, and a seek needs nothing of the frames before.
+//! Sounds that play: the spectrum and the waveform at the time of each frame. Those of a file follow from the time alone, so that
+//! a film is the same at each run, and a seek needs nothing of the frames before. So do the microphone's, where it hears a file.
 
 use std::fmt;
 use std::sync::Arc;
 
 use raxel_execute::ExternalResource;
 use raxel_graph::Sound;
+use raxel_timeline::inputs::{HISTORY, Heard, SAMPLE_RATE, samples_before};
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::file::sound::texels;
 use super::on_device::write_image;
-
-/// Samples of a second.
-pub(super) const SAMPLE_RATE: u32 = 48_000;
 
 /// Texels of a row: frequencies of the spectrum, samples of the waveform.
 pub(super) const TEXELS: u32 = 512;
@@ -33,6 +31,9 @@ const STEPS: u32 = 24;
 const STEP: u64 = SAMPLE_RATE as u64 / 60;
 const FADE: f32 = 0.8;
 
+/// A frame asks for no older sample than there is.
+const _: () = assert!(WINDOW as u64 + (STEPS as u64 - 1) * STEP <= HISTORY as u64);
+
 /// A row of silence in each.
 pub(super) fn silence() -> Vec<f32> {
     [[0.0; TEXELS as usize], [0.5; TEXELS as usize]].concat()
@@ -43,8 +44,8 @@ pub(super) struct Listener {
     sound: Sound,
     transform: Arc<dyn RealToComplex<f32>>,
     weights: Vec<f32>,
-    /// How many samples were over when the texels were made that the source holds.
-    heard: Option<u64>,
+    /// How many samples were over when the texels were made that the source holds, and what the microphone heard.
+    heard: Option<(u64, u64)>,
     written: Vec<f32>,
     /// How often the source was written.
     serial: u64,
@@ -69,13 +70,18 @@ impl Listener {
         }
     }
 
-    /// Brings spectrum and waveform of a time into the source, before the next frame of the session. At its end, the sound begins again.
-    pub(super) fn follow(&mut self, seconds: f64, source: &Arc<ExternalResource>) {
-        let over = samples_before(seconds);
-        if self.heard == Some(over) {
+    /// Brings spectrum and waveform of a time into the source, before the next frame of the session. At its end, a file begins again.
+    pub(super) fn follow(&mut self, seconds: f64, microphone: &Heard<'_>, source: &Arc<ExternalResource>) {
+        let of_file = self.sound.samples.is_some();
+        let (over, changes) =
+            if of_file { (samples_before(seconds), 0) } else { (microphone.over, microphone.changes) };
+        if self.heard == Some((over, changes)) {
             return;
         }
-        let values = self.values(over);
+        let values = match self.sound.samples.clone() {
+            Some(samples) => self.values(over, |at| turn(&samples, at)),
+            None => self.values(over, |at| microphone.sample(at)),
+        };
         // Silence after silence makes no work.
         if values != self.written {
             // The shape was right when the graph was loaded.
@@ -86,7 +92,7 @@ impl Listener {
             }
             (self.written, self.serial) = (values, self.serial + 1);
         }
-        self.heard = Some(over);
+        self.heard = Some((over, changes));
     }
 
     /// A number that differs where the source holds something else.
@@ -95,7 +101,9 @@ impl Listener {
     }
 
     /// Both rows, once so many samples are over.
-    fn values(&self, over: u64) -> Vec<f32> {
+    fn values(&self, over: u64, sample: impl Fn(u64) -> i16) -> Vec<f32> {
+        // In [−1, 1).
+        let sample = |at| f32::from(sample(at)) / 32_768.0;
         let mut values = silence();
         let (spectrum, waveform) = values.split_at_mut(TEXELS as usize);
         let mut samples = self.transform.make_input_vec();
@@ -103,7 +111,7 @@ impl Listener {
         let (mut weight, mut weights) = (1.0, 0.0);
         for step in 0..STEPS {
             if let Some(over) = over.checked_sub(u64::from(step) * STEP) {
-                self.magnitudes(over, &mut samples, &mut bins, &mut scratch);
+                self.magnitudes(over, sample, &mut samples, &mut bins, &mut scratch);
                 for (sum, bin) in spectrum.iter_mut().zip(&bins) {
                     *sum += weight * bin.norm();
                 }
@@ -116,34 +124,34 @@ impl Listener {
             *sum = ((decibels - QUIETEST) / (LOUDEST - QUIETEST)).clamp(0.0, 1.0);
         }
         for (texel, at) in waveform.iter_mut().zip(0..u64::from(TEXELS)) {
-            *texel = 0.5 + 0.5 * (over + at).checked_sub(u64::from(TEXELS)).map_or(0.0, |at| self.sample(at));
+            *texel = 0.5 + 0.5 * (over + at).checked_sub(u64::from(TEXELS)).map_or(0.0, sample);
         }
         values
     }
 
     /// The spectrum of the samples before one.
-    fn magnitudes(&self, over: u64, samples: &mut [f32], bins: &mut [Complex<f32>], scratch: &mut [Complex<f32>]) {
-        for ((sample, weight), at) in samples.iter_mut().zip(&self.weights).zip(0..WINDOW as u64) {
-            *sample = (over + at).checked_sub(WINDOW as u64).map_or(0.0, |at| weight * self.sample(at));
+    fn magnitudes(
+        &self,
+        over: u64,
+        sample: impl Fn(u64) -> f32,
+        samples: &mut [f32],
+        bins: &mut [Complex<f32>],
+        scratch: &mut [Complex<f32>],
+    ) {
+        for ((weighted, weight), at) in samples.iter_mut().zip(&self.weights).zip(0..WINDOW as u64) {
+            *weighted = (over + at).checked_sub(WINDOW as u64).map_or(0.0, |at| weight * sample(at));
         }
         // All three have the lengths that the transform asked for.
         if self.transform.process_with_scratch(samples, bins, scratch).is_err() {
             bins.fill(Complex::default());
         }
     }
-
-    /// A sample of the first turn or of a later one, in [−1, 1).
-    #[expect(clippy::cast_possible_truncation, reason = "the remainder is below the number of samples")]
-    fn sample(&self, at: u64) -> f32 {
-        f32::from(self.sound.samples[(at % self.sound.samples.len() as u64) as usize]) / 32_768.0
-    }
 }
 
-/// How many samples are over at a time.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast of a float saturates")]
-fn samples_before(seconds: f64) -> u64 {
-    // A sample is over at its end, whatever the product rounds to.
-    ((seconds.max(0.0) * f64::from(SAMPLE_RATE) + 1e-6).floor() as u64).min(u64::MAX / 2)
+/// A sample of the first turn of a file or of a later one.
+#[expect(clippy::cast_possible_truncation, reason = "the remainder is below the number of samples")]
+fn turn(samples: &[i16], at: u64) -> i16 {
+    samples[(at % samples.len() as u64) as usize]
 }
 
 /// The weight of a sample: Blackman's window with α = 0.16, as the Web Audio API has it.
@@ -159,14 +167,16 @@ mod tests {
     use super::*;
 
     /// A tone of a frequency and an amplitude between two samples, and nothing around it.
-    fn tone(bin: f64, amplitude: f64, between: std::ops::Range<usize>, samples: usize) -> Listener {
+    fn tone(bin: f64, amplitude: f64, between: std::ops::Range<usize>, samples: usize) -> impl Fn(u64) -> Vec<f32> {
         let value = |at: usize| {
             let turns = bin * at as f64 / WINDOW as f64;
             let value = amplitude * (std::f64::consts::TAU * turns).sin();
             if between.contains(&at) { (value * 32_767.0).round() as i16 } else { 0 }
         };
         let samples: Vec<i16> = (0..samples).map(value).collect();
-        Listener::new(&Sound { path: "a.wav".to_owned(), samples: samples.into(), request: ImageRequest::default() })
+        let sound = Sound { path: "a.wav".to_owned(), samples: None, request: ImageRequest::default() };
+        let listener = Listener::new(&sound);
+        move |over| listener.values(over, |at| turn(&samples, at))
     }
 
     fn loudest(values: &[f32]) -> usize {
@@ -177,9 +187,9 @@ mod tests {
     fn a_tone_is_a_peak_at_its_frequency_and_while_it_sounds() {
         let second = SAMPLE_RATE as usize;
         for bin in [3, 40, 137, 500] {
-            let listener = tone(bin as f64, 0.05, second..3 * second, 4 * second);
-            assert_eq!(listener.values(second as u64), silence(), "nothing sounds before");
-            let values = listener.values(2 * second as u64);
+            let heard = tone(bin as f64, 0.05, second..3 * second, 4 * second);
+            assert_eq!(heard(second as u64), silence(), "nothing sounds before");
+            let values = heard(2 * second as u64);
             assert_eq!(loudest(&values), bin);
             // Half of the amplitude, times the mean of the weights.
             let decibels = 20.0 * (0.05_f32 / 2.0 * 0.42).log10();
@@ -187,7 +197,7 @@ mod tests {
             assert!((values[bin] - expected).abs() < 0.005, "{} {expected}", values[bin]);
             assert!(values[(bin + 256) % 512] < 0.1, "{}", values[(bin + 256) % 512]);
             // It fades, and is gone after half a second.
-            let after = |seconds: f64| listener.values(3 * second as u64 + samples_before(seconds))[bin];
+            let after = |seconds: f64| heard(3 * second as u64 + samples_before(seconds))[bin];
             assert!(after(0.1) > 0.3 && after(0.1) < values[bin], "{}", after(0.1));
             assert!(after(0.5).abs() < f32::EPSILON, "{}", after(0.5));
         }
@@ -195,22 +205,21 @@ mod tests {
 
     #[test]
     fn the_waveform_is_the_last_samples() {
-        let listener = tone(8.0, 0.5, 0..4800, 4800);
-        let values = listener.values(1000);
+        let heard = tone(8.0, 0.5, 0..4800, 4800);
+        let values = heard(1000);
         for (texel, at) in [(512, 488), (600, 576), (1023, 999)] {
             let turns = 8.0 * f64::from(at) / WINDOW as f64;
             let expected = 0.5 + 0.25 * (std::f64::consts::TAU * turns).sin();
             assert!((f64::from(values[texel]) - expected).abs() < 1e-4, "{texel}: {} {expected}", values[texel]);
         }
         // Before the beginning is silence, and after the end the beginning.
-        assert!((listener.values(100)[512 + 411] - 0.5).abs() < f32::EPSILON);
-        assert_eq!(listener.values(4800 + 512)[512..], listener.values(512)[512..]);
+        assert!((heard(100)[512 + 411] - 0.5).abs() < f32::EPSILON);
+        assert_eq!(heard(4800 + 512)[512..], heard(512)[512..]);
     }
 
     #[test]
-    fn times_are_samples() {
-        assert_eq!([0.0, -1.0, 1.0 / 48_000.0, 0.1, 3.0].map(samples_before), [0, 0, 1, 4800, 144_000]);
-        let far = tone(8.0, 0.5, 0..4800, 4800).values(samples_before(f64::MAX));
+    fn far_times_are_heard() {
+        let far = tone(8.0, 0.5, 0..4800, 4800)(samples_before(f64::MAX));
         assert!(far.iter().all(|value| value.is_finite()));
     }
 }

@@ -229,3 +229,24 @@ pub fn red_after_frame(session: &mut Session) -> f32 {
     session.frame().unwrap();
     red(session)
 }
+
+/// Writes a WAV file of one channel, with 48,000 samples a second.
+pub fn write_wav(path: &Path, samples: &[i16]) {
+    let bytes = u32::try_from(2 * samples.len()).unwrap();
+    let mut file = Vec::new();
+    file.extend(b"RIFF");
+    file.extend((36 + bytes).to_le_bytes());
+    file.extend(b"WAVEfmt ");
+    file.extend(16_u32.to_le_bytes());
+    // Whole numbers, one channel.
+    file.extend(1_u16.to_le_bytes());
+    file.extend(1_u16.to_le_bytes());
+    file.extend(48_000_u32.to_le_bytes());
+    file.extend(96_000_u32.to_le_bytes());
+    file.extend(2_u16.to_le_bytes());
+    file.extend(16_u16.to_le_bytes());
+    file.extend(b"data");
+    file.extend(bytes.to_le_bytes());
+    file.extend(samples.iter().flat_map(|sample| sample.to_le_bytes()));
+    std::fs::write(path, file).unwrap();
+}

@@ -1,11 +1,13 @@
-//! Mouse, keyboard, gamepad and time of day, as frames are told of them. What a frame is told follows from what was held in the frame before and from
-//! what is held now, or from the tracks of a demo.
+//! Mouse, keyboard, gamepad, microphone and time of day, as frames are told of them. What a frame is told follows from what was held in the
+//! frame before and from what is held now, or from the tracks of a demo.
 
 mod gamepad;
 mod keys;
+mod microphone;
 
 pub use gamepad::{GAMEPAD_BUTTONS, Gamepad, gamepad_button_named, gamepad_button_names};
 pub use keys::{Key, KeySet};
+pub use microphone::{Feed, HISTORY, Heard, Line, Microphone, SAMPLE_RATE, SoundFile, samples_before};
 
 /// Names of mouse buttons, in the order of their bits in `input.buttons`.
 pub const BUTTONS: [&str; 5] = ["left", "right", "middle", "back", "forward"];

@@ -12,6 +12,7 @@ pub(super) mod video;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use raxel_diagnostics::{FileError, Files, codes, files, quietly};
+use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{FileContents, FileImage, ImageRequest, Refusal};
 
 use texels::{Channel, linear};
@@ -44,30 +45,37 @@ impl FileSources {
         path: &str,
         request: Option<&ImageRequest>,
     ) -> Result<Arc<FileContents>, Refusal> {
-        let bytes = project.read(path).map_err(|error| {
-            let found = match error {
-                FileError::NotFound => files::not_found(project, path, None, ""),
-                error => error.diagnostic(path, None),
-            };
-            Refusal { code: found.code, key: "source", message: found.message, help: found.help.into_iter().next() }
-        })?;
-        let hash = blake3::hash(&bytes);
+        let bytes = bytes(project, path)?;
+        self.kept(path, request, blake3::hash(&bytes), || match request {
+            Some(request) if video::is_video(path) || sound::is_sound(path) => {
+                let root = project.root().ok_or_else(|| no_disk(path))?;
+                let open = if sound::is_sound(path) { sound::open } else { video::open };
+                open(path, &root.join(path), request).map(FileContents::Image)
+            }
+            Some(request) => image(path, &bytes, request).map(FileContents::Image),
+            None => buffer(path, &bytes).map(FileContents::Bytes),
+        })
+    }
+
+    /// What a microphone brings; the same each time.
+    pub(super) fn microphone(&self, request: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
+        self.kept(MICROPHONE, Some(request), blake3::hash(b""), || sound::microphone(request).map(FileContents::Image))
+    }
+
+    /// Contents that are still in use somewhere, or new ones.
+    fn kept(
+        &self,
+        path: &str,
+        request: Option<&ImageRequest>,
+        hash: blake3::Hash,
+        open: impl FnOnce() -> Result<FileContents, Refusal>,
+    ) -> Result<Arc<FileContents>, Refusal> {
         let known = |entry: &&Decoded| entry.path == path && entry.request.as_ref() == request && entry.hash == hash;
         let lock = || self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(contents) = lock().iter().find(known).and_then(|entry| entry.contents.upgrade()) {
             return Ok(contents);
         }
-        let contents = Arc::new(match request {
-            Some(request) if video::is_video(path) || sound::is_sound(path) => {
-                let Some(root) = project.root() else {
-                    return Err(refused("source", format!("ffmpeg reads `{path}`, so it must be a file on disk")));
-                };
-                let open = if sound::is_sound(path) { sound::open } else { video::open };
-                FileContents::Image(open(path, &root.join(path), request)?)
-            }
-            Some(request) => FileContents::Image(image(path, &bytes, request)?),
-            None => FileContents::Bytes(buffer(path, &bytes)?),
-        });
+        let contents = Arc::new(open()?);
         let mut decoded = lock();
         decoded.retain(|entry| entry.contents.strong_count() > 0);
         let (path, request) = (path.to_owned(), request.cloned());
@@ -85,6 +93,21 @@ struct Picture {
     channels: usize,
     /// Rows from the top, channels next to each other.
     bytes: Vec<u8>,
+}
+
+/// The bytes of a file.
+fn bytes(project: &dyn Files, path: &str) -> Result<Arc<[u8]>, Refusal> {
+    project.read(path).map_err(|error| {
+        let found = match error {
+            FileError::NotFound => files::not_found(project, path, None, ""),
+            error => error.diagnostic(path, None),
+        };
+        Refusal { code: found.code, key: "source", message: found.message, help: found.help.into_iter().next() }
+    })
+}
+
+fn no_disk(path: &str) -> Refusal {
+    refused("source", format!("ffmpeg reads `{path}`, so it must be a file on disk"))
 }
 
 fn buffer(path: &str, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {

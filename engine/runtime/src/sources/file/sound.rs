@@ -1,13 +1,17 @@
-//! Sound files: ffmpeg decodes all of a sound when its graph is loaded.
+//! Sound files: ffmpeg decodes all of a sound when what names it is loaded.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use raxel_diagnostics::Files;
+use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{ImageRequest, Plays, Sound};
 use raxel_shader::format::Format;
+use raxel_timeline::inputs::{SAMPLE_RATE, SoundFile};
 
-use super::{FileImage, Picture, Refusal, ffmpeg, refused, shape};
+use super::{FileImage, Picture, Refusal, bytes, ffmpeg, no_disk, refused, shape};
 use crate::sources::file::texels::Channel;
-use crate::sources::sound::{ROWS, SAMPLE_RATE, TEXELS, silence};
+use crate::sources::sound::{ROWS, TEXELS, silence};
 
 /// Names that end so are sounds.
 const EXTENSIONS: [&str; 12] = ["wav", "mp3", "ogg", "oga", "opus", "flac", "m4a", "aac", "aif", "aiff", "wma", "mka"];
@@ -23,29 +27,57 @@ pub(super) fn is_sound(path: &str) -> bool {
 
 /// A sound. `disk` is where the file lies.
 pub(super) fn open(path: &str, disk: &Path, request: &ImageRequest) -> Result<FileImage, Refusal> {
+    plays(path, request, || samples(path, disk).map(Some))
+}
+
+/// What a microphone brings.
+pub(super) fn microphone(request: &ImageRequest) -> Result<FileImage, Refusal> {
+    plays(MICROPHONE, request, || Ok(None))
+}
+
+/// Reads a sound that a microphone hears in place of a device.
+pub(crate) fn read(files: &dyn Files, path: &str) -> Result<SoundFile, Refusal> {
+    // Reading it tells who watches the files that this one counts.
+    bytes(files, path)?;
+    let root = files.root().ok_or_else(|| no_disk(path))?;
+    Ok(SoundFile { path: path.to_owned(), samples: samples(path, &root.join(path))? })
+}
+
+fn plays(
+    path: &str,
+    request: &ImageRequest,
+    samples: impl FnOnce() -> Result<Option<Arc<[i16]>>, Refusal>,
+) -> Result<FileImage, Refusal> {
     if request.srgb {
         return Err(refused("encoding", format!("`{path}` is a sound, and holds no colours")));
     }
-    let cannot = |reason: String| refused("source", format!("`{path}` cannot be read: {reason}"));
-    if ffmpeg::probe(disk, "a:0", &[], "stream=sample_rate").map_err(cannot)?.is_empty() {
-        return Err(cannot("it has no sound".to_owned()));
+    // Filtered everywhere, which `r32f` is not.
+    let request = ImageRequest { format: request.format.or(Some(Format::R16f)), ..request.clone() };
+    let sound = Sound { path: path.to_owned(), samples: samples()?, request };
+    let image = texels(&sound, &silence())?;
+    Ok(FileImage { plays: Some(Plays::Sound(sound)), ..image })
+}
+
+fn samples(path: &str, disk: &Path) -> Result<Arc<[i16]>, Refusal> {
+    decode(disk).map_err(|reason| refused("source", format!("`{path}` cannot be read: {reason}")))
+}
+
+/// All samples of a sound, as one channel.
+fn decode(disk: &Path) -> Result<Arc<[i16]>, String> {
+    if ffmpeg::probe(disk, "a:0", &[], "stream=sample_rate")?.is_empty() {
+        return Err("it has no sound".to_owned());
     }
     let rate = SAMPLE_RATE.to_string();
     let form = ["-map", "0:a:0", "-ac", "1", "-ar", &rate, "-f", "s16le"];
     let most = 2 * u64::from(SAMPLE_RATE) * MOST_SECONDS;
-    let bytes = ffmpeg::decode(disk, &form, most + 2).map_err(cannot)?;
+    let bytes = ffmpeg::decode(disk, &form, most + 2)?;
     if bytes.len() as u64 > most {
-        return Err(cannot(format!("it is longer than {} minutes", MOST_SECONDS / 60)));
+        return Err(format!("it is longer than {} minutes", MOST_SECONDS / 60));
     }
-    let samples: Vec<i16> = bytes.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect();
-    if samples.is_empty() {
-        return Err(cannot("it has no samples".to_owned()));
+    if bytes.len() < 2 {
+        return Err("it has no samples".to_owned());
     }
-    // Filtered everywhere, which `r32f` is not.
-    let request = ImageRequest { format: request.format.or(Some(Format::R16f)), ..request.clone() };
-    let sound = Sound { path: path.to_owned(), samples: samples.into(), request };
-    let image = texels(&sound, &silence())?;
-    Ok(FileImage { plays: Some(Plays::Sound(sound)), ..image })
+    Ok(bytes.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect())
 }
 
 /// Spectrum and waveform as the graph wants them.

@@ -1,0 +1,374 @@
+//! The microphone: what it captures is heard by graphs. Capturing is a feature, since it needs a library of the system on Linux.
+
+use raxel_runtime::inputs::Microphone;
+
+/// Captures while something hears it.
+#[derive(Default)]
+pub enum Capture {
+    /// Nothing hears the microphone.
+    #[default]
+    Off,
+    /// A thread captures.
+    #[cfg(any(test, feature = "microphone"))]
+    On(thread::Capturing),
+    /// This build captures nothing, which was said.
+    #[cfg(not(feature = "microphone"))]
+    Refused,
+}
+
+impl Capture {
+    /// Begins and ends capturing as it is wanted. Gives what a user should know; an error is a warning.
+    pub fn follow(&mut self, wanted: bool, microphone: &Microphone) -> Option<Result<String, String>> {
+        match self {
+            #[cfg(any(test, feature = "microphone"))]
+            Self::On(capturing) if wanted => return capturing.follow(microphone),
+            // The device is given back: nobody is listened to for nothing.
+            #[cfg(any(test, feature = "microphone"))]
+            Self::On(_) => *self = Self::Off,
+            #[cfg(feature = "microphone")]
+            Self::Off if wanted => {
+                *self = Self::On(thread::Capturing::start(of_system::DefaultInput, microphone.line()));
+            }
+            #[cfg(not(feature = "microphone"))]
+            Self::Off if wanted => {
+                *self = Self::Refused;
+                let said = "the graph hears the microphone, and this raxel captures none: build it with `--features microphone`";
+                return Some(Err(said.to_owned()));
+            }
+            #[cfg(not(feature = "microphone"))]
+            Self::Refused => {}
+            Self::Off => {}
+        }
+        // Where capturing is no feature, nothing else takes it.
+        let _ = microphone;
+        None
+    }
+}
+
+#[cfg(any(test, feature = "microphone"))]
+mod thread {
+    use std::any::Any;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::time::Duration;
+
+    use raxel_runtime::inputs::{Line, Microphone};
+
+    /// How long it takes until a device is looked for again.
+    const RETRY: Duration = Duration::from_secs(2);
+
+    /// Most messages of a thread: a device that comes and goes must not fill a terminal.
+    const MOST_SAID: usize = 16;
+
+    /// What captures.
+    pub trait Device: Send + 'static {
+        /// Feeds a line from now on, until what it gives is dropped. Says by `gone` why it captures no more. The error says why it does not.
+        fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String>;
+    }
+
+    /// A device that captures.
+    pub struct Opened {
+        /// Its name.
+        pub name: String,
+        /// What captures until it is dropped.
+        pub stream: Box<dyn Any>,
+    }
+
+    /// Says that a device captures no more.
+    #[derive(Clone)]
+    pub struct Gone(Sender<Event>);
+
+    impl Gone {
+        /// Why it is gone.
+        pub fn say(&self, why: String) {
+            // Who listened may have ended.
+            let _ = self.0.send(Event::Gone(why));
+        }
+    }
+
+    enum Event {
+        Gone(String),
+        Stop,
+    }
+
+    /// A thread that captures. It alone waits for the device, which may be stuck: no frame does, and neither does the end of the window.
+    pub struct Capturing {
+        said: Receiver<Result<String, String>>,
+        events: Sender<Event>,
+        /// That the device is stuck was said.
+        stuck: bool,
+    }
+
+    impl Capturing {
+        pub fn start(device: impl Device, line: Line) -> Self {
+            Self::start_with(device, line, RETRY)
+        }
+
+        fn start_with(device: impl Device, line: Line, retry: Duration) -> Self {
+            let ((say, said), (events, received)) = (channel(), channel());
+            let (gone, failed) = (Gone(events.clone()), say.clone());
+            let run = move || capture(device, &line, &gone, &received, &say, retry);
+            if let Err(error) = std::thread::Builder::new().name("raxel-microphone".to_owned()).spawn(run) {
+                // It is received below.
+                let _ = failed.send(Err(format!("the microphone is silent: {error}")));
+            }
+            Self { said, events, stuck: false }
+        }
+
+        /// Gives what a user should know since the last call; an error is a warning.
+        pub fn follow(&mut self, microphone: &Microphone) -> Option<Result<String, String>> {
+            if let Ok(said) = self.said.try_recv() {
+                return Some(said);
+            }
+            let newly = microphone.is_stuck() && !self.stuck;
+            self.stuck |= newly;
+            newly.then(|| Err("the microphone gives no sound: graphs hear silence until it does".to_owned()))
+        }
+    }
+
+    impl Drop for Capturing {
+        fn drop(&mut self) {
+            // It has ended already if nobody receives it.
+            let _ = self.events.send(Event::Stop);
+        }
+    }
+
+    /// Opens a device, and again when it is gone, until it is told to stop. Each message is said once.
+    fn capture(
+        mut device: impl Device,
+        line: &Line,
+        gone: &Gone,
+        events: &Receiver<Event>,
+        say: &Sender<Result<String, String>>,
+        retry: Duration,
+    ) {
+        let mut known = Vec::new();
+        let mut say = |said: Result<String, String>| {
+            if !known.contains(&said) && known.len() < MOST_SAID {
+                known.push(said.clone());
+                // The window may be gone.
+                let _ = say.send(said);
+            }
+        };
+        loop {
+            match device.open(line, gone.clone()) {
+                Ok(Opened { name, stream }) => {
+                    say(Ok(format!("microphone `{name}`")));
+                    let event = events.recv();
+                    drop(stream);
+                    let Ok(Event::Gone(why)) = event else { return };
+                    say(Err(format!("microphone `{name}` is gone ({why}): graphs hear silence until one is there")));
+                }
+                Err(why) => say(Err(format!("the microphone is silent: {why}"))),
+            }
+            // What a device says of its end comes more than once.
+            loop {
+                match events.recv_timeout(retry) {
+                    Ok(Event::Gone(_)) => {}
+                    Ok(Event::Stop) => return,
+                    Err(_) => break,
+                }
+            }
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use std::sync::{Arc, Condvar, Mutex};
+
+        use raxel_runtime::inputs::Feed;
+
+        use super::*;
+
+        /// Longer than any of it takes.
+        const LIMIT: Duration = Duration::from_secs(60);
+
+        /// What each call of `open` does, first to last.
+        struct Script(Vec<Box<Opens>>);
+
+        type Opens = dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send;
+
+        impl Device for Script {
+            fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
+                if self.0.is_empty() { Err("it has ended".to_owned()) } else { self.0.remove(0)(line, gone) }
+            }
+        }
+
+        fn opened(name: &str, feed: Feed) -> Opened {
+            Opened { name: name.to_owned(), stream: Box::new(feed) }
+        }
+
+        /// What is said next.
+        fn said(capturing: &Capturing) -> Result<String, String> {
+            capturing.said.recv_timeout(LIMIT).unwrap()
+        }
+
+        /// Brings a microphone to a time, and gives what a frame hears last.
+        fn heard(microphone: &mut Microphone, seconds: f64) -> i16 {
+            microphone.follow(seconds, None);
+            let heard = microphone.heard();
+            heard.over.checked_sub(1).map_or(0, |last| heard.sample(last))
+        }
+
+        #[test]
+        fn a_device_is_heard_until_it_is_gone_and_so_is_the_next() {
+            let mut microphone = Microphone::default();
+            let none = |_: &Line, _: Gone| Err("there is none".to_owned());
+            let one = |name: &'static str, level: f32| {
+                move |line: &Line, gone: Gone| {
+                    let mut feed = line.feed(48_000, 2).unwrap();
+                    feed.hear(&[level; 960]);
+                    (0..3).for_each(|_| gone.say("it was unplugged".to_owned()));
+                    Ok(opened(name, feed))
+                }
+            };
+            let script = Script(vec![
+                Box::new(none),
+                Box::new(none),
+                Box::new(one("a", 1.0)),
+                Box::new(none),
+                Box::new(|line, _| Ok(opened("b", line.feed(44_100, 1)?))),
+            ]);
+            let capturing = Capturing::start_with(script, microphone.line(), Duration::from_millis(1));
+            assert_eq!(said(&capturing), Err("the microphone is silent: there is none".to_owned()));
+            assert_eq!(said(&capturing), Ok("microphone `a`".to_owned()), "what was said is not said again");
+            let gone = "microphone `a` is gone (it was unplugged): graphs hear silence until one is there";
+            assert_eq!(said(&capturing), Err(gone.to_owned()));
+            assert_eq!(said(&capturing), Ok("microphone `b`".to_owned()));
+            // What `a` gave went with it.
+            assert_eq!([heard(&mut microphone, 0.01), heard(&mut microphone, 0.02)], [0; 2]);
+        }
+
+        #[test]
+        fn messages_are_few_whatever_a_device_does() {
+            let device =
+                Script((0..100).map(|at| Box::new(move |_: &Line, _: Gone| Err(at.to_string())) as _).collect());
+            let capturing = Capturing::start_with(device, Line::default(), Duration::from_micros(1));
+            for at in 0..MOST_SAID {
+                assert_eq!(said(&capturing), Err(format!("the microphone is silent: {at}")));
+            }
+            drop(capturing);
+        }
+
+        #[test]
+        fn a_device_that_is_stuck_stops_nothing() {
+            let (mut microphone, stuck) = (Microphone::default(), Arc::new((Mutex::new(true), Condvar::new())));
+            // It never comes back, until the test ends.
+            let waits = stuck.clone();
+            let device = Script(vec![Box::new(move |_, _| {
+                let _guard = waits.1.wait_while(waits.0.lock().unwrap(), |stuck| *stuck).unwrap();
+                Err("at last".to_owned())
+            })]);
+            let mut capturing = Capturing::start(device, microphone.line());
+            for frame in 0..300 {
+                assert_eq!((heard(&mut microphone, f64::from(frame) / 60.0), capturing.follow(&microphone)), (0, None));
+            }
+            drop(capturing);
+            *stuck.0.lock().unwrap() = false;
+            stuck.1.notify_all();
+        }
+
+        #[test]
+        fn a_device_that_gives_nothing_is_named_once() {
+            let mut microphone = Microphone::default();
+            let device = Script(vec![Box::new(|line, _| Ok(opened("a", line.feed(48_000, 1)?)))]);
+            let mut capturing = Capturing::start(device, microphone.line());
+            assert_eq!(said(&capturing), Ok("microphone `a`".to_owned()));
+            let mut warnings = Vec::new();
+            for frame in 0..600 {
+                heard(&mut microphone, f64::from(frame) / 60.0);
+                warnings.extend(capturing.follow(&microphone));
+            }
+            assert_eq!(warnings, [Err("the microphone gives no sound: graphs hear silence until it does".to_owned())]);
+        }
+    }
+}
+
+#[cfg(feature = "microphone")]
+mod of_system {
+    use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
+    use cpal::{
+        Device as CpalDevice, Error, ErrorKind, FromSample, Sample, SampleFormat, SizedSample, Stream, StreamConfig,
+    };
+    use raxel_runtime::inputs::{Feed, Line};
+
+    use super::thread::{Device, Gone, Opened};
+
+    /// The input that the system captures from by default.
+    pub struct DefaultInput;
+
+    impl Device for DefaultInput {
+        fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
+            // ALSA would write all that it tries to the terminal, at each attempt. What matters is in the error.
+            #[cfg(target_os = "linux")]
+            let _ = alsa::Output::local_error_handler();
+            let text = |error: Error| error.to_string();
+            let device = cpal::default_host().default_input_device().ok_or("the system has none")?;
+            let supported = device.default_input_config().map_err(text)?;
+            let name = device.description().map_or_else(|_| "default".to_owned(), |device| device.name().to_owned());
+            let feed =
+                line.feed(supported.sample_rate(), supported.channels()).map_err(|why| format!("`{name}`: {why}"))?;
+            let config = supported.config();
+            let stream = match supported.sample_format() {
+                SampleFormat::F32 => build::<f32>(&device, config, feed, gone),
+                SampleFormat::F64 => build::<f64>(&device, config, feed, gone),
+                SampleFormat::I8 => build::<i8>(&device, config, feed, gone),
+                SampleFormat::I16 => build::<i16>(&device, config, feed, gone),
+                SampleFormat::I24 => build::<cpal::I24>(&device, config, feed, gone),
+                SampleFormat::I32 => build::<i32>(&device, config, feed, gone),
+                SampleFormat::U8 => build::<u8>(&device, config, feed, gone),
+                SampleFormat::U16 => build::<u16>(&device, config, feed, gone),
+                SampleFormat::U24 => build::<cpal::U24>(&device, config, feed, gone),
+                SampleFormat::U32 => build::<u32>(&device, config, feed, gone),
+                format => return Err(format!("`{name}` has samples of the format {format}")),
+            };
+            let stream = stream.map_err(text)?;
+            stream.play().map_err(text)?;
+            Ok(Opened { name, stream: Box::new(stream) })
+        }
+    }
+
+    fn build<T: SizedSample>(
+        device: &CpalDevice,
+        config: StreamConfig,
+        mut feed: Feed,
+        gone: Gone,
+    ) -> Result<Stream, Error>
+    where
+        f32: FromSample<T>,
+    {
+        let mut samples = Vec::new();
+        let hear = move |captured: &[T], _: &cpal::InputCallbackInfo| {
+            samples.clear();
+            samples.extend(captured.iter().map(|sample| f32::from_sample(*sample)));
+            feed.hear(&samples);
+        };
+        let failed = move |error: Error| match error.kind() {
+            // It goes on.
+            ErrorKind::Xrun | ErrorKind::RealtimeDenied | ErrorKind::DeviceChanged => {}
+            _ => gone.say(error.to_string()),
+        };
+        device.build_input_stream(config, hear, failed, None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_captured_unless_it_is_wanted() {
+        let (mut capture, microphone) = (Capture::default(), Microphone::default());
+        assert_eq!(capture.follow(false, &microphone), None);
+        assert!(matches!(capture, Capture::Off));
+    }
+
+    #[test]
+    #[cfg(not(feature = "microphone"))]
+    fn a_build_that_captures_nothing_says_so_once() {
+        let (mut capture, microphone) = (Capture::default(), Microphone::default());
+        let said = capture.follow(true, &microphone).unwrap().unwrap_err();
+        assert!(said.contains("build it with `--features microphone`"), "{said}");
+        assert_eq!([capture.follow(true, &microphone), capture.follow(false, &microphone)], [None, None]);
+        assert_eq!(capture.follow(true, &microphone), None);
+    }
+}
