@@ -7,11 +7,12 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use common::{
-    DEVICES, EXCEEDED, LEAST, Lesser, METAL, METAL_12, Project, Run, SLOW_DRIVER, SMALL, TOO_OLD, command, output,
-    repository,
+    ACCELERATOR, DEVICES, Display, EXCEEDED, INTEL_XE, LEAST, Lesser, METAL, METAL_12, Project, Run, Running,
+    SLOW_DRIVER, SMALL, TOO_OLD, command, eventually, output, repository,
 };
 use raxel_testing::Random;
 
@@ -127,6 +128,49 @@ fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
         pictures.push(std::fs::read(project.path("p.png")).unwrap());
     }
     assert!(pictures.iter().all(|picture| *picture == pictures[0]));
+}
+
+/// A clock of 36 bits begins again at 0 every hour, here in every frame: the first pass takes its time all the same.
+#[test]
+fn times_go_on_when_the_clock_begins_again() {
+    let shipped = behind(&INTEL_XE);
+    let picture = ["render", "graphs/primary.toml", "--world", "worlds/menger.toml", "--size", "96x54", "-o", "p.png"];
+    let rendered = run(&shipped, &[&picture[..], &["--time", "--format", "json"]].concat()).exits(0).json();
+    let passes = rendered.iter().find_map(|line| line["passes"].as_array()).expect("times of passes");
+    let times: Vec<f64> = passes.iter().filter_map(|pass| pass["milliseconds"].as_f64()).collect();
+    assert!(!times.is_empty() && times.iter().all(|time| *time > 0.0), "{rendered:?}");
+}
+
+/// A window over a driver of Vulkan 1.2 shows what `render` writes. A queue that does not draw cannot bring a picture to a window, and says so.
+#[test]
+fn a_window_opens_on_a_device_of_vulkan_1_2_and_not_where_nothing_is_drawn() {
+    let display = Display::start();
+    let open = |(project, library): &(Project, PathBuf)| {
+        let scene = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "160x90"];
+        let run = [&["run"], &scene[..], &["--no-panels", "--present-with", "own", "--validate"]].concat();
+        let mut command = command(project.root(), &run);
+        command.env("LD_PRELOAD", library).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        command.stderr(File::create(project.path("log")).unwrap());
+        Running::start(&mut command)
+    };
+    let log = |(project, _): &(Project, PathBuf)| std::fs::read_to_string(project.path("log")).unwrap();
+    let shipped = behind(&METAL_12);
+    run(
+        &shipped,
+        &["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "160x90", "-o", "p.png"],
+    )
+    .exits(0);
+    let picture: Vec<[u8; 3]> =
+        image::open(shipped.0.path("p.png")).unwrap().into_rgb8().pixels().map(|pixel| pixel.0).collect();
+    let mut child = open(&shipped);
+    eventually("the picture", || child.ended() || display.pixels(160, 90) == picture);
+    assert!(!child.ended(), "{}", log(&shipped));
+    drop(child);
+    let shipped = behind(&ACCELERATOR);
+    let mut child = open(&shipped);
+    eventually("an end", || child.ended());
+    assert_eq!(child.finish().code(), Some(4), "{}", log(&shipped));
+    assert!(log(&shipped).contains("no queue that draws"), "{}", log(&shipped));
 }
 
 /// All of them in one go, each with what to do.
@@ -255,13 +299,21 @@ fn refused(lesser: &Lesser) -> Vec<String> {
     println!("{} refuses {}: {}", lesser.name, refused.len(), refused.join(" "));
     refused
 }
+
 /// `docs/devices.md` has the graphs that some device refuses. `RAXEL_WRITE_DOCS=1` writes the table; without, it is compared.
+/// `RAXEL_LESSER=Mali` tries only the devices whose names contain that word, and leaves what the table says of the others.
 #[test]
 #[ignore = "an hour: every shipped graph on every device"]
 fn every_graph_runs_or_is_refused_on_every_device() {
+    let word = std::env::var("RAXEL_LESSER").unwrap_or_default();
+    let path = repository().join("docs/devices.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = page.split_once(TABLE[0]).unwrap();
+    let (old, after) = rest.split_once(TABLE[1]).unwrap();
     let mut refusing: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for lesser in DEVICES {
-        for graph in refused(&lesser) {
+        let graphs = if lesser.name.contains(&word) { refused(&lesser) } else { refused_before(old, lesser.name) };
+        for graph in graphs {
             refusing.entry(graph).or_default().push(lesser.name);
         }
     }
@@ -269,15 +321,19 @@ fn every_graph_runs_or_is_refused_on_every_device() {
     for (graph, devices) in refusing {
         table += &format!("| `{graph}` | {} |\n", devices.join(", "));
     }
-    let path = repository().join("docs/devices.md");
-    let page = std::fs::read_to_string(&path).unwrap();
-    let (before, rest) = page.split_once(TABLE[0]).unwrap();
-    let (_, after) = rest.split_once(TABLE[1]).unwrap();
     let written = [before, TABLE[0], "\n\n", &table, "\n", TABLE[1], after].concat();
     if std::env::var_os("RAXEL_WRITE_DOCS").is_some() {
         std::fs::write(&path, &written).unwrap();
     }
     assert_eq!(page, written, "docs/devices.md is of older graphs: RAXEL_WRITE_DOCS=1 writes it anew");
+}
+
+/// The graphs that a device refuses by a table.
+fn refused_before(table: &str, device: &str) -> Vec<String> {
+    let rows = table.lines().filter_map(|row| row.strip_prefix("| `")?.strip_suffix(" |")?.split_once("` | "));
+    rows.filter(|(_, devices)| devices.split(", ").any(|name| name == device))
+        .map(|(graph, _)| graph.to_owned())
+        .collect()
 }
 
 /// Where the table stands in the page.

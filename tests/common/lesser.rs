@@ -59,10 +59,13 @@ pub struct Lesser {
     pub subgroups: Option<Subgroups>,
     /// Features that Vulkan does not demand and the device lacks.
     pub without: &'static [Feature],
-    /// Storage images of formats beyond those that every device has, and filters for floats of 32 bits.
+    /// Storage images of formats beyond those that every device has, filters for floats of 32 bits, and images of 16 normalized bits.
     pub formats: bool,
-    /// The queue says when a pass ended.
-    pub timestamps: bool,
+    /// `timestampValidBits` of the queue; 0 where it does not say when a pass ended. The clock of fewer than 64 bits begins again at 0 after the
+    /// first time of each frame.
+    pub timestamp_bits: u32,
+    /// The queue draws, too (`VK_QUEUE_GRAPHICS_BIT`).
+    pub graphics: bool,
     /// Extensions besides the swapchain's, and those of `minor` 2.
     pub extensions: bool,
     /// Vulkan 1.1, 1.2 or 1.3. Of 1.2, the device has the extensions for what raxel needs of 1.3.
@@ -180,6 +183,16 @@ const STORED_EVERYWHERE: &[vk::Format] = &[
 /// Formats of floats that a sampler need not filter.
 const UNFILTERED: &[vk::Format] = &[vk::Format::R32_SFLOAT, vk::Format::R32G32_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
 
+/// Formats that no device need have at all.
+const UNKNOWN: &[vk::Format] = &[
+    vk::Format::R16_UNORM,
+    vk::Format::R16_SNORM,
+    vk::Format::R16G16_UNORM,
+    vk::Format::R16G16_SNORM,
+    vk::Format::R16G16B16A16_UNORM,
+    vk::Format::R16G16B16A16_SNORM,
+];
+
 /// How a word of an answer is lowered.
 #[derive(Clone, Copy)]
 enum How {
@@ -224,7 +237,8 @@ impl Lesser {
             ("FORMATS", u32::from(self.formats)),
             ("EXTENSIONS", u32::from(self.extensions)),
             ("MINOR", self.minor),
-            ("TIMESTAMPS", u32::from(self.timestamps)),
+            ("TIMESTAMP_BITS", self.timestamp_bits),
+            ("GRAPHICS", u32::from(self.graphics)),
             ("PIPELINE_MILLISECONDS", self.pipeline_milliseconds),
         ];
         let mut values = String::new();
@@ -232,9 +246,10 @@ impl Lesser {
             values += &format!("static const unsigned {name} = {value}u;\n");
         }
         let formats = format!(
-            "static const int stored_everywhere[] = {{ {} }};\nstatic const int unfiltered[] = {{ {} }};\n",
+            "static const int stored_everywhere[] = {{ {} }}, unfiltered[] = {{ {} }}, unknown[] = {{ {} }};\n",
             list(STORED_EVERYWHERE),
-            list(UNFILTERED)
+            list(UNFILTERED),
+            list(UNKNOWN)
         );
         let head = format!("enum {{ EXCEEDED = {EXCEEDED} }};\nstatic const char *device_name = \"{}\";\n", self.name);
         before_vulkan(
@@ -307,7 +322,7 @@ impl Lesser {
             let end = size_of::<vk::PhysicalDeviceVulkan13Features<'_>>();
             patches.extend((first..end - 3).step_by(4).map(|at| (of13, at, How::And, 0)));
         }
-        if !self.timestamps {
+        if self.timestamp_bits == 0 {
             patches.push((LIMITS, limit!(timestamp_compute_and_graphics), How::And, 0));
         }
         for feature in self.without {

@@ -356,7 +356,8 @@ impl Executor {
         if !Arc::ptr_eq(&running.instrumentation, instrumentation) {
             return Ok(());
         }
-        self.times.read(slot, instrumentation, f64::from(self.shared.device.capabilities().timestamp_period))
+        let Some(clock) = self.shared.device.capabilities().clock else { return Ok(()) };
+        self.times.read(slot, instrumentation, clock)
     }
 
     /// Tells the memo what the running plan's sources hold.

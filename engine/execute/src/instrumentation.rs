@@ -30,7 +30,7 @@ impl Instrumentation {
         // finished. A driver that computes on the processor runs one pass after the other, so that markers cost it little, and waits for
         // everything when it is asked for times.
         let capabilities = device.capabilities();
-        let timeless = capabilities.timestamp_period == 0.0;
+        let timeless = capabilities.clock.is_none();
         let by_words = capabilities.buffer_markers || capabilities.kind == DeviceKind::Cpu || timeless;
         let mut timestamps = [const { None }; FRAMES];
         if options.timings || (options.markers && !by_words) {

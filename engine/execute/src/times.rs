@@ -1,5 +1,6 @@
 //! GPU times of the passes of a frame that the device has finished.
 
+use raxel_gpu::QueueClock;
 use raxel_graph::plan::Plan;
 
 use super::error::ExecuteError;
@@ -34,17 +35,18 @@ impl Times {
         GpuTimes { frame: self.frame, span: self.span, passes: &self.passes }
     }
 
-    /// Reads the times of a finished frame of the plan. `period` is the length of a tick in nanoseconds.
+    /// Reads the times of a finished frame of the plan.
     pub(super) fn read(
         &mut self,
         slot: &FrameSlot,
         instrumentation: &Instrumentation,
-        period: f64,
+        clock: QueueClock,
     ) -> Result<(), ExecuteError> {
         let Some(timestamps) = &instrumentation.timestamps[slot.index] else { return Ok(()) };
         timestamps.read(&mut self.ticks)?;
         self.frame = Some(slot.frame);
-        let (mut first, mut last) = (u64::MAX, 0);
+        // The first and the last time of the frame.
+        let mut ends: Option<[u64; 2]> = None;
         self.passes.iter_mut().for_each(|time| time.nanoseconds = None);
         // Some drivers call the times of a frame before available still: only what was dispatched in this one counts.
         for &pass in &slot.ran {
@@ -54,14 +56,20 @@ impl Times {
                 continue;
             };
             let there = begin[1] != 0 && end[1] != 0;
-            time.nanoseconds = there.then(|| end[0].saturating_sub(begin[0]) as f64 * period);
+            time.nanoseconds = there.then(|| clock.nanoseconds(begin[0], end[0]).max(0.0));
             if there {
-                (first, last) = (first.min(begin[0]), last.max(end[0]));
+                let [first, last] = ends.get_or_insert([begin[0], end[0]]);
+                if clock.nanoseconds(*first, begin[0]) < 0.0 {
+                    *first = begin[0];
+                }
+                if clock.nanoseconds(*last, end[0]) > 0.0 {
+                    *last = end[0];
+                }
             }
         }
-        self.span = (first <= last).then(|| (last - first) as f64 * period);
-        if first <= last {
-            self.trace(slot, &instrumentation.plan, first, last, period);
+        self.span = ends.map(|[first, last]| clock.nanoseconds(first, last).max(0.0));
+        if let Some(ends) = ends {
+            self.trace(slot, &instrumentation.plan, ends, clock);
         }
         Ok(())
     }
@@ -72,11 +80,11 @@ impl Times {
         clippy::cast_sign_loss,
         reason = "casts of floats saturate, and 2⁶⁴ nanoseconds are 584 years"
     )]
-    fn trace(&self, slot: &FrameSlot, plan: &Plan, first: u64, last: u64, period: f64) {
+    fn trace(&self, slot: &FrameSlot, plan: &Plan, [first, last]: [u64; 2], clock: QueueClock) {
         if !tracing::enabled!(target: "raxel::gpu", tracing::Level::TRACE) {
             return;
         }
-        let since = |tick: u64| (tick.saturating_sub(first) as f64 * period) as u64;
+        let since = |tick: u64| clock.nanoseconds(first, tick) as u64;
         let (frame, ago_ns) = (slot.frame, slot.submitted.elapsed().as_nanos() as u64);
         tracing::trace!(target: "raxel::gpu", frame, ago_ns, begin_ns = 0_u64, end_ns = since(last));
         for (time, ticks) in self.passes.iter().zip(self.ticks.chunks_exact(2)) {

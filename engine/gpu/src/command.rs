@@ -484,20 +484,14 @@ impl Recording<'_> {
             let corner = |[x, y]: [u32; 2], z| vk::Offset3D { x: x as i32, y: y as i32, z };
             [corner(from, 0), corner(to, 1)]
         };
-        let region = vk::ImageBlit2::default()
+        let region = vk::ImageBlit::default()
             .src_subresource(subresource(0, 0))
             .src_offsets(corners([[0; 2], [from.info().extent[0], from.info().extent[1]]]))
             .dst_subresource(subresource(0, 0))
             .dst_offsets(corners(to_corners));
-        let info = vk::BlitImageInfo2::default()
-            .src_image(from.raw)
-            .src_image_layout(vk::ImageLayout::GENERAL)
-            .dst_image(to)
-            .dst_image_layout(to_layout)
-            .regions(std::slice::from_ref(&region))
-            .filter(vk::Filter::NEAREST);
+        let (raw, general, filter) = (&self.device().raw, vk::ImageLayout::GENERAL, vk::Filter::NEAREST);
         // SAFETY: as in `clear_image`.
-        unsafe { self.device().raw.cmd_blit_image2(self.raw(), &info) };
+        unsafe { raw.cmd_blit_image(self.raw(), from.raw, general, to, to_layout, &[region], filter) };
     }
 
     /// Copies the texels of one image to another of the same texel size, bit by bit, in every mip that both have; both in `GENERAL`. Of images

@@ -17,6 +17,7 @@ use crate::choice::{DeviceKind, Verdict, Version, choose};
 use crate::instance::{Instance, Validation};
 use crate::log::ValidationLog;
 use crate::pipeline_cache::{PipelineCache, PipelineCounts};
+use crate::query::QueueClock;
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
 use crate::retire::Retired;
@@ -65,8 +66,8 @@ pub struct Capabilities {
     pub read_without_format: bool,
     /// Storage images may be stored to without a format qualifier.
     pub write_without_format: bool,
-    /// Nanoseconds of one timestamp tick; 0 when the queue has no timestamps.
-    pub timestamp_period: f32,
+    /// The clock of the queue; `None` when it takes no timestamps.
+    pub clock: Option<QueueClock>,
     /// Windows can be presented to.
     pub present: bool,
     /// Ballots and votes that do not ask which invocations are active (`VK_EXT_shader_subgroup_ballot`, `VK_EXT_shader_subgroup_vote`).

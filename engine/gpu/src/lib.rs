@@ -57,7 +57,7 @@ pub use memory::{Backing, Location, MemoryBlock};
 pub use overlay::{Overlay, OverlayFrame, OverlayMesh, OverlayShaders, OverlayVertex, TexturePatch};
 pub use pipeline::{ComputePipeline, DescriptorSlot, PipelineInfo, Sampler, Sampling};
 pub use pipeline_cache::PipelineCounts;
-pub use query::Timestamps;
+pub use query::{QueueClock, Timestamps};
 pub use queue::TimelineValue;
 pub use readback::{Readback, ReadbackRing};
 pub use renderdoc::RenderDoc;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use ash::vk;
 
+use crate::choice::Version;
 use crate::device::Device;
 use crate::modules;
 use crate::result::{Error, Named, Result};
@@ -152,9 +153,13 @@ impl ComputePipeline {
         let mut wanted = vk::PipelineCreationFeedbackCreateInfo::default()
             .pipeline_creation_feedback(&mut feedback)
             .pipeline_stage_creation_feedbacks(&mut of_stage);
-        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw).push_next(&mut wanted)];
+        let mut create = vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw);
+        // A driver of Vulkan 1.2 does not know the structure.
+        if device.capabilities().version >= (Version { major: 1, minor: 3, patch: 0 }) {
+            create = create.push_next(&mut wanted);
+        }
         // SAFETY: module and layout are alive; the cache is internally synchronised; the feedback lives until the call returns.
-        let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw, &create, None) };
+        let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw, &[create], None) };
         let raw = device.watch(made.map_err(|(_, result)| result).making(name, "vkCreateComputePipelines"))?[0];
         device.pipelines.count(feedback);
         device.name(raw, name);

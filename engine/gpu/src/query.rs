@@ -8,6 +8,24 @@ use crate::device::Device;
 use crate::result::{Named, Result};
 use crate::retire::Dead;
 
+/// The clock that a queue takes timestamps of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QueueClock {
+    /// Nanoseconds of a tick.
+    pub period: f32,
+    /// Bits of a timestamp, 36 to 64. After the largest one the clock begins again at 0: with 36 bits of 52 ns, every hour.
+    pub bits: u32,
+}
+
+impl QueueClock {
+    /// Nanoseconds from one timestamp to another that is taken at most half a turn of the clock away; negative if that one is earlier.
+    pub fn nanoseconds(&self, from: u64, to: u64) -> f64 {
+        let unused = u64::BITS - self.bits.clamp(1, u64::BITS);
+        let ticks = (to.wrapping_sub(from) << unused).cast_signed() >> unused;
+        ticks as f64 * f64::from(self.period)
+    }
+}
+
 /// A pool of timestamps.
 pub struct Timestamps {
     pub(crate) raw: vk::QueryPool,
@@ -18,7 +36,7 @@ pub struct Timestamps {
 impl Timestamps {
     /// Makes a pool; `None` when the queue has no timestamps.
     pub fn new(device: &Arc<Device>, name: &str, count: u32) -> Result<Option<Timestamps>> {
-        if device.capabilities().timestamp_period == 0.0 || count == 0 {
+        if device.capabilities().clock.is_none() || count == 0 {
             return Ok(None);
         }
         let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count);
@@ -64,5 +82,21 @@ impl Timestamps {
 impl Drop for Timestamps {
     fn drop(&mut self) {
         self.device.retire(Dead::QueryPool(self.raw));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "small whole numbers are exact")]
+    fn a_clock_that_begins_again_measures_on() {
+        let last = (1_u64 << 36) - 1;
+        let intel = QueueClock { period: 2.0, bits: 36 };
+        for (from, to, nanoseconds) in [(7, 12, 10.0), (last - 1, 3, 10.0), (3, last - 1, -10.0), (5, 5, 0.0)] {
+            assert_eq!(intel.nanoseconds(from, to), nanoseconds, "{from} to {to}");
+        }
+        assert_eq!(QueueClock { period: 1.0, bits: 64 }.nanoseconds(u64::MAX, 1), 2.0);
     }
 }

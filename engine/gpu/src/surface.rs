@@ -226,7 +226,7 @@ impl Surface {
         let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };
         let functions = match &device.instance.surface {
             Some(functions) if device.capabilities().present => functions,
-            _ => return Err(cannot("the driver has no VK_KHR_swapchain".to_owned())),
+            _ => return Err(cannot("it has no VK_KHR_swapchain, or no queue that draws".to_owned())),
         };
         let display = self.window.display_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
         let handle = self.window.window_handle().map_err(|error| cannot(error.to_string()))?.as_raw();

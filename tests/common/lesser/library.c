@@ -4,8 +4,8 @@ enum { LIMITS = -1, FEATURES = -2, AT_MOST = 0, AT_LEAST = 1, AND = 2, SET = 3 }
 enum { FORMAT_NOT_SUPPORTED = -11, INCOMPLETE = 5 };
 enum { SAMPLED_BIT = 1, STORAGE_BIT = 2, ATOMIC_BIT = 4, FILTER_BIT = 0x1000 };
 enum { EXECUTION_MODE = 16, LOCAL_SIZE = 17, DECORATE = 71, BUILT_IN = 11, WORKGROUP_SIZE = 25 };
-enum { REQUIRED_SUBGROUP_SIZE = 1000225001, PIPELINE_SIZE = 96, UNIFORM_BUFFER = 6 };
-enum { USAGE_STORAGE = 8, NAME_SIZE = 256, EXTENSION_SIZE = 260, FAMILY_SIZE = 24 };
+enum { CREATION_FEEDBACK = 1000192000, REQUIRED_SUBGROUP_SIZE = 1000225001, PIPELINE_SIZE = 96, UNIFORM_BUFFER = 6 };
+enum { GRAPHICS_BIT = 1, USAGE_STORAGE = 8, NAME_SIZE = 256, EXTENSION_SIZE = 260, FAMILY_SIZE = 24 };
 
 static void exceeded(const char *what, Word asked, Word most) {
     fprintf(stderr, "%s: asked for %llu %s of %llu\n", device_name, asked, what, most);
@@ -30,6 +30,7 @@ static int among(int format, const int *formats, unsigned count) {
     for (unsigned i = 0; i < count; i++) if (formats[i] == format) return 1;
     return 0;
 }
+static int is_known(int format) { return FORMATS || !among(format, unknown, sizeof unknown / sizeof *unknown); }
 static int stores(int format) {
     return FORMATS || among(format, stored_everywhere, sizeof stored_everywhere / sizeof *stored_everywhere);
 }
@@ -47,6 +48,9 @@ static int (*create_pipeline_layout)(Word, const char *, const void *, Word *);
 static int (*create_module)(Word, const char *, const void *, Word *);
 static int (*create_pipelines)(Word, Word, unsigned, const char *, const void *, Word *);
 static void (*image_memory)(Word, const char *, void *);
+static int (*times)(Word, Word, unsigned, unsigned, size_t, Word *, Word, unsigned);
+static void (*blit)(Word, Word, int, Word, int, unsigned, const void *, int);
+static int (*create_drawing)(Word, Word, unsigned, const void *, const void *, Word *);
 static void (*update_sets)(Word, unsigned, const char *, unsigned, const void *);
 
 static void our_properties(Word device, void *answer) { properties(device, answer); lower(answer, LIMITS); }
@@ -64,12 +68,13 @@ static void our_features2(Word device, struct Chain *answer) {
 static void our_formats(Word device, int format, unsigned *answer) {
     formats(device, format, answer);
     for (int i = 0; i < 3; i++) {
+        if (!is_known(format)) answer[i] = 0;
         if (!stores(format)) answer[i] &= ~(unsigned)(STORAGE_BIT | ATOMIC_BIT);
         if (!FORMATS && among(format, unfiltered, sizeof unfiltered / sizeof *unfiltered)) answer[i] &= ~(unsigned)FILTER_BIT;
     }
 }
 static int our_images(Word device, int format, int type, int tiling, unsigned usage, unsigned flags, unsigned *answer) {
-    if ((usage & USAGE_STORAGE) && !stores(format)) return FORMAT_NOT_SUPPORTED;
+    if (!is_known(format) || ((usage & USAGE_STORAGE) && !stores(format))) return FORMAT_NOT_SUPPORTED;
     int result = images(device, format, type, tiling, usage, flags, answer);
     unsigned most = type == 2 ? SIDE_3D : SIDE_2D;
     for (int i = 0; i < 3; i++) if (!result && answer[i] > most) answer[i] = most;
@@ -77,7 +82,26 @@ static int our_images(Word device, int format, int type, int tiling, unsigned us
 }
 static void our_families(Word device, unsigned *count, char *answer) {
     families(device, count, answer);
-    for (unsigned i = 0; answer && !TIMESTAMPS && i < *count; i++) *(unsigned *)(answer + FAMILY_SIZE * i + 8) = 0;
+    for (unsigned i = 0; answer && i < *count; i++) {
+        unsigned *family = (unsigned *)(answer + FAMILY_SIZE * i);
+        if (!GRAPHICS) family[0] &= ~(unsigned)GRAPHICS_BIT;
+        if (family[2] > TIMESTAMP_BITS) family[2] = TIMESTAMP_BITS;
+    }
+}
+/* The clock begins again at 0 after the first time. */
+static int our_times(Word device, Word pool, unsigned first, unsigned count, size_t size, Word *answer, Word stride, unsigned flags) {
+    int result = times(device, pool, first, count, size, answer, stride, flags);
+    Word last = TIMESTAMP_BITS < 64 ? (1ull << TIMESTAMP_BITS) - 1 : ~0ull, start = answer[0];
+    for (unsigned i = 0; TIMESTAMP_BITS < 64 && i < count; i++) answer[i * stride / 8] = (answer[i * stride / 8] - start + last) & last;
+    return result;
+}
+static void our_blit(Word commands, Word from, int from_layout, Word to, int to_layout, unsigned count, const void *regions, int filter) {
+    if (!GRAPHICS) exceeded("blits on a queue with graphics", count, 0);
+    blit(commands, from, from_layout, to, to_layout, count, regions, filter);
+}
+static int our_drawing(Word device, Word cache, unsigned count, const void *infos, const void *allocator, Word *made) {
+    if (!GRAPHICS) exceeded("pipelines that draw", count, 0);
+    return create_drawing(device, cache, count, infos, allocator, made);
 }
 static int is_kept(const char *extension) {
     return EXTENSIONS || !strcmp(extension, "VK_KHR_swapchain") || ((MINOR < 3) && (!strcmp(extension, "VK_KHR_synchronization2") ||
@@ -86,7 +110,9 @@ static int is_kept(const char *extension) {
 /* Of Vulkan 1.3; each has another name by its extension. */
 static int is_core13(const char *name) {
     static const char *const all[] = { "vkCmdPipelineBarrier2", "vkQueueSubmit2", "vkCmdWriteTimestamp2", "vkCmdSetEvent2", "vkCmdWaitEvents2",
-        "vkGetDeviceBufferMemoryRequirements", "vkGetDeviceImageMemoryRequirements", "vkCmdBeginRendering", "vkCmdEndRendering" };
+        "vkGetDeviceBufferMemoryRequirements", "vkGetDeviceImageMemoryRequirements", "vkCmdBeginRendering", "vkCmdEndRendering",
+        "vkCmdBlitImage2", "vkCmdCopyBuffer2", "vkCmdCopyImage2", "vkCmdCopyBufferToImage2", "vkCmdCopyImageToBuffer2", "vkCmdResolveImage2",
+        "vkCmdResetEvent2", "vkGetDeviceImageSparseMemoryRequirements", "vkGetPhysicalDeviceToolProperties", "vkCreatePrivateDataSlot" };
     for (unsigned i = 0; i < sizeof all / sizeof *all; i++) if (!strcmp(name, all[i])) return 1;
     return 0;
 }
@@ -158,6 +184,8 @@ static int our_module(Word device, const char *info, const void *allocator, Word
 /* One pipeline at a time, as raxel makes them. The device below has other sizes of subgroups: what is asked for is looked at, and not passed on. */
 static int our_pipelines(Word device, Word cache, unsigned count, const char *infos, const void *allocator, Word *made) {
     usleep(1000 * PIPELINE_MILLISECONDS);
+    for (const struct Chain *chain = *(struct Chain *const *)(infos + 8); chain; chain = chain->next)
+        if (MINOR < 3 && chain->type == CREATION_FEEDBACK) exceeded("structures of Vulkan 1.3", 1, 0);
     const struct Chain *asked = *(const struct Chain *const *)(infos + 32);
     if (!SUBGROUPS || count != 1 || !asked || asked->type != REQUIRED_SUBGROUP_SIZE) return create_pipelines(device, cache, count, infos, allocator, made);
     unsigned size = *(const unsigned *)(asked + 1);
@@ -172,6 +200,7 @@ static void look_at_image(const char *info) {
     unsigned type = words[1], format = words[2], most = type == 2 ? SIDE_3D : SIDE_2D, usage = *(const unsigned *)(info + 56);
     for (int i = 3; i < 6; i++) if (words[i] > most) exceeded("texels along a side", words[i], most);
     if (words[7] > LAYERS) exceeded("layers", words[7], LAYERS);
+    if (!is_known(format)) exceeded("as image: format", format, 0);
     if ((usage & USAGE_STORAGE) && !stores(format)) exceeded("as storage image: format", format, 0);
 }
 static int our_image(Word device, const char *info, const void *allocator, Word *image) {
@@ -219,5 +248,8 @@ static Function ours(const char *name, Function found) {
     OURS("vkCreateImage", create_image, our_image)
     OURS("vkGetDeviceImageMemoryRequirements", image_memory, our_image_memory)
     OURS("vkUpdateDescriptorSets", update_sets, our_sets)
+    OURS("vkGetQueryPoolResults", times, our_times)
+    OURS("vkCmdBlitImage", blit, our_blit)
+    OURS("vkCreateGraphicsPipelines", create_drawing, our_drawing)
     return found;
 }

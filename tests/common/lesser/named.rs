@@ -27,7 +27,8 @@ pub const LEAST: Lesser = Lesser {
     subgroups: None,
     without: Feature::ALL,
     formats: false,
-    timestamps: false,
+    timestamp_bits: 0,
+    graphics: false,
     extensions: false,
     minor: 3,
     pipeline_milliseconds: 0,
@@ -56,7 +57,8 @@ const WHOLE: Lesser = Lesser {
     subgroups: None,
     without: &[],
     formats: true,
-    timestamps: true,
+    timestamp_bits: 64,
+    graphics: true,
     extensions: true,
     minor: 3,
     pipeline_milliseconds: 0,
@@ -94,7 +96,8 @@ pub const SMALL: Lesser = Lesser {
         Feature::IndexedStorageBuffers,
     ],
     formats: true,
-    timestamps: true,
+    timestamp_bits: 64,
+    graphics: true,
     ..LEAST
 };
 
@@ -239,9 +242,78 @@ pub const MALI: Lesser = Lesser {
 /// Mali-G78 with the driver that many phones still have: Vulkan 1.1 (<https://github.com/strato-emu/compat-list/issues/1450>).
 pub const MALI_OLD: Lesser = Lesser { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
 
+/// Raspberry Pi 4 under Mesa (V3DV), with a driver of Vulkan 1.2: `get_features` and `get_properties` of `src/broadcom/vulkan/v3dv_device.c` for
+/// version 4.2 of the hardware, and `vulkaninfo` in <https://github.com/DTolm/VkFFT/issues/19>. Its subgroups do nothing but elect.
+pub const RASPBERRY_4: Lesser = Lesser {
+    name: "Raspberry Pi 4 (V3DV of Vulkan 1.2)",
+    image_sides: [4096, 4096],
+    image_layers: 2048,
+    alignment: 256,
+    subgroup_operations: Operations::BASIC,
+    minor: 2,
+    ..SMALL
+};
+
+/// Intel Iris Xe (Tiger Lake) under Mesa (ANV): `get_features`, `get_properties` and the queues of `src/intel/vulkan/anv_physical_device.c`. No floats
+/// of 64 bits, and a clock of 36.
+pub const INTEL_XE: Lesser = Lesser {
+    name: "Intel Iris Xe (Mesa)",
+    buffer_range: u32::MAX,
+    granularity: 1,
+    subgroups: Some(Subgroups { usual: 32, range: [8, 32], in_workgroup: 64, asked: true }),
+    without: &[Feature::Float64],
+    timestamp_bits: 36,
+    ..INTEL_MESA
+};
+
+/// Mali-G52 with a driver of Arm that has Vulkan 1.3 (<https://github.com/FreshROMs/android_kernel_samsung_exynos9610_mint/issues/42>): workgroups of
+/// 384 (<https://github.com/ARM-software/ComputeLibrary/issues/999>). Its subgroups of 8, alignments and missing clock are those of
+/// `src/panfrost/vulkan/panvk_physical_device.c` for Bifrost.
+pub const MALI_G52: Lesser = Lesser {
+    name: "Mali-G52 (Arm)",
+    invocations: 384,
+    workgroup: [384; 3],
+    push_constants: 128,
+    granularity: 64,
+    subgroups: Some(Subgroups { usual: 8, range: [8, 8], in_workgroup: 48, asked: false }),
+    timestamp_bits: 0,
+    ..MALI
+};
+
+/// PowerVR BXE-4-32 (a VisionFive 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>, and the
+/// operations of subgroups in <https://github.com/geerlingguy/sbc-reviews/issues/65>. What is not known there is as little as Vulkan allows.
+pub const POWERVR: Lesser = Lesser {
+    name: "PowerVR BXE-4-32 (Imagination)",
+    invocations: 512,
+    workgroup: [512, 512, 64],
+    subgroup_operations: Operations::from_raw(u32::MAX),
+    graphics: true,
+    ..LEAST
+};
+
+/// An accelerator whose queues compute and do not draw, as AMD's CDNA under Mesa (`radv_get_physical_device_queue_family_properties` of
+/// `src/amd/vulkan/radv_physical_device.c`).
+pub const ACCELERATOR: Lesser = Lesser { name: "an accelerator that does not draw", graphics: false, ..VEGA };
+
 /// The devices that graphs run on, or are refused by.
-pub const DEVICES: [Lesser; 11] =
-    [LEAST, SMALL, METAL, INTEL_MESA, INTEL_WINDOWS, RDNA2, VEGA, PASCAL, ADRENO_7, ADRENO_6, MALI];
+pub const DEVICES: [Lesser; 16] = [
+    LEAST,
+    SMALL,
+    METAL,
+    INTEL_MESA,
+    INTEL_WINDOWS,
+    RDNA2,
+    VEGA,
+    PASCAL,
+    ADRENO_7,
+    ADRENO_6,
+    MALI,
+    RASPBERRY_4,
+    INTEL_XE,
+    MALI_G52,
+    POWERVR,
+    ACCELERATOR,
+];
 
 /// The devices that raxel does not open.
 pub const TOO_OLD: [Lesser; 2] = [ADRENO_OLD, MALI_OLD];

@@ -44,7 +44,8 @@ impl Lesser {
             }),
             without: missing.leak(),
             formats: random.percent(60),
-            timestamps: random.percent(60),
+            timestamp_bits: random.pick(&[0, 36, 48, 64]),
+            graphics: random.percent(80),
             extensions: random.percent(60),
             ..limits
         }

@@ -14,6 +14,7 @@ use crate::choice::{Verdict, Version};
 use crate::instance::Instance;
 use crate::modules::{self, Enabled};
 use crate::pipeline_cache::PipelineCache;
+use crate::query::QueueClock;
 use crate::queue::Queue;
 use crate::result::{Error, Named, Result};
 use crate::subgroups;
@@ -127,7 +128,8 @@ struct Chosen {
 
 impl Chosen {
     fn of(offered: &Offered, instance: &Instance, seen: &Seen) -> Self {
-        let Offered { can, can12, can13, dynamic_rendering, .. } = offered;
+        let Offered { can, can12, can13, dynamic_rendering, family, .. } = offered;
+        let draws = family.queue_flags.contains(vk::QueueFlags::GRAPHICS);
         Self {
             features: vk::PhysicalDeviceFeatures {
                 shader_int64: can.shader_int64,
@@ -164,7 +166,8 @@ impl Chosen {
                 ..Default::default()
             },
             renders_by_extension: !seen.core13 && *dynamic_rendering == vk::TRUE,
-            present: instance.surface.is_some() && seen.has(khr::swapchain::NAME),
+            // A blit brings the picture to the window, and only a queue that draws can do that.
+            present: instance.surface.is_some() && seen.has(khr::swapchain::NAME) && draws,
             marker: seen.has(amd::buffer_marker::NAME),
             plain_ballots: seen.has(ext::shader_subgroup_ballot::NAME) && seen.has(ext::shader_subgroup_vote::NAME),
         }
@@ -274,10 +277,8 @@ fn capabilities(offered: &Offered, chosen: &Chosen, seen: &Seen, validated: bool
         robust_images: on13.robust_image_access == vk::TRUE,
         read_without_format: features.shader_storage_image_read_without_format == vk::TRUE,
         write_without_format: features.shader_storage_image_write_without_format == vk::TRUE,
-        timestamp_period: match family.timestamp_valid_bits {
-            0 => 0.0,
-            _ => properties.limits.timestamp_period,
-        },
+        clock: (family.timestamp_valid_bits > 0)
+            .then_some(QueueClock { period: properties.limits.timestamp_period, bits: family.timestamp_valid_bits }),
         present: chosen.present,
         plain_ballots,
         buffer_markers: chosen.marker,

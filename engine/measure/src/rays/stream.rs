@@ -245,11 +245,10 @@ impl Stream {
         let slot = &mut self.slots[flight.slot];
         let mut ticks = [[0; 2]; 2];
         let mut seconds = None;
-        if let Some(timestamps) = &slot.timestamps {
+        if let (Some(timestamps), Some(clock)) = (&slot.timestamps, self.device.capabilities().clock) {
             timestamps.read(&mut ticks).map_err(RayError::from)?;
-            let period = f64::from(self.device.capabilities().timestamp_period);
             seconds = (ticks[0][1] == 1 && ticks[1][1] == 1)
-                .then(|| ticks[1][0].saturating_sub(ticks[0][0]) as f64 * period * 1e-9);
+                .then(|| clock.nanoseconds(ticks[0][0], ticks[1][0]).max(0.0) * 1e-9);
         }
         let count = flight.range.len() * rays_each;
         seconds = seconds.filter(|_| tracer.pace.warm);
