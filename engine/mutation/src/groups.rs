@@ -51,7 +51,11 @@ pub const GROUPS: &[Group] = &[
         name: "encode",
         folder: "layouts",
         sources: &[""],
-        tests: &[&["-p", "raxel-layouts"], &["-p", "raxel-rivals"]],
+        tests: &[
+            &["-p", "raxel-layouts"],
+            &["-p", "raxel-rivals"],
+            &["-p", "raxel-edit", "--test", "live", "--test", "live_hashed"],
+        ],
         stress: Some(STRESS),
     },
     Group { name: "rivals", folder: "rivals", sources: &[""], tests: &[&["-p", "raxel-rivals"]], stress: Some(STRESS) },
