@@ -54,7 +54,8 @@ pub const GROUPS: &[Group] = &[
         tests: &[
             &["-p", "raxel-layouts"],
             &["-p", "raxel-rivals"],
-            &["-p", "raxel-edit", "--test", "live", "--test", "live_hashed"],
+            // Of raxel-edit, and with the features of the whole workspace, as raxel itself is built.
+            &["--workspace", "--test", "live", "--test", "live_hashed"],
         ],
         stress: Some(STRESS),
     },

@@ -250,14 +250,13 @@ fn free_radii_are_exact() {
     let mut radii_found = [0; 16];
     for (block, radii) in decode::flat64_radii(&words) {
         for octant in 0..8 {
-            let empty = |n: i64| {
-                let step = |axis: usize, i: i64| block[axis] + if octant >> axis & 1 == 1 { -i } else { i };
-                let cells = (0..=n).flat_map(|x| (0..=n).flat_map(move |y| (0..=n).map(move |z| [x, y, z])));
-                cells.filter(|c| *c != [0; 3]).all(|c| !occupied.contains(&[0, 1, 2].map(|axis| step(axis, c[axis]))))
-            };
+            // How far the nearest occupied block ahead is, in the largest of its three distances.
+            let ahead = |axis: usize, at: i64| (at - block[axis]) * if octant >> axis & 1 == 1 { -1 } else { 1 };
+            let distances = occupied.iter().map(|at| [0, 1, 2].map(|axis| ahead(axis, at[axis])));
+            let nearest = distances.filter(|ahead| *ahead != [0; 3] && ahead.iter().all(|d| *d >= 0));
+            let nearest = nearest.filter_map(|ahead| ahead.into_iter().max()).min().unwrap_or(16);
             let radius = radii >> (4 * octant) & 15;
-            assert!(empty(i64::from(radius)), "{block:?} {octant} {radius}");
-            assert!(radius == 15 || !empty(i64::from(radius) + 1), "{block:?} {octant} {radius}");
+            assert_eq!(i64::from(radius), (nearest - 1).min(15), "{block:?} {octant}");
             radii_found[radius as usize] += 1;
         }
     }
@@ -274,6 +273,33 @@ fn geometry_is_shared_by_what_is_made_of_other_materials() {
     check(&many, 10);
     let bytes = [&one, &many].map(|voxels| encode(raxel_rivals::SVDAG, &world(voxels, 10)).geometry_bytes);
     assert!(bytes[1] < bytes[0] + 8 * 16, "{bytes:?}");
+}
+
+/// Bytes of places do not depend on materials, and bytes of materials are the palette and what each layout says about one material.
+#[test]
+fn bytes_of_places_and_of_materials_are_told_apart() {
+    // No block, node or brick is full.
+    let mut one = filled([0; 3], [40; 3], |_| 1);
+    one.retain(|[x, y, z], _| (7 * x + 3 * y + z) % 5 == 0);
+    let many = one.iter().map(|(cell, _)| (*cell, 1 + (cell[0] + 2 * cell[1] + cell[2]) as u16 % 7)).collect();
+    let cubes = |edge: i32| one.keys().map(|cell| cell.map(|c| c / edge)).collect::<std::collections::HashSet<_>>().len();
+    let palette = u64::from(4 * MATERIAL_WORDS) * 8;
+    for &layout in LAYOUTS {
+        let [one, many] = [&one, &many].map(|voxels| encode(layout, &world(voxels, 7)));
+        assert_eq!(one.geometry_bytes, many.geometry_bytes, "{}", layout.name());
+        let of_material = match layout.name() {
+            // A link for each leaf, and for each brick.
+            "flat64" => 4 * cubes(4) as u64,
+            "brickmap" => 4 * cubes(8) as u64,
+            // A word of the only instance.
+            "svdag" => 4,
+            _ => 0,
+        };
+        // tree64 and flat64 end with a whole quad.
+        let room = if [Layout::TREE64, Layout::FLAT64].contains(&layout) { 12 } else { 0 };
+        let least = palette + of_material;
+        assert!((least..=least + room).contains(&one.attribute_bytes), "{}: {}", layout.name(), one.attribute_bytes);
+    }
 }
 
 /// The goal for shells of gentle terrain: at most 0.31 bytes a voxel say where it is.
