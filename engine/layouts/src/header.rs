@@ -47,12 +47,10 @@ impl Extent {
 }
 
 impl Extent {
-    /// Widens the box of the solid voxels to whole chunks of `edge` voxels, a power of two of at most 64.
+    /// Widens the box of the solid voxels to whole chunks of `edge` voxels, a power of two of at most 64. That of an empty world stays empty.
     pub fn round_out(&mut self, edge: i32) {
-        if self.bounds_last[0] >= self.bounds_min[0] {
-            self.bounds_min = self.bounds_min.map(|min| min & -edge);
-            self.bounds_last = self.bounds_last.map(|last| last | (edge - 1));
-        }
+        self.bounds_min = self.bounds_min.map(|min| min & -edge);
+        self.bounds_last = self.bounds_last.map(|last| last | (edge - 1));
     }
 }
 

@@ -204,7 +204,12 @@ mod tests {
         let words = encode(&World::empty(), 1024).unwrap();
         assert_eq!(words, [0; HEADER_WORDS + LIGHT_WORDS]);
         let world = World::from_voxels(materials(), [(IVec3::ZERO, 2)]);
-        assert_eq!(encode(&world, 1024).unwrap().len(), HEADER_WORDS + 6 * LIGHT_WORDS);
+        let words = encode(&world, 1024).unwrap();
+        assert_eq!(words.len(), HEADER_WORDS + 6 * LIGHT_WORDS);
+        let [power, share] = [2.0_f32, 1.0 / 6.0].map(f32::to_bits);
+        assert_eq!(words[..HEADER_WORDS], [6, 12.0_f32.to_bits(), 0, 0]);
+        let last = [0, 0, 0, 2 | 5 << 16, share, 1.0_f32.to_bits(), 5, power];
+        assert_eq!(words[HEADER_WORDS + 5 * LIGHT_WORDS..], last);
         let error = encode(&world, 100).unwrap_err();
         assert_eq!(error, LayoutError::TooManyLights { faces: 6, bytes: 208, limit: 100 });
     }

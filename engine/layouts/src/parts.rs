@@ -191,6 +191,7 @@ mod tests {
         let world = World::from_voxels(vec![Material::air(); 2], voxels);
         let extent = Extent::of(&world, Layout::OCTREE).expect("small");
         let octants = Parts::octants(&world, &extent);
+        assert_eq!((octants.uses.len(), octants.distinct.len()), (3, 3));
         let mut found: Vec<[i32; 3]> = (octants.uses.iter())
             .flat_map(|&(cell, index)| {
                 let corner: [i32; 3] = std::array::from_fn(|i| extent.origin[i] + 32 * cell[i] as i32);

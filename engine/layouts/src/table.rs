@@ -235,6 +235,12 @@ mod tests {
         unreachable!("half of the slots are free")
     }
 
+    /// As `table.glsl` has them.
+    #[test]
+    fn hashes_are_those_of_the_shader() {
+        assert_eq!([[1, 2, 3], [0x2800_0007, 5, 1 << 20]].map(hash), [0xb746_6249, 0x4cff_9ae5]);
+    }
+
     #[test]
     fn entries_are_found_after_few_slots() {
         // A wavy sheet of cells, as terrain has them, in a cube of 2^20 voxels.
@@ -253,6 +259,16 @@ mod tests {
         assert_eq!(find(&words, table.log2_slots(), key([7, 0, 7], 8)).0, Some(0));
         assert_eq!(find(&words, table.log2_slots(), key([7, 7, 7], 8)).0, None);
         assert_eq!(find(&words, table.log2_slots(), key([1, 0, 0], 11)).0, None);
+        let three = Table::new((0..3).map(|i| ([i, 0, 0], i)), 5, 8);
+        assert_eq!(three.log2_slots(), 3, "the least of which half hold three");
+    }
+
+    #[test]
+    fn a_table_takes_as_many_as_half_of_its_slots_and_no_more() {
+        let mut table = LiveTable::with_room(&Table::new(std::iter::empty(), 5, 8), 5, 8);
+        let half = table.slots.len() / 2;
+        let inserted = (0..).take_while(|&i| table.insert([i % 8, i / 8, 0], i).is_some()).count();
+        assert_eq!((inserted, table.taken), (half, half));
     }
 
     #[test]

@@ -43,6 +43,12 @@ pub struct Copy {
     pub sources: Vec<Source>,
 }
 
+/// A file, and bytes of its text with faults.
+type Place = (PathBuf, Range<usize>);
+
+/// Where the bytes of each text come from, by its path ([`origin`]).
+type Parts = BTreeMap<PathBuf, Vec<Range<usize>>>;
+
 /// What can go wrong.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -87,8 +93,7 @@ impl Copy {
     pub fn faults(&self) -> BTreeMap<usize, (&Path, &Fault)> {
         let mut faults = BTreeMap::new();
         for source in &self.sources {
-            let numbered = source.planted.faults().enumerate().filter(|(n, _)| !source.left_out.contains(n));
-            faults.extend(numbered.map(|(n, fault)| (source.first + n, (source.path.as_path(), fault))));
+            faults.extend(source.left().map(|(n, fault)| (source.first + n, (source.path.as_path(), fault))));
         }
         faults
     }
@@ -101,7 +106,7 @@ impl Copy {
     fn leave_out_what_does_not_compile(&mut self, group: &Group) -> Result<()> {
         let library = Path::new("engine").join(group.folder).join("src/lib.rs");
         loop {
-            let mut parts = BTreeMap::new();
+            let mut parts = Parts::new();
             for source in &self.sources {
                 let (mut text, of) = source.planted.text(source.first, &source.left_out);
                 if source.path == library {
@@ -115,27 +120,52 @@ impl Copy {
             if compiles {
                 return Ok(());
             }
-            let errors: Vec<(PathBuf, Range<usize>)> = checked.iter().flat_map(error_places).collect();
             let mut found = false;
-            for (file, place) in errors {
-                let Some(source) = self.sources.iter_mut().find(|source| file.ends_with(&source.path)) else {
-                    continue;
-                };
-                let [start, end] = [place.start, place.end].map(|byte| origin(&parts[&source.path], byte));
-                let left = || source.planted.faults().enumerate().filter(|(n, _)| !source.left_out.contains(n));
-                let around = left().filter(|(_, fault)| fault.range.start <= start && start <= fault.range.end);
-                let around = around.min_by_key(|(_, fault)| fault.range.len());
-                // A block that has to end early does not without its last statement.
-                let last = left().filter(|(_, fault)| start <= fault.range.start && fault.range.end <= end);
-                let last = last.filter(|(_, fault)| fault.to.is_empty()).last();
-                if let Some((n, _)) = last.or(around) {
-                    found |= source.left_out.insert(n);
+            for places in checked.iter().map(error_places) {
+                // What an error marks first is nearest to its reason.
+                let reason = places.iter().find_map(|place| self.reason(place, &parts));
+                let reason = reason.or_else(|| places.iter().find_map(|place| self.statement_beside(place, &parts)));
+                if let Some((source, fault)) = reason {
+                    found |= self.sources[source].left_out.insert(fault);
                 }
             }
             if !found {
                 return Err(format!("{package} does not compile, and no fault is the reason").into());
             }
         }
+    }
+
+    /// The fault that a place lies in, or that lies in the place: its source and its number there.
+    fn reason(&self, place: &Place, parts: &Parts) -> Option<(usize, usize)> {
+        let (index, source, Range { start, end }) = self.of_source(place, parts)?;
+        let around = source.left().filter(|(_, fault)| fault.range.start <= start && start <= fault.range.end);
+        let around = around.min_by_key(|(_, fault)| fault.range.len());
+        // A block that has to end early does not without its last statement.
+        let last = source.left().filter(|(_, fault)| start <= fault.range.start && fault.range.end <= end);
+        let last = last.filter(|(_, fault)| fault.to.is_empty()).last();
+        last.or(around).map(|(number, _)| (index, number))
+    }
+
+    /// The nearest statement that may be gone: what it gives to a variable, or takes from one, is missed elsewhere.
+    fn statement_beside(&self, place: &Place, parts: &Parts) -> Option<(usize, usize)> {
+        let (index, source, at) = self.of_source(place, parts)?;
+        let statements = source.left().filter(|(_, fault)| fault.to.is_empty());
+        let nearest = statements.min_by_key(|(_, fault)| fault.range.start.abs_diff(at.start));
+        nearest.map(|(number, _)| (index, number))
+    }
+
+    /// The source of a place, and the bytes that it has there.
+    fn of_source(&self, (file, place): &Place, parts: &Parts) -> Option<(usize, &Source, Range<usize>)> {
+        let (index, source) = self.sources.iter().enumerate().find(|(_, source)| file.ends_with(&source.path))?;
+        let [start, end] = [place.start, place.end].map(|byte| origin(&parts[&source.path], byte));
+        Some((index, source, start..end))
+    }
+}
+
+impl Source {
+    /// The faults that are not left out, with their numbers.
+    fn left(&self) -> impl Iterator<Item = (usize, &Fault)> {
+        self.planted.faults().enumerate().filter(|(number, _)| !self.left_out.contains(number))
     }
 }
 
@@ -171,18 +201,17 @@ pub fn cargo(root: &Path, arguments: &[&str]) -> Result<(Vec<Value>, bool)> {
     Ok((messages, output.status.success()))
 }
 
-/// File and bytes of each place that an error of the compiler marks.
-fn error_places(message: &Value) -> Vec<(PathBuf, Range<usize>)> {
+/// File and bytes of each place that an error of the compiler marks, what is wrong before what only belongs to it.
+fn error_places(message: &Value) -> Vec<Place> {
     let message = &message["message"];
     if message["level"] != "error" {
         return Vec::new();
     }
-    let spans = message["spans"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let primary = spans.iter().filter(|span| span["is_primary"] == true);
-    primary
-        .filter_map(|span| {
-            let byte = |name: &str| usize::try_from(span[name].as_u64()?).ok();
-            Some((PathBuf::from(span["file_name"].as_str()?), byte("byte_start")?..byte("byte_end")?))
-        })
-        .collect()
+    let mut spans: Vec<&Value> = message["spans"].as_array().into_iter().flatten().collect();
+    spans.sort_by_key(|span| span["is_primary"] != true);
+    let place = |span: &&Value| {
+        let byte = |name: &str| usize::try_from(span[name].as_u64()?).ok();
+        Some((PathBuf::from(span["file_name"].as_str()?), byte("byte_start")?..byte("byte_end")?))
+    };
+    spans.iter().filter_map(place).collect()
 }

@@ -51,7 +51,12 @@ pub const GROUPS: &[Group] = &[
         name: "encode",
         folder: "layouts",
         sources: &[""],
-        tests: &[&["-p", "raxel-layouts"], &["-p", "raxel-rivals"]],
+        tests: &[
+            &["-p", "raxel-layouts"],
+            &["-p", "raxel-rivals"],
+            // Of raxel-edit, and with the features of the whole workspace, as raxel itself is built.
+            &["--workspace", "--test", "live", "--test", "live_hashed"],
+        ],
         stress: Some(STRESS),
     },
     Group { name: "rivals", folder: "rivals", sources: &[""], tests: &[&["-p", "raxel-rivals"]], stress: Some(STRESS) },

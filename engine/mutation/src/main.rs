@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use raxel_mutation::build::{Copy, Result, cargo};
 use raxel_mutation::groups::{GROUPS, Group};
@@ -82,6 +82,13 @@ fn is(reason: &Explained, path: &Path, fault: &Fault) -> bool {
     of.iter().all(|(key, value)| reason.get(*key).is_some_and(|reason| reason == value))
 }
 
+/// The names of the tests of a program.
+fn tests_of(program: &Path) -> Result<Vec<String>> {
+    let list = Command::new(program).args(["--list", "--format", "terse"]).output()?;
+    let text = String::from_utf8(list.stdout)?;
+    Ok(text.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect())
+}
+
 fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
     let mut gates = Vec::new();
     for tests in group.tests {
@@ -94,13 +101,16 @@ fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
                 && message["profile"]["test"] == true
             {
                 let folder = Path::new(manifest).parent().ok_or("a manifest without a folder")?;
-                gates.push(Gate::new(Path::new(program), &["--test-threads", "1"], folder)?);
+                // One by one, so that a fault that a quick test notices meets no slow one.
+                for test in tests_of(Path::new(program))? {
+                    gates.push(Gate::new(Path::new(program), &[&test, "--exact"], folder)?);
+                }
             }
         }
     }
     let rays = std::env::var("RAXEL_MUTATION_RAYS").unwrap_or_else(|_| "1e6".to_owned());
     if let Some(stress) = group.stress.filter(|_| rays != "0") {
-        if !cargo(root, &["build", "-p", "raxel"])?.1 {
+        if !cargo(root, &["build", "--workspace", "--bin", "raxel"])?.1 {
             return Err("raxel does not build".into());
         }
         gates.push(Gate::new(&root.join("target/checked/raxel"), &[stress, &["--rays", &rays]].concat(), root)?);

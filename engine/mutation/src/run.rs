@@ -11,6 +11,10 @@ use wait_timeout::ChildExt as _;
 
 use crate::build::Result;
 
+/// Every fault meets the same random inputs. The first one that fails ends the test, and is not kept for the faults after it.
+const RANDOM_INPUTS: [(&str, &str); 3] =
+    [("PROPTEST_RNG_SEED", "1"), ("PROPTEST_MAX_SHRINK_ITERS", "0"), ("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1")];
+
 /// A program that must notice faults.
 pub struct Gate {
     /// The program.
@@ -44,6 +48,7 @@ impl Gate {
             .args(&self.arguments)
             .current_dir(&self.folder)
             .env("RAXEL_MUTANT", number.to_string())
+            .envs(RANDOM_INPUTS)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())

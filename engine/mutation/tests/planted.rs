@@ -98,9 +98,14 @@ fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
     std::fs::write(repository.join("engine/sums/Cargo.toml"), manifest).unwrap();
     let group = Group { name: "sums", folder: "sums", sources: &[""], tests: &[], stress: None };
     let none = Err("no fault of sums compiles".to_owned());
-    for (text, right) in
-        [("pub fn sum(a: u32, b: u32) -> u32 {\n    a + b\n}\n", Ok((1, 0))), ("pub struct Sum;\n", none)]
-    {
+    // Without its second statement the loop borrows twice, and the compiler marks the second.
+    let halves = "pub fn count(mut all: &mut [u8]) -> usize {\n    let mut n = 0;\n    for _ in 0..4 {\n        \
+                  let (own, rest) = all.split_at_mut(1);\n        all = rest;\n        n += own.len();\n    }\n    n\n}\n";
+    for (text, right) in [
+        ("pub fn sum(a: u32, b: u32) -> u32 {\n    a + b\n}\n", Ok((1, 0))),
+        (halves, Ok((5, 1))),
+        ("pub struct Sum;\n", none),
+    ] {
         std::fs::write(source.join("lib.rs"), text).unwrap();
         for arguments in [&["init", "--quiet"][..], &["add", "--all"]] {
             let done = Command::new("git").args(arguments).current_dir(&repository).status().unwrap();

@@ -171,6 +171,7 @@ fn filled(corner: [i32; 3], size: [i32; 3], material: impl Fn([i32; 3]) -> u16) 
 #[test]
 fn full_and_mixed_blocks_keep_their_materials() {
     check(&filled([0; 3], [64; 3], |_| 2), 3);
+    check(&filled([0; 3], [16; 3], |_| 2), 3);
     check(&filled([-16; 3], [48; 3], |c| 1 + (c[0] / 16) as u16), 3);
     check(&filled([60, 0, -3], [9, 20, 70], |c| 1 + ((c[0] * 7 + c[1] * 3 + c[2]) % 5) as u16), 5);
     check(&filled([0; 3], [20; 3], |c| 1 + (c[0] * 400 + c[1] * 20 + c[2]) as u16), 8000);
@@ -179,7 +180,14 @@ fn full_and_mixed_blocks_keep_their_materials() {
 #[test]
 fn the_ends_of_the_coordinates_are_kept() {
     for corner in [[i32::MIN; 3], [i32::MAX - 2; 3], [i32::MIN, 0, i32::MAX - 2]] {
-        check(&filled(corner, [3; 3], |_| 1), 1);
+        let voxels = filled(corner, [3; 3], |_| 1);
+        check(&voxels, 1);
+        for layout in sparse() {
+            let words = encode(layout, &world(&voxels, 1)).words;
+            // The cube ends where the coordinates do, or before.
+            let ends = |i: usize| i64::from(words[i].cast_signed()) + (1 << words[3]);
+            assert!((0..3).all(|i| ends(i) <= 1 << 31), "{}", layout.name());
+        }
     }
     check(&Voxels::from([([-(1 << 29); 3], 1), ([(1 << 29) - 1; 3], 1)]), 1);
 }
@@ -187,6 +195,16 @@ fn the_ends_of_the_coordinates_are_kept() {
 #[test]
 fn an_empty_world_is_encoded() {
     check(&Voxels::new(), 0);
+    for &layout in LAYOUTS {
+        let empty = World::empty();
+        for encoded in [layout.encode(&empty, u64::MAX), layout.encode_writable(&empty, u64::MAX)] {
+            let words = encoded.expect("it fits").words;
+            assert_eq!(words[..4], [0, 0, 0, 6], "{}", layout.name());
+            let is_solid = (4..7).all(|i| words[i].cast_signed() <= words[i + 4].cast_signed());
+            // An image has room that a copy may fill.
+            assert!(!is_solid || layout.has_image(), "{}", layout.name());
+        }
+    }
     let words = encode(Layout::TREE64, &World::empty()).words;
     // The empty root.
     assert_eq!(words.len() as u32, Tree64Header::WORDS + MATERIAL_WORDS + 4);
@@ -250,18 +268,45 @@ fn free_radii_are_exact() {
     let mut radii_found = [0; 16];
     for (block, radii) in decode::flat64_radii(&words) {
         for octant in 0..8 {
-            let empty = |n: i64| {
-                let step = |axis: usize, i: i64| block[axis] + if octant >> axis & 1 == 1 { -i } else { i };
-                let cells = (0..=n).flat_map(|x| (0..=n).flat_map(move |y| (0..=n).map(move |z| [x, y, z])));
-                cells.filter(|c| *c != [0; 3]).all(|c| !occupied.contains(&[0, 1, 2].map(|axis| step(axis, c[axis]))))
-            };
+            // How far the nearest occupied block ahead is, in the largest of its three distances.
+            let ahead = |axis: usize, at: i64| (at - block[axis]) * if octant >> axis & 1 == 1 { -1 } else { 1 };
+            let distances = occupied.iter().map(|at| [0, 1, 2].map(|axis| ahead(axis, at[axis])));
+            let nearest = distances.filter(|ahead| *ahead != [0; 3] && ahead.iter().all(|d| *d >= 0));
+            let nearest = nearest.filter_map(|ahead| ahead.into_iter().max()).min().unwrap_or(16);
             let radius = radii >> (4 * octant) & 15;
-            assert!(empty(i64::from(radius)), "{block:?} {octant} {radius}");
-            assert!(radius == 15 || !empty(i64::from(radius) + 1), "{block:?} {octant} {radius}");
+            assert_eq!(i64::from(radius), (nearest - 1).min(15), "{block:?} {octant}");
             radii_found[radius as usize] += 1;
         }
     }
     assert!(radii_found[0] > 0 && radii_found[3] > 0, "{radii_found:?}");
+}
+
+/// For each octant of directions: what brings a cell of the world, inverted on axes that its rays go down, to the bits of a cell of the window; the bits of
+/// the first and the last cell that are solid, in the order in which its rays go.
+#[test]
+fn octants_say_where_rays_begin_and_end() {
+    let world = world(&Voxels::from([([-70, 5, 300], 1), ([200, 130, 301], 1)]), 1);
+    let bounds = world.bounds().expect("two voxels");
+    let words = encode(Layout::FLAT64, &world).words;
+    let at = (raxel_layouts::Flat64Header::WORDS + 2 * MATERIAL_WORDS) as usize;
+    for octant in 0..8 {
+        let quads = &words[at + 12 * octant..][..12];
+        let down = |axis: usize| octant >> axis & 1 == 1;
+        for axis in 0..3 {
+            let side = [2048, 1024, 2048][axis];
+            let [min, last] = [bounds.min[axis], bounds.max[axis] - 1];
+            let origin = i64::from(words[axis].cast_signed());
+            let (first, last) = if down(axis) { (last, min) } else { (min, last) };
+            for (cell, bits) in [(first, quads[4 + axis]), (last, quads[8 + axis])] {
+                let (inverted, local) =
+                    if down(axis) { (!cell, side - 1 - (cell - origin)) } else { (cell, cell - origin) };
+                assert_eq!(bits, 0x4b40_2000 + local as u32, "{octant} {axis}");
+                assert_eq!(bits, quads[axis].wrapping_add(inverted as u32), "{octant} {axis}");
+            }
+        }
+        let field = |axis: usize, bits: u32| if down(axis) { bits } else { 0 };
+        assert_eq!(quads[3], field(0, 2047) | field(2, 2047 << 11) | field(1, 1023 << 22), "{octant}");
+    }
 }
 
 #[test]
@@ -274,6 +319,34 @@ fn geometry_is_shared_by_what_is_made_of_other_materials() {
     check(&many, 10);
     let bytes = [&one, &many].map(|voxels| encode(raxel_rivals::SVDAG, &world(voxels, 10)).geometry_bytes);
     assert!(bytes[1] < bytes[0] + 8 * 16, "{bytes:?}");
+}
+
+/// Bytes of places do not depend on materials, and bytes of materials are the palette and what each layout says about one material.
+#[test]
+fn bytes_of_places_and_of_materials_are_told_apart() {
+    // No block, node or brick is full.
+    let mut one = filled([0; 3], [40; 3], |_| 1);
+    one.retain(|[x, y, z], _| (7 * x + 3 * y + z) % 5 == 0);
+    let many = one.iter().map(|(cell, _)| (*cell, 1 + (cell[0] + 2 * cell[1] + cell[2]) as u16 % 7)).collect();
+    let cubes =
+        |edge: i32| one.keys().map(|cell| cell.map(|c| c / edge)).collect::<std::collections::HashSet<_>>().len();
+    let palette = u64::from(4 * MATERIAL_WORDS) * 8;
+    for &layout in LAYOUTS {
+        let [one, many] = [&one, &many].map(|voxels| encode(layout, &world(voxels, 7)));
+        assert_eq!(one.geometry_bytes, many.geometry_bytes, "{}", layout.name());
+        let of_material = match layout.name() {
+            // A link for each leaf, and for each brick.
+            "flat64" => 4 * cubes(4) as u64,
+            "brickmap" => 4 * cubes(8) as u64,
+            // A word of the only instance.
+            "svdag" => 4,
+            _ => 0,
+        };
+        // tree64 and flat64 end with a whole quad.
+        let room = if [Layout::TREE64, Layout::FLAT64].contains(&layout) { 12 } else { 0 };
+        let least = palette + of_material;
+        assert!((least..=least + room).contains(&one.attribute_bytes), "{}: {}", layout.name(), one.attribute_bytes);
+    }
 }
 
 /// The goal for shells of gentle terrain: at most 0.31 bytes a voxel say where it is.
@@ -338,7 +411,11 @@ fn writable_copies_have_every_chunk_for_themselves() {
     for layout in [raxel_rivals::CHUNKS, raxel_rivals::CHUNK_TABLE, Layout::OCTREE] {
         assert!(layout.has_set());
         let shared = layout.encode(&world, u64::MAX).unwrap().words;
-        let copy = layout.encode_writable(&world, u64::MAX).unwrap().words;
+        let copy = layout.encode_writable(&world, u64::MAX).unwrap();
+        let kept: Voxels =
+            (0..4).flat_map(|chunk| voxels(64 * chunk)).map(|(cell, material)| (cell.to_array(), material)).collect();
+        assert_eq!(voxels_of(layout, &copy), kept, "{}", layout.name());
+        let copy = copy.words;
         let chunk = if layout == Layout::OCTREE { 37_449 } else { 16_384 };
         assert!(
             copy.len() >= shared.len() + 3 * chunk,

@@ -98,6 +98,9 @@ fn what_a_device_cannot_hold_is_said_with_both_numbers() {
     assert_eq!(error, LayoutError::TooWide { layout: "texture3d", span: 2048, limit: 1024 });
     assert_eq!(LAYOUT.encode_image(&long, limits).expect_err("so is the image"), error);
 
+    let usual = EncodingLimits { buffer_bytes: 7, image_side: 2048, image_bytes: 1 << 32 };
+    assert_eq!(EncodingLimits::from(7), usual);
+
     let exact = encode(&long).1.bytes();
     let limits = |image_bytes| EncodingLimits { image_side: 2048, image_bytes, ..limits };
     assert_eq!(LAYOUT.encode_image(&long, limits(exact)).unwrap().unwrap().bytes(), exact);

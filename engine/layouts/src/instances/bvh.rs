@@ -161,8 +161,12 @@ mod tests {
             assert_eq!(hull, boxes[at[3] as usize]);
             return (hull, 0);
         }
+        let before = found.len();
         let (low, a) = check(words, node + 1, boxes, found);
+        let first = found.len() - before;
         let (high, b) = check(words, at[3] as usize, boxes, found);
+        let both = found.len() - before;
+        assert!(first.min(both - first) >= both.div_ceil(4), "{first} of {both}");
         assert_eq!(hull, union(low, high));
         (hull, 1 + a.max(b))
     }
@@ -194,5 +198,28 @@ mod tests {
             }
         }
         assert!(build(&[]).is_empty());
+    }
+
+    /// Between clusters of 4 and 3 and one of 13 far from both, on any axis, whatever the order of their boxes.
+    #[test]
+    fn clusters_are_split_where_they_are_apart() {
+        for axis in 0..3 {
+            let place = |i: i64| match i % 3 {
+                1 if i < 12 => -500,
+                1 => -400,
+                _ => 500,
+            };
+            let boxes: Vec<Box3> = (0..20_i64)
+                .map(|i| {
+                    let low = std::array::from_fn(|a| if a == axis { place(i) + i } else { 50 - i });
+                    [low, low.map(|c| c + 2)]
+                })
+                .collect();
+            let words = build(&boxes);
+            let mut below = Vec::new();
+            check(&words, 1, &boxes, &mut below);
+            below.sort_unstable();
+            assert_eq!((below, words[7]), (vec![1, 4, 7, 10, 13, 16, 19], axis as u32));
+        }
     }
 }

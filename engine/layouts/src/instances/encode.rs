@@ -173,9 +173,10 @@ mod tests {
     use std::sync::Arc;
 
     use glam::IVec3;
-    use raxel_world::{Material, MaterialIndex, World};
+    use raxel_world::{Material, MaterialIndex, Orientation, World};
 
-    use super::super::{InstanceModel, Instances};
+    use super::super::{Instance, InstanceModel, Instances, Pose};
+    use super::*;
 
     #[test]
     fn materials_behind_the_palette_of_a_model_change_nothing() {
@@ -187,5 +188,70 @@ mod tests {
         };
         assert_eq!(words(&[0, 9]), words(&[0, 9, 7, 7, 7, 7, 7, 7]));
         assert_ne!(words(&[0, 9]), words(&[0, 8]));
+    }
+
+    /// Two voxels of a palette of so many materials.
+    fn model(materials: u16) -> InstanceModel {
+        let palette = (0..materials).map(|i| Material::matt(format!("m{i}"), [0.5; 3])).collect();
+        let voxels = World::from_voxels(palette, [(IVec3::new(2, 3, 4), 1), (IVec3::new(5, 3, 9), 1)]);
+        InstanceModel { voxels: Arc::new(voxels), materials: (0..materials).map(|i| 7 * i).collect() }
+    }
+
+    fn instance(model: usize, anchor: [i64; 3], pose: Pose) -> Instance {
+        Instance { name: None, model, anchor, pose, motions: Vec::new() }
+    }
+
+    /// By the format of `shaders/include/raxel/instances.glsl`, quad by quad.
+    #[test]
+    fn instances_are_written_as_shaders_read_them() {
+        let list = vec![
+            instance(1, [2, 3, 4], Pose::new([100.0, -20.0, 7.0], [0.0; 3])),
+            instance(0, [0; 3], Pose::new([0.25, 0.0, 0.0], [0.0; 3])),
+            instance(0, [2, 3, 4], Pose::new([10.0, 20.0, 30.0], [90.0, 0.0, 0.0])),
+        ];
+        let instances = Instances { models: vec![model(2), model(4)], list };
+        let buffer = instances.encode(&[], u64::MAX).expect("it fits");
+        let words = buffer.words(&instances.frames(|_| None));
+        let quad = |at: usize| words[HEADER_WORDS + QUAD * at..][..QUAD].to_vec();
+        let of = |v: [i32; 3], w: u32| [&v.map(i32::cast_unsigned)[..], &[w]].concat();
+        // Five nodes of a tree over three boxes, and the models behind eight quads of each instance.
+        let (first, trees) = (10, 10 + 3 * 8);
+        let lamps_at = (words.len() - HEADER_WORDS) / QUAD;
+        assert_eq!(words[..HEADER_WORDS], [3, first as u32, 0, lamps_at as u32]);
+        let (half, unit) = (1 << 23, 1 << 23);
+        let turn = |rows| u32::from(Orientation::from_rows(rows).expect("a turn").inverse().to_vox()) << 8;
+        let none = turn([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+        let left = turn([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]);
+        // A model has eight words for each material, then its nodes; the first tree is as long as the second one begins behind it.
+        let second = quad(first + 1)[3] as usize;
+        let at = |instance: usize, of: usize| quad(first + 8 * instance + of);
+        let expected = [
+            (0, [98, -23, 3], 6 | none, [2, 3, 4], second, [5, 3, 9], 8, half, [100, -20, 7]),
+            (1, [0, 0, 0], 6 | FREE | none, [2, 3, 4], trees, [5, 3, 9], 4, half + half / 2, [0, 0, 0]),
+            (2, [6, 17, -31], 6 | left, [4, 3, 58], trees, [9, 3, 61], 4, half, [10, 20, 30]),
+        ];
+        for (i, corner, kind, low, tree, high, root, fraction, cell) in expected {
+            let quads = [0, 1, 2, 3, 4].map(|quad| at(i, quad));
+            let [low, high] = [of(low, tree as u32), of(high, root)];
+            assert_eq!(quads, [of(corner, kind), low, high, of([0; 3], fraction), of(cell, half)], "instance {i}");
+            let entry = if i == 1 { unit } else { 0 };
+            let rows = [of([entry, 0, 0], half), of([0, entry, 0], 0), of([0, 0, entry], 0)];
+            assert_eq!([5, 6, 7].map(|quad| at(i, quad)), rows, "instance {i}");
+        }
+        // Materials of the world, in the last word of each of the model's.
+        let palette =
+            |tree: usize, count: u32| (0..count).map(|i| quad(tree + 2 * i as usize + 1)[3]).collect::<Vec<_>>();
+        assert_eq!((palette(trees, 2), palette(second, 4)), (vec![0, 7], vec![0, 7, 14, 21]));
+        // The leaf of the first instance has the box of its voxels.
+        let leaf = (0..5).map(|node| [quad(2 * node), quad(2 * node + 1)]).find(|[a, b]| b[3] == 3 && a[3] == 0);
+        assert_eq!(leaf, Some([of([100, -20, 7], 0), of([103, -20, 12], 3)]));
+
+        let bytes = 4 * words.len() as u64;
+        assert!(instances.encode(&[], bytes).is_ok());
+        let error = instances.encode(&[], bytes - 1).expect_err("a byte too much");
+        assert_eq!(error, LayoutError::TooLarge { layout: "instances", bytes, limit: bytes - 1 });
+        // An array without an element is none.
+        let none = Instances::default();
+        assert_eq!(none.encode(&[], 100).expect("it fits").words(&[]), [0; HEADER_WORDS + QUAD]);
     }
 }

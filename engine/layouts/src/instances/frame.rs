@@ -169,6 +169,7 @@ mod tests {
             let frame = Frame::of(&pose);
             let (low, last) = ([-3, 0, -40], [5, 90, 2]);
             let [min, max] = frame.bounds(low, last);
+            let mut reached = [[f64::MAX; 3], [f64::MIN; 3]];
             for corner in 0..8 {
                 let cell: [i64; 3] = std::array::from_fn(|i| if corner >> i & 1 == 1 { last[i] + 1 } else { low[i] });
                 let from_middle = cell.map(|c| c as f64 - 0.5);
@@ -176,8 +177,13 @@ mod tests {
                     let turned: f64 = (0..3).map(|k| pose.rotation[i][k] * from_middle[k]).sum();
                     let at = pose.middle()[i] + turned;
                     assert!((min[i] as f64) < at && at < (max[i] + 1) as f64, "{yaw}: {at} in {min:?} {max:?}");
+                    reached[0][i] = reached[0][i].min(at);
+                    reached[1][i] = reached[1][i].max(at);
                 }
             }
+            // With a voxel of room, and what rounding to cells adds.
+            let wide = (0..3).any(|i| reached[0][i] - min[i] as f64 > 3.0 || max[i] as f64 - reached[1][i] > 3.0);
+            assert!(!wide, "{yaw}: {reached:?} in {min:?} {max:?}");
             let Rotation::Free(_) = frame.turn else { panic!("{frame:?}") };
         }
     }

@@ -39,7 +39,9 @@ impl Lamps {
     )]
     pub fn new(instances: &Instances, palette: &[Material], corners: &[[i32; 3]]) -> Self {
         let faces: Vec<Vec<Light>> = instances.models.iter().map(|model| of_model(model, palette)).collect();
-        let sums: Vec<f64> = faces.iter().map(|faces| faces.iter().map(|face| f64::from(face.power)).sum()).collect();
+        // Not `sum`, which is −0 for a model without a lamp.
+        let sums: Vec<f64> =
+            faces.iter().map(|faces| faces.iter().fold(0.0, |sum, face| sum + f64::from(face.power))).collect();
         let lit: Vec<usize> = (0..instances.list.len()).filter(|i| sums[instances.list[*i].model] > 0.0).collect();
         let of_models = sums.iter().map(|sum| *sum as f32).collect();
         if lit.is_empty() {

@@ -183,4 +183,31 @@ mod tests {
         let length = ((other[0] - 8.0).powi(2) + (other[2] - 8.0).powi(2)).sqrt();
         assert!((length - (10.5_f64.powi(2) + 0.25).sqrt()).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_quaternion_turns_as_angles_do_and_leaves_its_axis() {
+        let turned = |axis: [f64; 3], degrees: f64| {
+            let (s, c) = (degrees / 2.0).to_radians().sin_cos();
+            Pose::turned([0.0; 3], [s * axis[0], s * axis[1], s * axis[2], c]).expect("it has a length").rotation
+        };
+        let near = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| {
+            assert!(a.as_flattened().iter().zip(b.as_flattened()).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} {b:?}");
+        };
+        let axes = [(Axis::X, [1.0, 0.0, 0.0]), (Axis::Y, [0.0, 1.0, 0.0]), (Axis::Z, [0.0, 0.0, 1.0])];
+        for (axis, along) in axes {
+            near(turned(along, 37.0), about(axis, 37.0));
+        }
+        // X, Y and Z become each other in a third of a turn about their middle; any length will do.
+        near(turned([1.0 / 3.0_f64.sqrt(); 3], 120.0), [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let pose = Pose::turned([0.0; 3], [1.0, 2.0, 3.0, 4.0]).expect("it has a length");
+        let axis = apply(&pose.rotation, [1.0, 2.0, 3.0]);
+        assert!((0..3).all(|i| (axis[i] - (i + 1) as f64).abs() < 1e-12), "{axis:?}");
+    }
+
+    #[test]
+    fn a_slide_goes_along_its_direction_as_often_as_the_value_says() {
+        let pose = Pose::new([1.0, 2.0, 3.0], [30.0, 0.0, 0.0]);
+        let moved = pose.moved(MotionKind::Slide([0.5, -2.0, 0.0]), 4.0);
+        assert_eq!(moved, Pose { position: [3.0, -6.0, 3.0], ..pose });
+    }
 }

@@ -276,6 +276,7 @@ mod tests {
         let [low, high] = [2, 3].map(|material| powers.get(material));
         assert_eq!(groups, [(0, expected(10, low)), (1, expected(16, high))]);
         assert_eq!(words[..4], [(-256_i32 + 60).cast_unsigned(), 0, 512, 2 | 1 << 19]);
+        assert_eq!(words[LIGHT_WORDS + 3], 2 | 1 << 16 | 1 << 19, "face 1");
         let groups: Vec<LightGroup> = groups.iter().map(|(_, group)| *group).collect();
         let table = grouped_words(&groups);
         assert_eq!((table[0], table[1], table[4], table[5]), (10, 6, 16, 6));

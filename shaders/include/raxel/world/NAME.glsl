@@ -93,6 +93,7 @@
 #define rx_mip_free NAME_mip_free
 #define rx_occupied NAME_occupied
 #define rx_palette_material NAME_palette_material
+#define rx_search_chunk NAME_search_chunk
 #define rx_table_find NAME_table_find
 #define rx_table_free NAME_table_free
 #define rx_table_slot NAME_table_slot
@@ -213,6 +214,7 @@
 #undef rx_mip_free
 #undef rx_occupied
 #undef rx_palette_material
+#undef rx_search_chunk
 #undef rx_table_find
 #undef rx_table_free
 #undef rx_table_slot

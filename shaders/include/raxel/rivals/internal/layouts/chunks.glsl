@@ -30,10 +30,7 @@ bvec4 rx_keys_equal(uint i, uint key) {
 
 // Word where the voxels of the chunk at `chunk` (in chunks) begin. The keys are compared sixteen a round, since software drivers
 // of the llvmpipe family end every loop when those of one invocation have made 65,535 rounds together.
-uint rx_find_chunk(ivec3 chunk) {
-    if (chunk == rx_last_chunk) return rx_last_voxels;
-    rx_last_chunk = chunk;
-    rx_last_voxels = RX_NO_CHUNK;
+uint rx_search_chunk(ivec3 chunk) {
     if (any(lessThan(chunk, world.bounds_min >> 5)) || any(greaterThan(chunk, world.bounds_last >> 5))) return RX_NO_CHUNK;
     uint key = rx_chunk_key(chunk);
     uint count = world.chunk_count;
@@ -44,13 +41,19 @@ uint rx_find_chunk(ivec3 chunk) {
         // Worlds of more than 1024 chunks a side have equal keys.
         for (uint k = i; k < min(i + 16u, count); ++k) {
             uint at = world.chunks_at + count + 4u * k;
-            if (ivec3(world.words[at], world.words[at + 1u], world.words[at + 2u]) == chunk) {
-                rx_last_voxels = world.words[at + 3u];
-                return rx_last_voxels;
-            }
+            if (ivec3(world.words[at], world.words[at + 1u], world.words[at + 2u]) == chunk) return world.words[at + 3u];
         }
     }
     return RX_NO_CHUNK;
+}
+
+// The same, and at once for the chunk that was asked for last.
+uint rx_find_chunk(ivec3 chunk) {
+    if (chunk != rx_last_chunk) {
+        rx_last_chunk = chunk;
+        rx_last_voxels = rx_search_chunk(chunk);
+    }
+    return rx_last_voxels;
 }
 
 // Number of a voxel in its chunk.
