@@ -459,7 +459,7 @@ fn a_param_is_renamed_in_every_folder_that_overrides_or_uses_it() {
     let project = Project::empty();
     project.write("shaders/note.comp", NOTE).write("graphs/base/note.toml", NOTES);
     let over = "extends = \"../base/note.toml\"\n[params.speed]\ndefault = 2.0\n";
-    project.write("graphs/top/note.toml", over).write("graphs/top.toml", &over.replace("..", "."));
+    project.write("graphs/top/note.toml", over).write("graphs/top.toml", over.replace("..", "."));
     project.write("graphs/base/alone.toml", NOTES);
     project.write("worlds/note.toml", "[[instances]]\nturn = { param = \"speed\" }\n");
     project.write("worlds/shots/note.demo.toml", "graph = \"base/note.toml\"\n[tracks.speed]\nkeys = [[0, 1]]\n");

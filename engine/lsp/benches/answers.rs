@@ -55,7 +55,8 @@ impl Editor {
     /// Types something that the text did not have before: a comment, or else a mistake.
     fn change(&mut self, comment: bool) {
         self.count += 1;
-        let of_comment = if self.address.path().ends_with(".toml") { "#" } else { "//" };
+        let is_toml = self.address.path().rsplit('.').next() == Some("toml");
+        let of_comment = if is_toml { "#" } else { "//" };
         let mark = if comment { of_comment } else { "mistake" };
         let text = format!("{}{mark} {}\n", self.text, self.count);
         let document = json!({ "uri": self.address, "version": self.count });

@@ -83,10 +83,13 @@ impl Documents {
     }
 }
 
+/// What was read of each file.
+type Texts = BTreeMap<String, Result<Arc<[u8]>, FileError>>;
+
 /// A project's files with some texts in their place. Each file is read once between two calls of [`Overlay::update`].
 pub(super) struct Overlay {
     disk: DiskFiles,
-    texts: Mutex<BTreeMap<String, Result<Arc<[u8]>, FileError>>>,
+    texts: Mutex<Texts>,
 }
 
 impl Overlay {
@@ -100,7 +103,7 @@ impl Overlay {
         *self.lock() = texts.collect();
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Result<Arc<[u8]>, FileError>>> {
+    fn lock(&self) -> MutexGuard<'_, Texts> {
         // The map is whole after every operation, so a panic elsewhere does not spoil it.
         self.texts.lock().unwrap_or_else(PoisonError::into_inner)
     }

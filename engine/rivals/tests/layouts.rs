@@ -327,7 +327,7 @@ fn bytes_of_places_and_of_materials_are_told_apart() {
     // No block, node or brick is full.
     let mut one = filled([0; 3], [40; 3], |_| 1);
     one.retain(|[x, y, z], _| (7 * x + 3 * y + z) % 5 == 0);
-    let many = one.iter().map(|(cell, _)| (*cell, 1 + (cell[0] + 2 * cell[1] + cell[2]) as u16 % 7)).collect();
+    let many = one.keys().map(|cell| (*cell, 1 + (cell[0] + 2 * cell[1] + cell[2]) as u16 % 7)).collect();
     let cubes =
         |edge: i32| one.keys().map(|cell| cell.map(|c| c / edge)).collect::<std::collections::HashSet<_>>().len();
     let palette = u64::from(4 * MATERIAL_WORDS) * 8;

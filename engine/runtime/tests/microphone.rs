@@ -173,7 +173,7 @@ fn play(session: &mut Session, feed: &mut Option<Feed>, frame: usize) {
         21 => *feed = Some(session.microphone().line().feed(192_000, 8).unwrap()),
         _ => {}
     }
-    session.set_cursor(Some([frame as i32, 1]));
+    session.set_cursor(Some([i32::try_from(frame).unwrap(), 1]));
     session.inputs().hold_buttons(u32::from(frame % 11 > 5));
     session.inputs().hold_gamepad_buttons(1 << (frame % 5));
     let axis = f64::from((0.1 * frame as f32).sin());
@@ -273,7 +273,7 @@ fn a_file_is_heard_in_place_of_a_device() {
     session.give_sound(Some("tone.wav")).unwrap();
     assert!(!session.wants_capture());
     session.seek(0.5);
-    feed.hear(&[1.0; 4800]);
+    feed.hear(&vec![1.0; 4800]);
     let [_, waveform] = rows(&mut session);
     for (at, value) in waveform.iter().enumerate() {
         let expected = 0.5 + 0.5 * tone(40, 24_000 + at - 512);
@@ -307,7 +307,7 @@ const DEMO: &str = "world = \"box.toml\"\ngraph = \"microphone.toml\"\nduration 
 #[test]
 fn a_saved_sound_of_a_demo_is_taken_over() {
     let project = project();
-    let level = |level: i16| write_wav(&project.path("tone.wav"), &[level; 48_000]);
+    let level = |level: i16| write_wav(&project.path("tone.wav"), &vec![level; 48_000]);
     level(16_384);
     project.write("worlds/a.demo.toml", DEMO);
     let mut session = TestProject::open_with(Options {

@@ -9,7 +9,7 @@ pub enum Capture {
     #[default]
     Off,
     /// A thread captures.
-    #[cfg(any(test, feature = "microphone"))]
+    #[cfg(feature = "microphone")]
     On(thread::Capturing),
     /// This build captures nothing, which was said.
     #[cfg(not(feature = "microphone"))]
@@ -20,10 +20,10 @@ impl Capture {
     /// Begins and ends capturing as it is wanted. Gives what a user should know; an error is a warning.
     pub fn follow(&mut self, wanted: bool, microphone: &Microphone) -> Option<Result<String, String>> {
         match self {
-            #[cfg(any(test, feature = "microphone"))]
+            #[cfg(feature = "microphone")]
             Self::On(capturing) if wanted => return capturing.follow(microphone),
             // The device is given back: nobody is listened to for nothing.
-            #[cfg(any(test, feature = "microphone"))]
+            #[cfg(feature = "microphone")]
             Self::On(_) => *self = Self::Off,
             #[cfg(feature = "microphone")]
             Self::Off if wanted => {

@@ -280,7 +280,7 @@ pub const MALI_G52: Lesser = Lesser {
     ..MALI
 };
 
-/// PowerVR BXE-4-32 (a VisionFive 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>, and the
+/// `PowerVR` BXE-4-32 (a `VisionFive` 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>, and the
 /// operations of subgroups in <https://github.com/geerlingguy/sbc-reviews/issues/65>. What is not known there is as little as Vulkan allows.
 pub const POWERVR: Lesser = Lesser {
     name: "PowerVR BXE-4-32 (Imagination)",

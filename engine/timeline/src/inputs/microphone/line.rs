@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(line.waiting().samples.len(), MOST_LEFT / 2);
         feed.hear(&vec![1.0; 3 * MOST_WAITING]);
         assert_eq!(line.take(usize::MAX), vec![32_767; MOST_WAITING]);
-        assert_eq!(line.take(usize::MAX), []);
+        assert!(line.take(usize::MAX).is_empty());
     }
 
     #[test]
