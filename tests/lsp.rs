@@ -177,7 +177,7 @@ fn names_are_completed_and_explained() {
     );
     has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
     has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
-    let sources = ["world.tree64", "world.instances", "input.keys", "model.tree.tree64"];
+    let sources = ["world.tree64", "world.instances", "input.keys", "input.microphone", "model.tree.tree64"];
     has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &sources);
     let manifest = project.path("raxel.toml");
     std::fs::write(&manifest, "").unwrap();

@@ -57,7 +57,10 @@ float sun_through_clouds(vec3 place) {
 // the frames (Roberts' sequence R2).
 vec2 pixel_place(ivec2 pixel) {
 #ifdef JITTER
-    return vec2(pixel) + fract(vec2(frame.index & 65535u) * vec2(0.7548776662466927, 0.5698402909980532));
+    // All passes look through the same place, to the last bit.
+    precise vec2 turns = vec2(frame.index & 65535u) * vec2(0.7548776662466927, 0.5698402909980532);
+    precise vec2 place = vec2(pixel) + fract(turns);
+    return place;
 #else
     return vec2(pixel) + 0.5;
 #endif

@@ -75,7 +75,8 @@ fn meant(text: &str, diagnostic: &Diagnostic) -> Option<Fix> {
         Some(value.start + place.start..value.start + place.end)
     };
     let start = bytes.start + wrong.find(inner).unwrap_or(0);
-    let place = in_value(start..start + inner.len()).or_else(|| values_of_table(text, &bytes).find_map(in_value));
+    let place =
+        in_value(start..start + inner.len()).or_else(|| values_of_table(text, &bytes).into_iter().find_map(in_value));
     let place = place.unwrap_or(start..start + inner.len());
     let word = &text[place.clone()];
     if word.is_empty() || word.contains('\n') {
@@ -92,12 +93,14 @@ fn place_of_word(text: &str, word: &str) -> Option<Range<usize>> {
 }
 
 /// The texts in the table whose name stands at these bytes.
-fn values_of_table(text: &str, name: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+fn values_of_table(text: &str, name: &Range<usize>) -> Vec<Range<usize>> {
     let words = words(text);
-    let table = words.iter().find(|word| word.is_key && name.contains(&word.place.start)).map(|word| word.path.clone());
-    let inside =
-        move |word: &TomlWord| !word.is_key && table.as_ref().is_some_and(|table| word.path.starts_with(table));
-    words.into_iter().filter(inside).map(|word| word.place)
+    let is_name = |word: &TomlWord| word.is_key && name.contains(&word.place.start);
+    let Some(at) = words.iter().position(is_name) else { return Vec::new() };
+    let table = &words[at].path;
+    // Where the name stands again, the next table of an array begins.
+    let inside = words[at + 1..].iter().take_while(|word| !word.is_key || word.path != *table);
+    inside.filter(|word| !word.is_key && word.path.starts_with(table)).map(|word| word.place.clone()).collect()
 }
 
 /// Removes the entry whose key is at a byte: from an inline table with its comma, else with its line.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, InsertTextFormat, MarkupContent, MarkupKind};
 use raxel_diagnostics::MemoryFiles;
 use raxel_graph::checked::Builtin;
+use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{Catalog, SourceLayout};
 use raxel_runtime::sources::SourceCatalog;
 use raxel_shader::library;
@@ -304,7 +305,7 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
                 graphs.iter().flat_map(|graph| named_passes(&graph.text)).map(|(name, _)| name).collect();
             passes.into_iter().map(|name| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
         }
-        "source" | "copy" if graph => supplied(documents, document),
+        "source" | "copy" if graph => supplied(documents, document, key),
         "shader" if graph => {
             let mut shaders = files(document, "shaders");
             shaders.retain(|shader| !shader.label.starts_with("include/"));
@@ -364,10 +365,14 @@ fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
 }
 
 /// What supplies a resource: the session, each model of the project's worlds, files of the project.
-fn supplied(documents: &Documents, document: &Document) -> Vec<CompletionItem> {
+fn supplied(documents: &Documents, document: &Document, key: &str) -> Vec<CompletionItem> {
     let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
     let of_session = |source: &SourceLayout| item(&source.name, CompletionItemKind::VALUE, "supplied by the session");
     let mut found: Vec<CompletionItem> = catalog.sources().iter().map(of_session).collect();
+    // Nothing copies the microphone.
+    if key == "source" {
+        found.push(item(MICROPHONE, CompletionItemKind::VALUE, "supplied by the session"));
+    }
     let text = |path: String| Some(ProjectText { text: documents.text(document, &path)?, path, on_disk: true });
     let worlds: Vec<_> = every(FileKind::World, &document.project).into_iter().filter_map(text).collect();
     for model in of_world(&worlds, "model") {

@@ -122,7 +122,7 @@ pub(super) fn shader_files(project: &Project) -> BTreeSet<String> {
                 open.push(path);
             } else if Path::new(&path)
                 .extension()
-                .is_some_and(|extension| ["comp", "glsl"].iter().any(|glsl| extension == *glsl))
+                .is_some_and(|extension| ["comp", "glsl", "hlsl"].iter().any(|shader| extension == *shader))
             {
                 found.insert(path);
             }

@@ -19,7 +19,7 @@ use super::address;
 use super::documents::{Document, Documents, Overlay, range};
 use super::project_texts::{graphs_that_run, includers};
 
-/// Graphs that are checked because they run a shader that is open: what many share would take long.
+/// The most graphs to check for the shaders that are open. All graphs of a shader that many share would take long.
 const MOST_GRAPHS: usize = 8;
 
 /// Checks files, and remembers where something was said, so that it can be taken back.
@@ -33,14 +33,14 @@ pub(super) struct Publisher {
 /// A project with the texts that are open in front of its files.
 struct CheckedProject {
     files: Arc<Overlay>,
-    front: OfflineProject,
+    offline: OfflineProject,
 }
 
 impl CheckedProject {
     fn new(project: &Project) -> std::io::Result<Self> {
         let files = Arc::new(Overlay::new(project)?);
-        let front = OfflineProject::new(project.clone(), Loader::with_files(files.clone())).for_checks();
-        Ok(Self { files, front })
+        let offline = OfflineProject::new(project.clone(), Loader::with_files(files.clone())).for_checks();
+        Ok(Self { files, offline })
     }
 }
 
@@ -79,10 +79,10 @@ fn check_project(
     open: &[&Document],
     found: &mut BTreeMap<Url, Vec<Diagnostic>>,
 ) {
-    let CheckedProject { files, front } = checked;
-    let project = &front.project;
+    let CheckedProject { files, offline } = checked;
+    let project = &offline.project;
     files.update(open);
-    front.forget_changed_worlds();
+    offline.forget_changed_worlds();
     let (graphs, shaders): (Vec<&Document>, Vec<&Document>) =
         open.iter().copied().partition(|document| document.is_toml());
     let mut paths: BTreeSet<String> = graphs.iter().map(|document| document.path.clone()).collect();
@@ -97,10 +97,12 @@ fn check_project(
         if FileKind::of(path) == FileKind::Graph && !path.starts_with("graphs/") {
             continue;
         }
-        let checked = front.check(path, None);
+        let checked = offline.check(path, None);
         all.extend(checked.found);
         texts.extend(&checked.texts);
     }
+    // What was read from disk may be large, such as a video, and the next key may be far away.
+    files.update(open);
     for diagnostic in each_once(all) {
         let Some(first) = diagnostic.labels.first() else { continue };
         let Some(place) = location(project, &texts, &first.span) else { continue };

@@ -41,7 +41,7 @@ fn claimed() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 impl Claimed {
     /// A file in a folder without links; `None` if it is claimed already.
     fn new(place: PathBuf) -> Option<Self> {
-        // What is made in vain would give the place up again.
+        // `then_some` would make a `Claimed` even where the place is taken, and drop it: that would release the place.
         let is_free = claimed().insert(place.clone());
         is_free.then(|| Self(place))
     }

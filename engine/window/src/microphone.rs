@@ -240,13 +240,19 @@ mod thread {
 
         #[test]
         fn messages_are_few_whatever_a_device_does() {
-            let device =
-                Script((0..100).map(|at| Box::new(move |_: &Line, _: Gone| Err(at.to_string())) as _).collect());
-            let capturing = Capturing::start_with(device, Line::default(), Duration::from_micros(1));
+            let mut script: Vec<Box<Opens>> =
+                (0..100).map(|at| Box::new(move |_: &Line, _: Gone| Err(at.to_string())) as _).collect();
+            let (end, ended) = channel();
+            script.push(Box::new(move |_, _| {
+                end.send(()).unwrap();
+                Err("the end".to_owned())
+            }));
+            let capturing = Capturing::start_with(Script(script), Line::default(), Duration::from_micros(1));
             for at in 0..MOST_SAID {
                 assert_eq!(said(&capturing), Err(format!("the microphone is silent: {at}")));
             }
-            drop(capturing);
+            ended.recv_timeout(LIMIT).unwrap();
+            assert!(capturing.said.try_recv().is_err(), "no more is said");
         }
 
         #[test]

@@ -1,5 +1,5 @@
-// Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, out of some that are drawn, and a ray
-// to it. The lists of the face cache say which lamps are near (known_lamps.glsl). What earlier frames have found at a place goes into a mean that follows the camera.
+// Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, or three in motion, out of some that are
+// drawn, and a ray to each. The lists of the face cache say which lamps are near (known_lamps.glsl). What earlier frames have found at a place goes into a mean that follows the camera.
 // With PANES, the rays go through clear bodies of at most so many voxels.
 #version 460
 #include <raxel/scene.glsl>
@@ -21,7 +21,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outLamps;  // radiance for each voxel of the way and unit of density
-uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean, negative where a wall hides the slice
+uniform sampler3D lampsBefore;                       // that of the last frame; alpha is the number of frames in the mean, negative where a wall hid the slice in all of them
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; float mist; float mist_height; float mist_floor; } push;   // the camera of the last frame
 
 const uint CANDIDATES = 12u;

@@ -19,7 +19,7 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(rgba32f) uniform writeonly image3D outSun;   // share of sunlight that comes through
 layout(rgba32f) uniform writeonly image3D outSky;   // share of skylight
-uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean, negative where a wall hides the slice
+uniform sampler3D sunBefore;                        // those of the last frame; alpha is the number of frames in the mean, negative where a wall hid the slice in all of them
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 

@@ -1,4 +1,5 @@
-const float LEAST_SEEN = 0.1;   // of the weight of texels around a place
+const float LEAST_SEEN = 0.1;     // of the weight of texels around a place
+const float FADES_AT_REST = 0.1;  // frames of a mean, in each that does not see the slice
 
 // Weights of four texels in a row for a place between the middle two (Catmull and Rom, 1974): a mean that goes on over many frames stays sharp,
 // which linear weights blur a little in each.
@@ -13,7 +14,7 @@ struct Mean {
     bool seen;      // false: only walls were near, and the light is that right before them
 };
 
-// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hides the slice. Cubic between texels, within
+// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of them. Cubic between texels, within
 // what the nearest of them have; linear between those that are seen, where a wall hides some of them.
 Mean mean_between(sampler3D texels, vec3 place) {
     ivec3 size = textureSize(texels, 0);
@@ -45,10 +46,10 @@ Mean mean_between(sampler3D texels, vec3 place) {
 }
 
 // The mean with the light of this frame, at most `most` frames of it, as it is kept. Where a wall hides the slice (`!seen`), light is that right before the wall. It
-// counts only if nothing else is known, and what is known fades in motion.
+// counts only if nothing else is known. What is known fades: slowly at rest, where ways through other pixels may see the slice.
 vec4 mean_with(Mean before, vec3 light, bool seen, float most) {
     float frames = min(before.frames, most - 1.0);
-    if (!seen && before.seen && frames > (frame.still > 0u ? 0.0 : 1.0)) return vec4(before.light, frame.still > 0u ? frames : frames - 1.0);
+    if (!seen && before.seen && frames > 1.0) return vec4(before.light, frames - (frame.still > 0u ? FADES_AT_REST : 1.0));
     if (seen != before.seen) frames = 0.0;
     return vec4(mix(before.light, light, 1.0 / (frames + 1.0)), seen ? frames + 1.0 : -frames - 1.0);
 }

@@ -26,19 +26,23 @@ pub struct Line(Arc<Mutex<Waiting>>);
 #[derive(Debug, Default)]
 struct Waiting {
     samples: VecDeque<i16>,
-    /// A device captures.
+    /// How many devices have begun to capture. The last of them alone is heard.
+    devices: u64,
+    /// It still captures.
     fed: bool,
 }
 
 impl Line {
-    /// Begins to feed what a device captures, in the place of any other. The error says what such a device has that none has.
+    /// Begins to feed what a device captures, in the place of any other. The error names a rate or a number of channels that no device has.
     pub fn feed(&self, rate: u32, channels: u16) -> Result<Feed, String> {
         if !RATES.contains(&rate) || !CHANNELS.contains(&channels) {
             return Err(format!("it has {channels} channels and {rate} samples a second"));
         }
-        *self.waiting() = Waiting { samples: VecDeque::new(), fed: true };
         let resampler = (rate != SAMPLE_RATE).then(|| Resampler::new(rate));
-        Ok(Feed { line: self.clone(), channels: channels.into(), resampler, samples: Vec::new() })
+        let mut waiting = self.waiting();
+        let device = waiting.devices + 1;
+        *waiting = Waiting { samples: VecDeque::new(), devices: device, fed: true };
+        Ok(Feed { line: self.clone(), device, channels: channels.into(), resampler, samples: Vec::new() })
     }
 
     /// Whether a device captures.
@@ -66,6 +70,8 @@ impl Line {
 #[derive(Debug)]
 pub struct Feed {
     line: Line,
+    /// Its number, from 1.
+    device: u64,
     channels: usize,
     /// Unless it captures as many samples a second as frames hear.
     resampler: Option<Resampler>,
@@ -85,17 +91,24 @@ impl Feed {
                 None => self.samples.push(stored(sample)),
             }
         }
-        let waiting = &mut self.line.waiting().samples;
+        let mut waiting = self.line.waiting();
+        // A device that another one has replaced may still be on its way out.
+        if waiting.devices != self.device {
+            return;
+        }
         let newest = &self.samples[self.samples.len().saturating_sub(MOST_WAITING)..];
-        let surplus = (waiting.len() + newest.len()).saturating_sub(MOST_WAITING);
-        waiting.drain(..surplus);
-        waiting.extend(newest);
+        let surplus = (waiting.samples.len() + newest.len()).saturating_sub(MOST_WAITING);
+        waiting.samples.drain(..surplus);
+        waiting.samples.extend(newest);
     }
 }
 
 impl Drop for Feed {
     fn drop(&mut self) {
-        self.line.waiting().fed = false;
+        let mut waiting = self.line.waiting();
+        if waiting.devices == self.device {
+            waiting.fed = false;
+        }
     }
 }
 
@@ -177,6 +190,20 @@ mod tests {
         feed.hear(&vec![1.0; 3 * MOST_WAITING]);
         assert_eq!(line.take(usize::MAX), vec![32_767; MOST_WAITING]);
         assert!(line.take(usize::MAX).is_empty());
+    }
+
+    #[test]
+    fn a_device_that_was_replaced_is_not_heard() {
+        let line = Line::default();
+        let mut old = line.feed(SAMPLE_RATE, 1).unwrap();
+        let mut new = line.feed(SAMPLE_RATE, 1).unwrap();
+        old.hear(&[1.0; 8]);
+        new.hear(&[0.5; 2]);
+        drop(old);
+        assert!(line.is_fed(), "the new one captures");
+        assert_eq!(line.take(10), [16_384; 2]);
+        drop(new);
+        assert!(!line.is_fed());
     }
 
     #[test]

@@ -122,7 +122,7 @@ struct Captured {
     samples: VecDeque<i16>,
     /// The position after the last.
     end: u64,
-    /// How many samples before the end came from no device.
+    /// How many samples a device has failed to give since its last one. Jumps of the time do not count.
     missing: u64,
 }
 
@@ -134,7 +134,9 @@ impl Captured {
         let wanted = over - self.end;
         let came = line.take(usize::try_from(wanted).unwrap_or(usize::MAX));
         let silence = wanted - came.len() as u64;
-        self.missing = if came.is_empty() && line.is_fed() { self.missing.saturating_add(wanted) } else { 0 };
+        // Where the time jumps, nothing can have come yet: a device is not stuck for it.
+        let passed = if wanted > u64::from(SAMPLE_RATE) { 0 } else { wanted };
+        self.missing = if came.is_empty() && line.is_fed() { self.missing.saturating_add(passed) } else { 0 };
         let silence = usize::try_from(silence).map_or(HISTORY, |silence| silence.min(HISTORY));
         self.samples.extend(std::iter::repeat_n(0, silence).chain(came));
         let surplus = self.samples.len().saturating_sub(HISTORY);
@@ -249,6 +251,9 @@ mod tests {
         microphone.follow(12.1, None);
         assert!(!microphone.is_stuck(), "it goes on");
         microphone.follow(20.0, None);
+        assert!(!microphone.is_stuck(), "the time jumped");
+        microphone.follow(21.0, None);
+        microphone.follow(22.0, None);
         assert!(microphone.is_stuck());
         drop(feed);
         assert!(!microphone.is_stuck(), "it is gone");
