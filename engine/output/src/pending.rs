@@ -95,10 +95,25 @@ impl Pending {
     }
 
     /// Writes everything and puts the file in its place.
-    pub fn finish(mut self, bytes: &[u8]) -> Result {
+    pub fn finish(self, bytes: &[u8]) -> Result {
+        self.written(bytes)?.rename()
+    }
+
+    /// The same for a new file: one that others have put there meanwhile stays, and is an error.
+    pub fn finish_new(self, bytes: &[u8]) -> Result {
+        let Self { path, to } = self.written(bytes)?;
+        match to {
+            To::Temporary { temporary, place, .. } => {
+                temporary.persist_noclobber(&place.0).map_err(|error| failure(&path, &error.error))
+            }
+            To::Stream(_) => Ok(()),
+        }
+    }
+
+    fn written(mut self, bytes: &[u8]) -> Result<Self> {
         let (To::Temporary { file, .. } | To::Stream(file)) = &mut self.to;
         match file.write_all(bytes) {
-            Ok(()) => self.rename(),
+            Ok(()) => Ok(self),
             Err(error) => Err(failure(&self.path, &error)),
         }
     }
@@ -182,6 +197,17 @@ mod tests {
         assert_eq!(pending.temporary().extension(), path.extension());
         pending.finish(b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_new_file_replaces_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        let pending = Pending::new(&path).unwrap();
+        fs::write(&path, "of another program").unwrap();
+        pending.finish_new(b"new").unwrap_err();
+        assert_eq!(fs::read(&path).unwrap(), b"of another program");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 

@@ -36,17 +36,17 @@ fn taken(project: &Project, name: &str) -> Option<String> {
 }
 
 /// Writes a take that has the name of [`take_name`] to `worlds/NAME.demo.toml` of a project, and its sound to `worlds/NAME.wav`. Returns the
-/// project path of the demo.
+/// project path of the demo. A file that has come there meanwhile stays, and is an error.
 pub fn write_take(project: &Project, name: &str, take: &Take) -> Result<String> {
     let path = demo_path(name);
     let demo = Pending::new(&project.on_disk(&path))?;
     // The sound first: the demo names it.
     let sound = take.sound.as_ref().map(|samples| {
         let path = project.on_disk(&sound_path(name));
-        Pending::new(&path)?.finish(&wav(samples)).map(|()| path)
+        Pending::new(&path)?.finish_new(&wav(samples)).map(|()| path)
     });
     let sound = sound.transpose()?;
-    let written = demo.finish(take.text.as_bytes());
+    let written = demo.finish_new(take.text.as_bytes());
     if let (Err(_), Some(sound)) = (&written, sound) {
         // The error says what matters; what is left has no demo.
         let _ = fs::remove_file(sound);
