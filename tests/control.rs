@@ -303,6 +303,7 @@ fn a_take_of_a_program_renders_the_same() {
 #[test]
 fn a_take_of_a_program_sounds_the_same() {
     let project = Project::shipped();
+    project.copy_folder("textures");
     let scene = ["graphs/examples/microphone.toml", "--world", "worlds/menger.toml", "--size", "64x36", "--fps", "30"];
     let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
     for (path, why) in [

@@ -51,6 +51,6 @@ void main() {
     share = max(share, 1.0 - exp(-push.delta * (goal < exposure ? TO_BRIGHT : TO_DARK)));
     // A picture at rest has its goal when this pass stops, however short the frames are. Where time stands still, so does the eye.
     if (push.delta > 0.0) share = max(share, 1.0 / float(RESTS - min(frame.still, RESTS - 1u)));
-    exposure = share == 1.0 ? goal : exp2(mix(log2(exposure), log2(goal), share));
+    if (share > 0.0) exposure = share == 1.0 ? goal : exp2(mix(log2(exposure), log2(goal), share));
     age += push.delta;
 }
