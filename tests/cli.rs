@@ -42,7 +42,7 @@ fn a_shader_is_no_graph_and_that_is_said_once() {
 fn two_outputs_of_a_command_have_two_names() {
     let project = Project::shipped();
     let run = project.raxel(&["render", "graphs/primary.toml", "--trace", "a.png", "-o", "./a.png"]).exits(2);
-    assert!(run.stderr.contains("the same command writes another file there"), "{}", run.stderr);
+    assert!(run.stderr.contains("raxel is writing another file there"), "{}", run.stderr);
     // That of the refused command.
     assert!(std::fs::read_to_string(project.path("a.png")).unwrap().contains("traceEvents"));
 }

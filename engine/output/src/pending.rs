@@ -76,7 +76,7 @@ impl Pending {
         }
         let real = folder.canonicalize().map_err(|error| fail(error.to_string()))?.join(name);
         let claimed = Claimed::new(real).ok_or_else(|| {
-            fail("the same command writes another file there".to_owned()).help("give one of them another name")
+            fail("raxel is writing another file there".to_owned()).help("give one of them another name")
         })?;
         let (file, temporary) = temporary(folder, name)
             .map_err(|error| fail(format!("no file can be made in `{}`: {}", folder.display(), error.kind())))?
@@ -226,7 +226,7 @@ mod tests {
         let first = Pending::new(&path).unwrap();
         let same = folder.path().join(".").join("a.png");
         let refused = Pending::new(&same).unwrap_err();
-        assert!(refused.message.contains("the same command writes another file there"), "{refused:?}");
+        assert!(refused.message.contains("raxel is writing another file there"), "{refused:?}");
         first.finish(b"first").unwrap();
         Pending::new(&same).unwrap().finish(b"second").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"second");

@@ -9,7 +9,7 @@
 #include "air_slices.glsl"
 #include "air_mist.glsl"
 #include <raxel/light/reproject.glsl>
-#include "cubic.glsl"
+#include "air_mean.glsl"
 #include <raxel/light/atmosphere.glsl>
 #include <raxel/light/lamps.glsl>
 #include "../face_cache/known_lamps.glsl"

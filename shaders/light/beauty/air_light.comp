@@ -9,7 +9,7 @@
 #include "../change.glsl"
 #include "air_slices.glsl"
 #include <raxel/light/reproject.glsl>
-#include "cubic.glsl"
+#include "air_mean.glsl"
 #ifdef PANES
 #include <raxel/light/body.glsl>
 #endif

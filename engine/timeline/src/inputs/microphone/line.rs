@@ -36,7 +36,9 @@ impl Line {
     /// Begins to feed what a device captures, in the place of any other. The error names a rate or a number of channels that no device has.
     pub fn feed(&self, rate: u32, channels: u16) -> Result<Feed, String> {
         if !RATES.contains(&rate) || !CHANNELS.contains(&channels) {
-            return Err(format!("it has {channels} channels and {rate} samples a second"));
+            return Err(format!(
+                "it captures {channels} channels with {rate} samples a second, and raxel hears 1 to 256 with 1,000 to 1,000,000"
+            ));
         }
         let resampler = (rate != SAMPLE_RATE).then(|| Resampler::new(rate));
         let mut waiting = self.waiting();
@@ -211,7 +213,7 @@ mod tests {
         let line = Line::default();
         for (rate, channels) in [(0, 1), (48_000, 0), (u32::MAX, 2), (48_000, 257)] {
             let error = line.feed(rate, channels).unwrap_err();
-            assert_eq!(error, format!("it has {channels} channels and {rate} samples a second"));
+            assert!(error.starts_with(&format!("it captures {channels} channels with {rate} samples")), "{error}");
         }
         assert!(!line.is_fed());
     }
