@@ -368,7 +368,7 @@ fn the_doctor_finds_nothing_wrong_where_the_tests_run() {
 
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("file"), "").unwrap();
-    for (place, state, words) in [("file/in", "missing", "it cannot be written"), ("new/in", "ok", " files, ")] {
+    for (place, state, words) in [("file/in", "missing", "cannot be written"), ("new/in", "ok", " files, ")] {
         let place = folder.path().join(place);
         let mut doctor = command(common::repository(), &["doctor", "--format", "json"]);
         let found = Run::from(output(doctor.env("RAXEL_CACHE", &place))).exits(0).json();
