@@ -1,13 +1,17 @@
-//! What moves in Lum's world (`graphs/rivals/light/views/lum_live.toml`): models that are drawn into the voxels leave no trail, grass, waves and smoke are there
-//! when they are asked for, the wind moves the grass, and the same frames give the same bytes.
+//! Lum (docs/rivals/light/lum.md): light that probes hand on, its first frame, fog, instances that are drawn into copies of blocks
+//! (`views/lum_requests.toml`), and what moves in `views/lum_live.toml`: models leave no trail, grass, waves and smoke are there when they are asked for,
+//! the wind moves the grass, and the same frames give the same bytes.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 mod common;
+#[path = "light/scenes.rs"]
+mod scenes;
 
 use common::Project;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Options, Session, Validation, Value};
+use scenes::cuboid;
 
 const SIZE: [u32; 2] = [64, 36];
 /// Material of cells of grass and of sparks, as in `shaders/rivals/light/lum/matter.glsl`.
@@ -147,4 +151,186 @@ fn the_wind_moves_the_grass_and_the_same_frames_are_the_same_bytes() {
     assert!(first == picture(3).0, "the same frames give the same bytes");
     let (later, late) = picture(12);
     assert!(first != later && early != late);
+}
+
+const LUM: &str = "graphs/rivals/light/lum.toml";
+const REQUESTS: &str = "graphs/rivals/light/views/lum_requests.toml";
+const WALL: &str = "wall = { albedo = [0.7, 0.6, 0.5] }\nlamp = { albedo = [1.0, 0.9, 0.8], emission = 40.0 }";
+
+fn brightest(texels: &[[f32; 4]]) -> f32 {
+    texels.iter().flat_map(|texel| &texel[..3]).fold(0.0, |a, b| a.max(*b))
+}
+
+/// A corridor of 384 voxels, three times as long as the rays of probes, whose walls reflect nothing but at the end that is seen.
+fn corridor(project: &Project, lamp: bool) {
+    let soot = "soot = { albedo = [0.0, 0.0, 0.0] }\n";
+    let mut build =
+        vec![cuboid("soot", [0, 0, 0], [384, 32, 32], "shell = 1"), cuboid("wall", [0, 0, 0], [1, 32, 32], "")];
+    if lamp {
+        build.push(cuboid("lamp", [380, 1, 1], [383, 31, 31], ""));
+    }
+    scenes::world(project, &format!("{soot}{WALL}"), &build, [12.5, 16.5, 16.5], [0.5, 16.5, 16.5], 60.0);
+}
+
+/// Rays of probes end after 128 voxels. There they take over the light of the probe: what is dark stays dark, however long, and light goes on.
+#[test]
+fn probes_hand_on_the_light_of_what_is_far_away() {
+    let project = Project::shipped();
+    corridor(&project, false);
+    let dark = scenes::frames(&mut scenes::open(&project, LUM, [16, 9], &[("sun_strength", 0.0)]), 24);
+    assert!(brightest(&dark) == 0.0, "sky in a closed corridor: {}", brightest(&dark));
+    // Ten bits would round this little light away.
+    corridor(&project, true);
+    let float = "extends = \"lum.toml\"\nname = \"float\"\n[targets.probes]\nformat = \"rgba32f\"\n[targets.probes_before]\nformat = \"rgba32f\"\n\
+                 [[passes]]\nname = \"probes\"\ndefines = { PROBES = \"rgba32f\" }\n[[passes]]\nname = \"probes_remember\"\ndefines = { PROBES = \"rgba32f\" }\n";
+    project.write("graphs/rivals/light/float.toml", float);
+    let mut session = scenes::open(&project, "graphs/rivals/light/float.toml", [16, 9], &scenes::DARK);
+    let early = brightest(&scenes::frames(&mut session, 1));
+    let late = brightest(&scenes::frames(&mut session, 63));
+    assert!(early == 0.0 && late > 0.0, "{early} in the first frame, {late} later");
+}
+
+/// A field that begins black takes a hundred frames to half of its light.
+#[test]
+fn the_field_does_not_begin_black() {
+    let project = Project::shipped();
+    let floor = cuboid("wall", [-64, 0, -64], [64, 16, 64], "");
+    scenes::world(&project, WALL, &[floor], [0.5, 24.5, 0.5], [8.0, 16.0, 8.0], 60.0);
+    for graph in [LUM, "graphs/rivals/light/lum_f32.toml"] {
+        let mut session = scenes::open(&project, graph, [16, 9], &[]);
+        let mut mean = |count| {
+            let texels = scenes::frames(&mut session, count);
+            texels.iter().map(|texel| f64::from(texel[1])).sum::<f64>() / texels.len() as f64
+        };
+        let (first, later) = (mean(4), mean(124));
+        assert!(later > 0.0 && first > 0.6 * later, "{graph}: {first} in the fourth frame, {later} later");
+    }
+}
+
+/// Thicker fog shows less of a lamp, whose own light is far above that of the field; without thickness there is none.
+#[test]
+fn fog_lies_between_the_eye_and_what_it_sees() {
+    let project = Project::shipped();
+    scenes::world(
+        &project,
+        WALL,
+        &[cuboid("wall", [0, 0, 0], [64, 32, 32], "shell = 1"), cuboid("lamp", [60, 8, 8], [63, 24, 24], "")],
+        [4.5, 16.5, 16.5],
+        [63.5, 16.5, 16.5],
+        20.0,
+    );
+    for graph in [LUM, "graphs/rivals/light/lum_f32.toml"] {
+        let mut session = scenes::open(&project, graph, [16, 9], &scenes::DARK);
+        let clear = brightest(&scenes::frames(&mut session, 8));
+        session.set_param("fog", Value::Bool(true)).unwrap();
+        let mut of = |thickness: f32| {
+            session.set_param("fog_thickness", Value::F32(thickness)).unwrap();
+            brightest(&scenes::frames(&mut session, 2))
+        };
+        let (none, thin, thick) = (of(0.0), of(0.01), of(0.1));
+        // The field goes on changing a little.
+        assert!((none / clear - 1.0).abs() < 1e-2, "{graph}: {none} for {clear}");
+        assert!(thin < 0.8 * clear && thin > 0.4 * clear, "{graph}: {thin} for {clear}");
+        assert!(thick < 0.3 * thin, "{graph}: {thick} for {thin}");
+    }
+}
+
+/// A world with a hut, as a model in its voxels or as an instance, in a place and at an angle.
+fn with_hut(project: &Project, instance: bool, position: [f64; 3], angles: &str) {
+    let floor = cuboid("wall", [-40, 0, -40], [40, 2, 40], "");
+    let hut = if instance {
+        format!("[[instances]]\nmodel = \"hut\"\nposition = {position:?}\n{angles}\n")
+    } else {
+        format!("[[build]]\nop = \"model\"\nmodel = \"hut\"\norigin = {:?}\n", position.map(|c| c as i32))
+    };
+    // A mast, so that the world is as high in all cases.
+    let mast = cuboid("wall", [-40, 2, -40], [-39, 60, -39], "");
+    let models = "[models]\nhut = { file = \"models/hut.vox\" }\n".to_owned();
+    scenes::world(project, WALL, &[models, floor, mast, hut], [30.5, 24.5, 30.5], [0.0, 6.0, 0.0], 60.0);
+}
+
+/// What the pixels see, where, and of what material; and its light after some frames.
+fn seen(session: &mut Session) -> (Vec<u8>, Vec<u8>, Vec<[f32; 4]>) {
+    let light = scenes::frames(session, 3);
+    (session.read_target("hit").unwrap().bytes, session.read_target("place").unwrap().bytes, light)
+}
+
+/// How many voxels instances have in the copied blocks.
+fn drawn(session: &mut Session) -> usize {
+    let bytes = session.read_buffer("work", 0..16).unwrap();
+    let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
+    let voxels = session.read_buffer("voxels", 0..u64::from(4 * word(&bytes[..4]))).unwrap();
+    voxels.chunks_exact(4).filter(|voxel| word(voxel) >> 16 != 0).count()
+}
+
+fn open_requests(project: &Project) -> Session {
+    let mut session = scenes::open(project, REQUESTS, [64, 36], &[]);
+    for name in ["hit", "place", "work", "voxels"] {
+        session.pin(name).unwrap();
+    }
+    session
+}
+
+/// An instance on the lattice is drawn where a model of the world's file would be: every ray of every pass meets the same.
+#[test]
+fn a_request_is_as_good_as_a_model_in_the_file() {
+    let project = Project::shipped();
+    with_hut(&project, false, [3.0, 2.0, -5.0], "");
+    let in_file = seen(&mut open_requests(&project));
+    with_hut(&project, true, [3.0, 2.0, -5.0], "");
+    let mut session = open_requests(&project);
+    let requested = seen(&mut session);
+    assert!(in_file.0 == requested.0, "other voxels are seen");
+    assert!(in_file.1 == requested.1, "they are seen elsewhere");
+    let same = in_file.2.iter().zip(&requested.2).filter(|(a, b)| a == b).count();
+    assert_eq!(same, in_file.2.len(), "their light is another");
+    assert!(drawn(&mut session) > 500);
+}
+
+/// At any place and turn, an instance covers about as many voxels as its model has, also where it stands in the air; nothing is left where it was; parts
+/// outside of the world are not drawn.
+#[test]
+fn requests_are_drawn_at_any_place_and_leave_no_trail() {
+    let project = Project::shipped();
+    with_hut(&project, true, [3.0, 2.0, -5.0], "");
+    let count = |session: &mut Session| {
+        scenes::frames(session, 2);
+        drawn(session)
+    };
+    let all = count(&mut open_requests(&project)) as f64;
+    with_hut(&project, true, [3.25, 30.5, -5.75], "yaw = 27\npitch = 40\nroll = -10");
+    let turned = count(&mut open_requests(&project)) as f64;
+    // Walls of one voxel that lie askew miss some middles of cells.
+    assert!((turned / all - 1.0).abs() < 0.15, "{turned} for {all}");
+    with_hut(&project, true, [38.0, 2.0, -5.0], "");
+    let cut = count(&mut open_requests(&project)) as f64;
+    assert!(cut > 0.2 * all && cut < 0.9 * all, "{cut} for {all}");
+
+    let slide = "slide = { param = \"sail\", along = [1, 0, 0], default = 0.0 }";
+    with_hut(&project, true, [3.0, 2.0, -5.0], slide);
+    let mut session = open_requests(&project);
+    let first = seen(&mut session);
+    session.set_param("sail", Value::F32(12.0)).unwrap();
+    let moved = seen(&mut session);
+    assert!(first.0 != moved.0 && drawn(&mut session) as f64 == all);
+    session.set_param("sail", Value::F32(0.0)).unwrap();
+    let back = seen(&mut session);
+    assert!(first.0 == back.0 && first.1 == back.1, "a trail is left");
+}
+
+#[test]
+fn requests_without_room_are_named() {
+    let project = Project::shipped();
+    with_hut(&project, true, [3.0, 2.0, -5.0], "");
+    project.edit(
+        REQUESTS,
+        "most_slots = { type = \"u32\", value = 1024 }",
+        "most_slots = { type = \"u32\", value = 2 }",
+    );
+    let mut session = open_requests(&project);
+    scenes::frames(&mut session, 4);
+    let counted = session.counted();
+    assert!(counted.len() == 1 && format!("{counted:?}").contains("all slots are taken"), "{counted:?}");
+    // What has a slot is drawn.
+    assert!(drawn(&mut session) > 0);
 }

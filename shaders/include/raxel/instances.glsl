@@ -17,8 +17,7 @@
 
 #include "world.glsl"
 #include "box.glsl"
-#include "instance_frame.glsl"
-#include "internal/mask.glsl"
+#include "instance_voxels.glsl"
 
 const uint RX_INSTANCE_DEPTH = 36u;  // more than any tree of boxes has
 const uint RX_INSTANCE_LEAF = 3u;
@@ -32,17 +31,6 @@ struct RxSceneHit {
     uint cell_face;  // the face of that voxel
 };
 
-// A cell of the cube of an instance, as a cell of its model's cube.
-uvec3 rx_instance_cell(RxInstance instance, uvec3 cell) {
-    uint last = (1u << (instance.shape & 31u)) - 1u;
-    uvec3 turned = uvec3(0u);
-    for (uint axis = 0u; axis < 3u; ++axis) {
-        uint c = rx_pick(cell, rx_instance_axis(instance, axis));
-        rx_put(turned, axis, rx_instance_turns_around(instance, axis) ? last - c : c);
-    }
-    return turned;
-}
-
 // A face of a voxel in the frame that an instance is walked in, as a face of its model.
 uint rx_instance_face(RxInstance instance, uint face) {
     for (uint axis = 0u; axis < 3u; ++axis) {
@@ -51,53 +39,6 @@ uint rx_instance_face(RxInstance instance, uint face) {
         }
     }
     return face;
-}
-
-// A word of the tree of an instance's model.
-uint rx_instance_word(RxInstance instance, uint at) {
-    return instances.quads[instance.tree + (at >> 2)][at & 3u];
-}
-
-// Index of the world's material of a voxel, by what tree64.glsl says of its leaf and packed.glsl of packed materials; see there.
-uint rx_instance_material(RxInstance instance, uint material, uint rank, uvec2 leaf, uint voxel) {
-    uint own = material & 0xffffu;
-    if ((material & 0xc0000000u) == 0u) {
-        uint link = rx_instance_word(instance, material + rank);
-        own = link & 0xffffu;
-        if ((link & 0x40000000u) == 0u) {
-            uint at = link & 0x1fffffffu, code = ((link >> 30) & 2u) | ((link >> 29) & 1u), kind = code == 3u ? 4u : code;
-            uint bit = rx_mask_rank(leaf, voxel) << kind, bits = 1u << kind;
-            uint palette_words = kind == 4u ? 0u : (1u << bits) >> 1;
-            own = (rx_instance_word(instance, at + palette_words + (bit >> 5)) >> (bit & 31u)) & ((1u << bits) - 1u);
-            if (kind != 4u) own = (rx_instance_word(instance, at + (own >> 1)) >> (16u * (own & 1u))) & 0xffffu;
-        }
-    }
-    return rx_instance_word(instance, 8u * own + 7u);
-}
-
-// As rx_look of trace.glsl: the material of a cell of the model's cube, or 0 and an empty cube around it.
-uint rx_instance_look(RxInstance instance, uvec3 c, out uint log2_free) {
-    uvec4 node = instances.quads[instance.tree + instance.root];
-    log2_free = 0u;
-    for (uint height = (instance.shape & 31u) >> 1;; --height) {
-        uint child = rx_mask_bit(c >> (2u * height - 2u));
-        if (!rx_mask_has(node.xy, child)) {
-            log2_free = 2u * height - 2u + rx_mask_free(node.xy, child);
-            return 0u;
-        }
-        uint rank = rx_mask_rank(node.xy, child);
-        if ((node.w & 0x80000000u) != 0u) return rx_instance_material(instance, node.w, rank, uvec2(0u), 0u);
-        if (height == 2u) {
-            uint at = node.z + rank;
-            uvec4 pair = instances.quads[instance.tree + (at >> 1)];
-            uvec2 leaf = (at & 1u) != 0u ? pair.zw : pair.xy;
-            uint voxel = rx_mask_bit(c);
-            if (rx_mask_has(leaf, voxel)) return rx_instance_material(instance, node.w, rank, leaf, voxel);
-            log2_free = rx_mask_free(leaf, voxel);
-            return 0u;
-        }
-        node = instances.quads[instance.tree + node.z + rank];
-    }
 }
 
 // Follows a ray through the cube of an instance. Until `t_free`, in lengths of its direction, the ray meets no solid voxel.

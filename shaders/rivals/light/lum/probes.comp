@@ -4,6 +4,7 @@
 #include "light/scene.glsl"
 #include "field.glsl"
 #include "matter.glsl"
+#include "trace.glsl"
 
 layout(local_size_x = 64) in;
 uniform sampler3D before;
@@ -42,11 +43,19 @@ void main() {
 #endif
     RxHit hit;
     vec3 light = vec3(0.0);
-    if (!rx_trace(ray, hit)) {
-        light = sky_radiance(dir, sun);
+    if (!lum_trace(ray, hit)) {
 #if FAITHFUL
-        // The sun is a cone of 18 degrees with the irradiance of the disc.
-        if (dot(dir, sun) > 0.95) light += sun_irradiance(sun) / (2.0 * RX_PI * 0.05);
+        // A ray that ends within the world takes over the light of the probe there, so light crosses the world in steps of its length.
+        vec3 end = vec3(16 * probe + 8) + REACH * dir;
+        if (all(greaterThanEqual(end, vec3(0.0))) && all(lessThan(end, vec3(grid.world_max - grid.world_min)))) {
+            light = SCALE * texelFetch(before, min(ivec3(end) / 16, textureSize(before, 0) - 1), 0).rgb;
+        } else {
+            light = sky_radiance(dir, sun);
+            // The sun is a cone of 18 degrees with the irradiance of the disc.
+            if (dot(dir, sun) > 0.95) light += sun_irradiance(sun) / (2.0 * RX_PI * 0.05);
+        }
+#else
+        light = sky_radiance(dir, sun);
 #endif
     } else if (hit.face != RX_FACE_INSIDE) {
         RxMaterial material = matter(hit.material);
@@ -68,9 +77,11 @@ void main() {
         vec3 old = texelFetch(before, probe, 0).rgb * SCALE, now = sums[0] / 64.0;
         float share = push.blend;
 #if !FAITHFUL
-        // A mean of all frames at rest, from the first one on.
-        share = max(min(share, 1.0 / float(frame.still + 1u)), 1.0 / float(min(frame.index, 511u) + 1u));
+        // At rest a mean of all frames.
+        share = min(share, 1.0 / float(frame.still + 1u));
 #endif
+        // A mean from the first frame on, so that the field does not begin black.
+        share = max(share, 1.0 / float(min(frame.index, 511u) + 1u));
         imageStore(outProbes, probe, vec4((old + share * (now - old)) / SCALE, 1.0));
     }
 }

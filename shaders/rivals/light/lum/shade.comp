@@ -5,6 +5,7 @@
 #include "light/scene.glsl"
 #include "field.glsl"
 #include "matter.glsl"
+#include "trace.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;
@@ -82,7 +83,7 @@ void main() {
             vec3 mirrored = reflect(dir, normal), seen;
             if (dot(mirrored, rx_normal(face)) <= 0.0) mirrored = reflect(dir, rx_normal(face));
             RxHit there;
-            if (!rx_trace(rx_ray_from_face(hit.xyz, face, place.xy, mirrored), there)) seen = sky_radiance(mirrored, sun);
+            if (!lum_trace(rx_ray_from_face(hit.xyz, face, place.xy, mirrored), there)) seen = sky_radiance(mirrored, sun);
             else {
                 RxMaterial other = matter(there.material);
                 vec3 beyond = place_in_world(there.voxel, there.face, there.uv);

@@ -4,6 +4,7 @@
 #include "light/scene.glsl"
 #define SCALE 1.0
 #include "field.glsl"
+#include "trace.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r16) uniform writeonly image2D outMap;
@@ -18,6 +19,6 @@ void main() {
     vec3 from = map_middle() + half_side * sun + at.x * t + at.y * b;
     ivec3 cell = ivec3(floor(from));
     RxHit hit;
-    bool found = rx_trace(rx_ray(grid.world_min + cell, from - vec3(cell), -sun), hit);
+    bool found = lum_trace(rx_ray(grid.world_min + cell, from - vec3(cell), -sun), hit);
     imageStore(outMap, texel, vec4(found ? hit.t / (2.0 * half_side) : 1.0));
 }
