@@ -186,3 +186,38 @@ fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
         assert_eq!((water, wrong), (wet, 0), "after {after}");
     }
 }
+
+/// The water as micro-voxels has the volume of the water as cubes.
+#[test]
+fn micro_voxels_follow_the_density() {
+    let project = Project::shipped();
+    let text = std::fs::read_to_string(project.path("graphs/light/views/sph_micro.toml")).unwrap();
+    drop(open(&project));
+    project
+        .write("graphs/light/views/sph_micro.toml", text.replace("extends = \"sph.toml\"", "extends = \"small.toml\""));
+    let mut session = Session::open(Options {
+        project: Some(project.root().into()),
+        graph: Some(project.path("graphs/light/views/sph_micro.toml")),
+        world: Some(project.path("worlds/tank.toml")),
+        size: [16, 9],
+        validation: Validation::Required,
+        ..Options::default()
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    for target in ["micro", "field"] {
+        session.pin(target).unwrap();
+    }
+    session.set_debug_target(DebugTarget::resource("color")).unwrap();
+    for _ in 0..40 {
+        session.frame().unwrap();
+    }
+    let messages = session.device().log().take();
+    assert!(messages.is_empty(), "{messages:#?}");
+    let mut slices = |name: &str, count: u32| -> Vec<_> {
+        (0..count).map(|z| session.read_texels(name, 0, 0, z).unwrap()).collect()
+    };
+    let bits: u32 = slices("micro", 8).iter().flat_map(|slice| &slice.bytes).map(|byte| byte.count_ones()).sum();
+    let cubes = slices("field", 16).iter().flat_map(|slice| slice.floats()).filter(|texel| texel[0] > 0.5).count();
+    let (micro, cubes) = (f64::from(bits) / 64.0, cubes as f64 / 8.0);
+    assert!(cubes > 200.0 && (micro / cubes - 1.0).abs() < 0.1, "{micro} voxels of micro-voxels, {cubes} of cubes");
+}

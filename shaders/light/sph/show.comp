@@ -1,13 +1,20 @@
 // The world with the water in it. A ray walks through cubes of half a voxel; where their density passes one half there is water, which mirrors the
-// sky and the world by Fresnel's law and shows what is behind it, less what the way through takes.
+// sky and the world by Fresnel's law and shows what is behind it, less what the way through takes. With MICRO, the cubes are micro-voxels, a quarter of a
+// voxel wide, and the exact tracer finds where rays of the camera meet them.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
 #include <raxel/camera.glsl>
 #include <raxel/light/bsdf.glsl>
+#ifdef MICRO
+#include <raxel/micro.glsl>
+#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler3D field;
+#ifdef MICRO
+uniform usampler3D micro;
+#endif
 layout(rgba16f) uniform writeonly image2D outColor;
 layout(push_constant) uniform Push {
     mat4 view_to_world;
@@ -22,9 +29,27 @@ layout(push_constant) uniform Push {
 const vec3 LOSS = vec3(0.42, 0.13, 0.08);   // per voxel
 const float SURFACE = 0.5;
 
-bool wet(ivec3 texel) {
-    return texelFetch(field, texel, 0).x > SURFACE;
+#ifdef MICRO
+const float CUBES = 4.0;   // along a voxel
+
+ivec3 cubes() {
+    return 4 * textureSize(micro, 0);
 }
+
+bool wet(ivec3 cube) {
+    return rx_micro_has(micro, cube);
+}
+#else
+const float CUBES = 2.0;
+
+ivec3 cubes() {
+    return textureSize(field, 0);
+}
+
+bool wet(ivec3 cube) {
+    return texelFetch(field, cube, 0).x > SURFACE;
+}
+#endif
 
 // First cube with water from `from` on, where the ray leaves the water for the last time, and how far it went through water in all.
 struct Way {
@@ -36,25 +61,25 @@ struct Way {
 
 Way walk(vec3 from, vec3 dir, float most) {
     Way way = Way(false, 0.0, vec3(0.0), 0.0);
-    ivec3 size = textureSize(field, 0);
-    // In cubes of half a voxel; the ray is cut to the box.
-    vec3 o = 2.0 * from, inv = 1.0 / mix(dir, vec3(1e-9), lessThan(abs(dir), vec3(1e-9)));
+    ivec3 size = cubes();
+    // In cubes; the ray is cut to the box.
+    vec3 o = CUBES * from, inv = 1.0 / mix(dir, vec3(1e-9), lessThan(abs(dir), vec3(1e-9)));
     vec3 a = -o * inv, b = (vec3(size) - o) * inv, low = min(a, b), high = max(a, b);
-    float t = max(max(low.x, low.y), max(low.z, 0.0)), end = min(min(high.x, high.y), min(high.z, 2.0 * most));
+    float t = max(max(low.x, low.y), max(low.z, 0.0)), end = min(min(high.x, high.y), min(high.z, CUBES * most));
     if (t >= end) return way;
     vec3 at = clamp(o + t * dir, vec3(0.0), vec3(size) - 1e-3);
     ivec3 cell = ivec3(floor(at)), step_way = ivec3(sign(inv));
     vec3 next = (vec3(cell) + step(0.0, inv) - o) * inv;
     int entered = low.x >= low.y && low.x >= low.z ? 0 : low.y >= low.z ? 1 : 2;
-    for (int i = 0; i < 400 && t < end; ++i) {
+    for (int i = 0; i < 800 && t < end; ++i) {
         float leaves = min(min(next.x, next.y), min(next.z, end));
         if (wet(cell)) {
             if (!way.met) {
                 way.met = true;
-                way.t = 0.5 * t;
+                way.t = t / CUBES;
                 way.normal[entered] = -float(step_way[entered]);
             }
-            way.through += 0.5 * max(leaves - t, 0.0);
+            way.through += max(leaves - t, 0.0) / CUBES;
         }
         entered = next.x <= next.y && next.x <= next.z ? 0 : next.y <= next.z ? 1 : 2;
         t = next[entered];
@@ -110,6 +135,12 @@ void main() {
     float distance, unused;
     vec3 color = world_light(rx_ray(push.camera_cell, push.camera_frac, dir), sun, distance);
     Way way = walk(from, dir, distance);
+#ifdef MICRO
+    RxHit cube;
+    way.met = rx_trace_micro(micro, push.corner, rx_micro_ray(rx_ray(push.camera_cell, push.camera_frac, dir)), cube) && 0.25 * cube.t < distance;
+    way.t = 0.25 * cube.t;
+    if (cube.face != RX_FACE_INSIDE) way.normal = rx_normal(cube.face);
+#endif
     if (way.met) {
         vec3 at = from + way.t * dir, normal = way.normal, g = slope(at);
         if (push.smoothed && dot(g, g) > 1e-6) normal = normalize(-g);
