@@ -35,6 +35,7 @@ const GATES: &[(&str, &str)] = &[
     ("internal/hashed_chunks", "brickmap,chunk_table"),
     ("instances", "tree64:instances,tree64:instances_onward"),
     ("instance_frame", "tree64:instances,tree64:instances_onward"),
+    ("instance_voxels", "tree64:instances,tree64:instances_onward"),
     ("internal/mask", "tree64,tree64:packet,flat64,flat64:period,svdag,brickmap,chunk_table"),
     ("internal/octant", "svo,svdag,octree"),
     ("internal/layouts/octree", "octree,octree:ahead,octree:stored"),

@@ -45,7 +45,7 @@ impl Scratch {
         let folder = tempfile::Builder::new().prefix("raxel-").tempdir();
         let folder = folder.map_err(|error| OutputError::new(format!("no temporary folder can be made: {error}")))?;
         let leftover = folder.path().to_owned();
-        Ok(Self { folder, _listed: on_stop(move || drop(std::fs::remove_dir_all(leftover))) })
+        Ok(Self { folder, _listed: on_stop(move || remove_in_use(&leftover)) })
     }
 
     /// Where it is.
@@ -57,6 +57,20 @@ impl Scratch {
 impl Drop for Folders {
     fn drop(&mut self) {
         remove_empty(&self.made);
+    }
+}
+
+/// Removes a folder that other threads may be writing into. They do not know its new name, so nothing comes into it while it is emptied.
+fn remove_in_use(folder: &Path) {
+    let mut name = folder.file_name().unwrap_or_default().to_owned();
+    name.push("-removed");
+    let renamed = folder.with_file_name(name);
+    // A thread that makes folders along with their parents may make it once more.
+    for _ in 0..8 {
+        if std::fs::rename(folder, &renamed).is_err() {
+            break;
+        }
+        let _ = std::fs::remove_dir_all(&renamed);
     }
 }
 
@@ -82,5 +96,24 @@ mod tests {
         std::fs::write(root.path().join("old/a/file"), "").unwrap();
         drop(folders);
         assert!(root.path().join("old/a").is_dir() && !new.exists());
+    }
+
+    #[test]
+    fn a_folder_is_removed_while_files_are_written_into_it() {
+        let root = tempfile::tempdir().unwrap();
+        for round in 0..20 {
+            let folder = root.path().join(format!("raxel-{round}"));
+            std::fs::create_dir(&folder).unwrap();
+            let path = folder.clone();
+            let writer = std::thread::spawn(move || {
+                (0..).take_while(|i| std::fs::write(path.join(format!("{i}")), "").is_ok()).count()
+            });
+            while std::fs::read_dir(&folder).unwrap().count() < 20 {
+                std::thread::yield_now();
+            }
+            remove_in_use(&folder);
+            assert!(writer.join().unwrap() >= 20);
+            assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
+        }
     }
 }

@@ -45,3 +45,16 @@ vec3 field(sampler3D probes, vec3 place, vec3 normal, float away) {
     }
     return SCALE * sum / max(weight, 1e-6);
 }
+
+// Radiance at a place in the air: a blend of the eight probes around it.
+vec3 field_in_air(sampler3D probes, vec3 place) {
+    vec3 at = place / 16.0 - 0.5, sum = vec3(0.0);
+    ivec3 base = ivec3(floor(at)), last = textureSize(probes, 0) - 1;
+    vec3 part = at - vec3(base);
+    for (int i = 0; i < 8; ++i) {
+        ivec3 step = ivec3(i & 1, i >> 1 & 1, i >> 2);
+        vec3 along = mix(1.0 - part, part, vec3(step));
+        sum += along.x * along.y * along.z * texelFetch(probes, clamp(base + step, ivec3(0), last), 0).rgb;
+    }
+    return SCALE * sum;
+}

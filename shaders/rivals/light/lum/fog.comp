@@ -36,7 +36,7 @@ void main() {
     for (int i = 0; i < STEPS; ++i) {
         // The field has no directions, so fog scatters the same to all sides.
         vec3 at = from + (near + (float(i) + start) * step) * dir;
-        light += clear * (1.0 - through) * SCALE * textureLod(probes, at / size_of_field, 0.0).rgb;
+        light += clear * (1.0 - through) * field_in_air(probes, at);
         clear *= through;
     }
     imageStore(radiance, pixel, vec4(light + clear * imageLoad(radiance, pixel).rgb, 1.0));
