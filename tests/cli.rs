@@ -143,8 +143,8 @@ fn a_mistake_that_files_share_is_told_once() {
     let files = ["check", "graphs/primary.toml", "graphs/rivals/primary_chunks.toml", "worlds/valley.demo.toml"];
     let run = project.raxel(&files).exits(3);
     assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
-    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
-    assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
+    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, shown above"), "{}", run.stderr);
+    assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, shown above"), "{}", run.stderr);
     // A program asks for what is wrong with each of them.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
     assert_eq!(run.stdout.matches("\"code\":\"RX0011\"").count(), 3, "{}", run.stdout);

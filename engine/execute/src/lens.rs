@@ -1,4 +1,4 @@
-//! How the debug target is looked at: which part of it is shown, and what it is compared with.
+//! The view of the debug target: the shown part of it, and the reference that it is compared with.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ impl Region {
     pub const WHOLE: Region = Region { origin: [0.0; 2], size: 1.0 };
 }
 
-/// What the numbers of a reference are.
+/// The type of the numbers of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReferenceValues {
     /// Floats, in the unit of the debug target.
@@ -87,8 +87,8 @@ pub enum Mismatch {
     /// A buffer is shown.
     #[error("a buffer cannot be compared with a picture")]
     Buffer,
-    /// The debug target is shown in the middle of a frame, where a live target has not its last contents yet.
-    #[error("what is shown is of the middle of the frame, and a live target has its contents at the end")]
+    /// The debug target is shown within a frame, where a live target has not its last contents yet.
+    #[error("the shown target is taken within the frame, but a live target has its contents only at its end")]
     Early,
     /// The live target is not in the plan, or the device has no room for a copy of it.
     #[error("the live target has no contents that can be compared")]
@@ -108,13 +108,13 @@ pub(super) struct Lens {
     changes: u64,
 }
 
-/// What the debug target is compared with.
+/// The reference of the debug target.
 struct Compared {
     reference: Arc<Reference>,
     comparison: Comparison,
     /// Of the running plan, once a frame needs them.
     sets: Option<Vec<Descriptors>>,
-    /// What fills the reference in each frame, if it is a live target.
+    /// The step that fills the reference in each frame, if it is a live target.
     filler: Option<Filler>,
 }
 
@@ -132,12 +132,12 @@ pub(super) struct Filler {
     groups: [u32; 3],
 }
 
-/// What the shader that shows the debug target is told.
+/// The inputs of the shader that shows the debug target.
 pub(super) struct Look<'a> {
     pub(super) push: Push,
     /// For each copy of the debug target.
     pub(super) sets: &'a [Descriptors],
-    /// What fills the reference before.
+    /// The step that fills the reference before.
     pub(super) filler: Option<&'a Filler>,
     /// How often that has changed, where it is not, or was not always, what the plan was prepared for.
     pub(super) changes: Option<u64>,
@@ -174,7 +174,7 @@ impl Lens {
         Ok(())
     }
 
-    /// What the next frame shows, and whether a copy of it is taken. `moves`: the frame before has written something.
+    /// The view of the next frame, and whether a copy of it is taken. `moves`: the frame before has written something.
     pub(super) fn look<'a>(
         &'a mut self,
         device: &Arc<Device>,

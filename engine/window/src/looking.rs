@@ -1,4 +1,4 @@
-//! What keys, mouse and panels ask of zoom and comparison.
+//! Zoom and comparison, from keys, mouse and panels.
 
 use raxel_panels::view::{CompareMode, Magnified, Shown};
 use raxel_panels::{Action, Panel};
@@ -105,7 +105,7 @@ impl Viewer<'_> {
         self.magnifier.is_on() && texel(0).min(texel(1)) >= WRITTEN && self.panels.layout.visible
     }
 
-    /// What the panels draw over a magnified picture.
+    /// The drawings of the panels over a magnified picture.
     pub(super) fn magnified(&self) -> Magnified {
         let region = self.magnifier.region();
         let values = if self.writes_values() { self.inspector.written(&self.shown(), &region) } else { Vec::new() };
@@ -136,18 +136,18 @@ impl Viewer<'_> {
                     self.inspector.copy(CopiedFor::Measuring);
                 }
             }
-            _ => self.notice("B keeps what is shown, to compare with it".to_owned()),
+            _ => self.notice("B keeps the shown picture, to compare with it".to_owned()),
         }
     }
 
     /// Goes on to the next way of comparing.
     pub(super) fn next_comparison(&mut self) {
         if !self.comparing.is_on() {
-            return self.notice("B keeps what is shown, to compare with it".to_owned());
+            return self.notice("B keeps the shown picture, to compare with it".to_owned());
         }
         let said = match self.comparing.next_mode() {
             CompareMode::Off => "the kept picture is not shown",
-            CompareMode::Wipe => "left of the edge what is shown, right of it the kept picture",
+            CompareMode::Wipe => "left of the edge the shown picture, right of it the kept one",
             CompareMode::Difference => "shown minus kept",
         };
         self.notice(said.to_owned());
