@@ -1,7 +1,8 @@
 // Path tracing without a bias. Each vertex is lit by a point of the sun's disc and a point of a lamp, and the path goes on with a cosine
 // ray that finds the sky and, weighted against the drawn points, lamps (Veach and Guibas, "Optimally combining sampling techniques", 1995).
-// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel are traced at the same place in one loop: the tracer is there once, and
-// who has a short path does not wait for the others before the next one.
+// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel
+// are traced at the same place in one loop: the tracer is there once, and a thread with a short path begins the next one without waiting
+// for the others.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/light/lights.glsl>

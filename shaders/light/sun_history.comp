@@ -59,7 +59,7 @@ shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
 #endif
 
-// What earlier frames have found: share of the sun times the cosine, samples.
+// The result of earlier frames: share of the sun times the cosine, samples.
 vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     vec2 at;
     vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + place.z * pixel_direction(pixel, size);
@@ -67,7 +67,8 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     if (rx_is_on_instance(hit_face(hit.w))) from_camera = moved_from(hit.xyz, hit_face(hit.w), place.xy, push.cell, push.frac);
 #endif
     if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
-    // The middle of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over their faces.
+    // The centre of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over
+    // their faces.
     at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
     ivec2 base = ivec2(floor(at - 0.5));
     vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
@@ -124,8 +125,8 @@ uint beside(uint own, ivec2 step) {
 }
 
 #ifdef JITTER
-// What the rays of a pixel and of those around it have found, as far as chance explains the difference: half shadows are smooth, and the edges
-// of sharp ones stay where they are. `most` is the cosine of a face without shadow.
+// The result of the rays of a pixel and of those around it, as far as chance explains the difference: half shadows are smooth, and the
+// edges of sharp ones stay where they are. `most` is the cosine of a face without shadow.
 float shared_share(uint own, float most) {
     float mine = float(found[own]) * (16.0 / ONE), n = float(taken[own]), sum = mine, rays = n;
     for (int y = -NEAR; y <= NEAR; ++y) {
@@ -173,7 +174,7 @@ void main() {
 #ifdef ONE_RAY
     bool remembers = push.history > 0 || frame.still > 0u;
 #else
-    const bool remembers = true;   // who is in doubt
+    const bool remembers = true;   // the last frame decides whether a pixel is in doubt
 #endif
     vec2 old = asks && remembers ? before(pixel, size, hit, place.xyz) : vec2(0.0);
 

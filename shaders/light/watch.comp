@@ -34,7 +34,7 @@ void main() {
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
-        // A quarter of a frame: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
+        // A quarter of a frame: after ten frames it is 2.4 % of the mean. A place that an edit has hit is new in two frames.
         state.cap = edited ? 0.05 : clamp(0.15 / max(change, 1e-6), 0.25, other ? LOADED : 64.0);
         // A sun that goes on slowly does not end what is known.
         if (state.cap < SLIGHT) state.generation += 1u;

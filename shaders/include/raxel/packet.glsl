@@ -5,9 +5,10 @@
 //     void rx_tile_miss(ivec2 pixel);
 //     void rx_tile_rest(ivec2 pixel, float t_free);   undecided: trace this pixel with rx_trace_from
 //
-// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets exactly one of these calls, in any
-// order. rx_hit_of computes the rest of a hit. If subgroups are neither 32 nor 64 wide, or the world's layout is not tree64, every pixel gets
-// rx_tile_rest. `when = "device.packets"` leaves the pass out in these cases. `subgroup = 32` asks for subgroups of 32; of one of 64, half is idle.
+// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets exactly one of these calls, in
+// any order. rx_hit_of computes the rest of a hit. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, every pixel
+// gets rx_tile_rest. `when = "device.packets"` leaves the pass out in these cases. `subgroup = 32` asks for subgroups of 32; of one of 64,
+// half is idle.
 //
 // 1. Nodes: each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative). Two ballots collect the
 //    results. In ascending mirrored order the children are front to back for every ray of an octant. They wait on a stack, the first one on
@@ -38,7 +39,7 @@ void rx_tile_rest(ivec2 pixel, float t_free);
 #endif
 const uint RX_TILE_STACK = 32u;                  // nodes that may wait, a power of two and at most one for each invocation
 const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times what the lattice takes from a component
-const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxel aside and one voxel deep is from the middle
+const float RX_TILE_SCALE = 16384.0;             // largest distance from the centre, in pixels, of a place one voxel aside and one voxel deep
 
 // Nodes to visit, the next one on top: the place of their corner less RX_TILE_SLACK, relative to the origin, as bits; and their index, the height of
 // their children from bit 28 on, and RX_TILE_FULL.
@@ -48,7 +49,7 @@ shared uint rx_tile_free;
 // Direction through the first pixel, what a pixel to the right and one down add to it (and by what bounds of a direction are widened), fraction of the
 // origin; all in mirrored axes.
 shared vec4 rx_tile_frame[4];
-// What all directions of pixels have in common, and the lattice's part in the error of a time.
+// The common part of all directions of pixels, and the lattice's part in the error of a time.
 shared vec4 rx_tile_camera;
 // Places of columns and rows of pixels in view space, see rx_camera_direction.
 shared float rx_tile_views[32];
@@ -206,7 +207,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
 
         vec3 slow, fast, voxel_slow, voxel_fast;
         rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slow, fast);
-        // What the place of a voxel in its leaf adds to the times from and to which the frustum can be in it.
+        // The part of a voxel's place in its leaf in the times from and to which the frustum can be in it.
         vec3 voxel_at = child_at - rx_tile_frame[3].xyz;
         voxel_slow = (voxel_at - RX_TILE_SLACK) * slow;
         voxel_fast = (voxel_at + (1.0 + RX_TILE_SLACK)) * fast;
@@ -311,7 +312,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 }
                                 pending &= alive;
                                 uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
-                                bool parked = false;     // whether f32 cannot tell what the next one is to it
+                                bool parked = false;     // whether f32 cannot decide about the next one
                                 for (;;) {
                                     while (RX_TILE_ANY((pending | mine) != 0u && !parked)) {
                                         bool fresh = mine == 0u;
@@ -354,7 +355,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                         mine = parked ? mine : hit ? 0u : mine & ~(1u << c);
                                     }
                                     if (!RX_TILE_ANY(parked)) break;
-                                    // Integers tell, seldom.
+                                    // Integers decide, seldom.
                                     if (parked) {
                                         uint c = uint(findMSB(mine)) & 31u;
                                         ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
@@ -461,7 +462,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             // A tile with rays in several octants has one time for each, and hits of a camera in a solid voxel have none.
             if (one_octant && !RX_TILE_ANY(rest != 0u)) free = uintBitsToFloat(rx_tile_free);
         }
-        // What is left hits nothing, or is handed on.
+        // The remaining rays hit nothing, or are handed on.
         if (too_much) rest |= alive;
         else missed |= alive;
     }

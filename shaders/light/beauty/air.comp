@@ -1,5 +1,5 @@
-// Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. What
-// air_light.comp and air_lamps.comp have found throws shafts into the mist.
+// Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. The light
+// of air_light.comp and air_lamps.comp throws shafts into the mist.
 #version 460
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
@@ -49,7 +49,7 @@ void main() {
         light += clear * sent * (1.0 - through) / max(loss, vec3(1e-9));
         glow += clear * lamps * (1.0 - through) / max(loss, vec3(1e-9));
         clear *= through;
-        // What lies behind is seen through gray air: there is one number for that.
+        // The surface behind is seen through gray air: there is one number for that.
         imageStore(outAir, slice, vec4(light, dot(clear, vec3(1.0 / 3.0))));
     }
     imageStore(outGlow, column, vec4(glow, 0.0));

@@ -1,4 +1,5 @@
-// What a ray sees that leaves the world: the sky, and below the horizon the ground or the sea around a finite world (border.comp). Needs scene.glsl.
+// The light along a ray that leaves the world: the sky, and below the horizon the ground or the sea around a finite world (border.comp).
+// Needs scene.glsl.
 #ifndef BEAUTY_BEYOND_GLSL
 #define BEAUTY_BEYOND_GLSL
 

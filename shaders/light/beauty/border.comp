@@ -14,7 +14,7 @@ const uint STREAMED = 0xffffffffu;   // what `world.voxels` is for a streamed wo
 shared vec4 colors[THREADS];   // the sum of albedos; of how many places
 shared int levels[THREADS];    // the lowest surface
 
-// The n-th of so many places along the border, in the cells that lie within it.
+// The n-th of `all` places along the border, in the cells that lie within it.
 ivec2 border_cell(uint n, uint all) {
     ivec2 size = push.high.xz - push.low.xz - 1;
     int side = int(n & 3u);

@@ -38,7 +38,7 @@ vec3 sharpened(ivec2 pixel, ivec2 size, float exposure) {
     return sharp / max(1.0 - sharp, 1e-5) / exposure;
 }
 
-// An S through 0, a middle grey and 1.
+// An S through 0, mid-grey and 1.
 vec3 contrasted(vec3 color, float contrast) {
     const float grey = 0.2;
     vec3 low = pow(color, vec3(contrast)), high = pow(1.0 - color, vec3(contrast));

@@ -24,7 +24,7 @@ vec3 moon_disc(vec3 dir, float wide, out float cover) {
     vec3 t = normalize(cross(moon, vec3(0.0, 1.0, 0.001))), b = cross(t, moon);
     vec2 at = vec2(dot(dir, t), dot(dir, b)) / MOON_RADIUS;
     float square = dot(at, at);
-    // The angle between the sun and the eye, as seen from the moon, tells which share is lit. The light comes from the sun's side.
+    // The angle between the sun and the eye, as seen from the moon, decides which share is lit. The light comes from the sun's side.
     float phase = 2.0 * sky_night.w - 1.0, side = sqrt(max(1.0 - phase * phase, 0.0));
     vec3 sun = frame_true_sun();
     vec2 sunward = normalize(vec2(dot(sun, t), dot(sun, b)) + vec2(1e-4, 0.0));

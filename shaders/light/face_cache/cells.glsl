@@ -1,7 +1,8 @@
-// Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide as fit.grain
-// as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that is as wide as the grain.
-// This follows from the face and the camera alone, so all who ask agree. What a cell keeps comes from places in it that pixels see: a hidden side of a thin
-// wall adds nothing to it. Light on an instance has the key of a voxel of its model (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
+// Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide
+// as fit.grain as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that
+// is as wide as the grain. This follows from the face and the camera alone, so all askers agree. The light of a cell comes from places in
+// it that pixels see: a hidden side of a thin wall adds nothing to it. Light on an instance has the key of a voxel of its model
+// (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
 #ifndef FACE_CACHE_CELLS_GLSL
 #define FACE_CACHE_CELLS_GLSL
 
@@ -39,7 +40,7 @@ bool cell_fits(ivec3 cell, uint face, uint part) {
     return rx_face_fits(cell, face_box(cell_log2(part)));
 }
 
-// What a key was made of.
+// The parts of a key.
 void cell_of_key(RxFaceKey key, out ivec3 cell, out uint face, out uint part) {
 #ifdef RX_BINDS_instances
     if (instance_cell_of_key(key, cell, face, part)) return;
@@ -66,7 +67,7 @@ vec2 cell_place(ivec3 voxel, uint face, vec2 uv, uint part) {
     return (corner + uv) / float(1u << log2_width);
 }
 
-// Pixels across the side of a cell, from the distance of its middle.
+// Pixels across the side of a cell, from the distance of its centre.
 float cell_pixels(ivec3 cell, uint face, uint part, float height) {
 #ifdef RX_BINDS_instances
     if (rx_is_on_instance(face)) return instance_cell_pixels(cell, face, part, height);

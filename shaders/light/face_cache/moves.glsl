@@ -1,5 +1,5 @@
-// What moving instances do to light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took its last samples. Needs
-// cache.glsl.
+// The effect of moving instances on light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took
+// its last samples. Needs cache.glsl.
 
 layout(std430) readonly buffer Poses {
     uint moves;   // another number after each frame in which an instance has moved

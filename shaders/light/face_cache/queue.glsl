@@ -15,13 +15,13 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     uint work;      // paths in all
     uint per_face;  // paths for each
     uint seen;      // faces that are in sight
-    uint every;     // of the faces in sight, one of so many is listed, in turn
+    uint every;     // one in so many of the faces in sight is listed, in turn
     uint spread;    // the sum of the variances of samples over faces, relative to what such a place shows
     uint spreads;   // how many faces that is
     uint logs;      // the sum of the logarithms of all light that falls on what pixels show
     uint showing;   // how many pixels that is
-    float bright;   // the mean of that light, in earlier frames; 0 as long as nobody knows
-    float noise;    // the mean of the variances, in earlier frames; 0 as long as nobody knows
+    float bright;   // the mean of that light, in earlier frames; 0 as long as it is unknown
+    float noise;    // the mean of the variances, in earlier frames; 0 as long as it is unknown
     uint lamps;     // how many the world has
     uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
     uint faces[RX_FACE_SLOTS];   // the slots of the listed faces, each once

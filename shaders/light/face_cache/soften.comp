@@ -1,6 +1,6 @@
-// Noise of faces that have few samples is shared with the faces around them. Neighbours of one plane count by the number of their samples, as far
-// as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
-// each face shows what it has itself, and edges of shadows stay where they are.
+// Noise of faces that have few samples is shared with the faces around them. Neighbours of one plane count by the number of their samples,
+// as far as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
+// each face shows its own light, and edges of shadows stay where they are.
 #version 460
 #extension GL_EXT_control_flow_attributes : require
 #include <raxel/scene.glsl>

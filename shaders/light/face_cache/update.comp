@@ -19,7 +19,7 @@ layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; fl
 #include "part.glsl"
 #include "pick.glsl"
 
-// Light that a face keeps, as one value, in quarters, or as a part of a cell. What was kept before the light changed is not passed on.
+// Light that a face keeps, as one value, in quarters, or as a part of a cell. Light from before the change is not passed on.
 vec4 kept(RxHit hit) {
     uint part = part_at(hit.voxel, hit.face, hit.uv, float(push.pixels.y), push.quarters);
     ivec3 cell = cell_of(hit.voxel, hit.face, part);

@@ -20,7 +20,7 @@ layout(push_constant) uniform Push {
 const float ETA = 1.333;
 const uint DEEPEST = 64u;   // voxels of water that are looked through
 
-// What a place sends back, and the sunlight that it would send if nothing were in the way.
+// The light that a place reflects, and the sunlight that it would reflect if nothing were in the way.
 vec3 surface_light(RxHit hit, vec3 sun, out vec3 sunlight) {
     vec3 normal = rx_normal(hit.face);
     RxMaterial material = rx_material_properties(hit.material);
@@ -74,7 +74,7 @@ void main() {
                 beyond = RxHit(end.beyond, end.face, end.material, 0.0, end.uv, 0u);
                 // Through the far side of the water, straight on as it came.
                 out_of_water = rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, ray.dir);
-                // What the water itself sends back.
+                // The light that the water itself scatters back.
                 color += (1.0 - mirrored) * 0.06 * material.albedo * rx_ambient(normal, sun);
                 ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, reflect(ray.dir, normal));
                 share = vec3(mirrored);

@@ -42,7 +42,7 @@ ivec3 cell_at(vec3 at) {
     return clamp(ivec3(floor(at / REACH)), ivec3(0), grid_size() - 1);
 }
 
-// The box has walls on all sides, whatever the world has there.
+// The box has walls on all sides, in any world.
 bool solid(ivec3 voxel) {
     return any(lessThan(voxel, ivec3(0))) || any(greaterThanEqual(voxel, box_size())) || texelFetch(walls, voxel, 0).x != 0u;
 }

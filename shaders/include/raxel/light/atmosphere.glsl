@@ -1,7 +1,7 @@
 // The air of the Earth: Rayleigh and Mie scattering and ozone, by tables (Hillaire, "A scalable and production ready sky and atmosphere
 // rendering technique", 2020). Distances are in km, radiance is for sunlight with an irradiance of 1 above the air.
 //
-// Three tables depend on the height of the sun alone, so that they are made anew only when it moves:
+// Three tables depend on the height of the sun alone, so that they are filled only when it moves:
 //
 //     transmittance   256 x 64, rgba16f    from a height, towards an angle, to the end of the air
 //     scattered        32 x 32, rgba16f    all light that was scattered more than once, the same from all sides

@@ -61,7 +61,7 @@ void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
     uint bits = uint(u.x * 16777216.0) << 8 | more & 255u;
     index = rx_pick_light(uvec2(bits, more), part, spacing);
     if (lights.groups > 0u) {
-        // Of many groups with many lamps little is left: what is between the steps is drawn anew.
+        // With many groups of many lamps, few bits of the number remain: the part between the steps is drawn again.
         uint between, low;
         umulExtended(rx_hash(more), spacing, between, low);
         part += between;
@@ -69,8 +69,9 @@ void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
     uv = vec2(float(part >> 8) * 5.9604644775390625e-8, u.y);
 }
 
-// What of a lamp's light is left to points that are drawn on lamps, where a cosine ray from the place counts the rest: lamps that it meets, by
-// rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with other noise.
+// The share of a lamp's light that is left to points drawn on lamps, if a cosine ray from the place counts the rest: lamps that it meets,
+// by rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with
+// other noise.
 float rx_drawn_lamp_weight(RxLampSample lamp, float points, vec3 normal) {
     return rx_power_weight(points * lamp.density, max(dot(normal, normalize(lamp.to)), 0.0) / RX_PI);
 }

@@ -57,7 +57,7 @@ uint rx_pick_light(uvec2 random, out uint rest, out uint spacing) {
         uvec4 group = lights.quads[lights.groups_at + number];
         float threshold = uintBitsToFloat(group.z);
         bool stays = keep < threshold;
-        // What decided is evenly spread again over what it decided for.
+        // The number that decided is spread evenly again over the range that led to this decision.
         keep = stays ? keep / threshold : (keep - threshold) / (1.0 - threshold);
         if (!stays) group = lights.quads[lights.groups_at + group.w];
         first = group.x;

@@ -14,7 +14,7 @@ layout(rgba32ui) uniform readonly uimage2D before;
 layout(rgba32ui) uniform writeonly uimage2D outChosen;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int candidates; vec3 frac; int reused; bool discard_hidden; } push;
 
-// What the pixel that saw this place in the last frame has chosen; empty if that was another face.
+// The choice of the pixel that saw this place in the last frame; empty if that was another face.
 RxReservoir earlier(ivec4 hit, ivec2 pixel, ivec2 size) {
     vec2 at;
     vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac)

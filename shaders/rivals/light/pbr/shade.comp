@@ -25,7 +25,7 @@ float kept_share(float cosine, float roughness) {
     return mix(bottom, mix(imageLoad(kept, ivec2(low.x, high.y)).x, imageLoad(kept, high).x, part.x), part.y);
 }
 
-// What a matt surface, or the matt part of one, gets from the sky.
+// The light that a matt surface, or the matt part of one, gets from the sky.
 vec3 skylight(RxHit hit) {
     return rx_openness(hit) * ambient[hit.face].rgb;
 }

@@ -6,8 +6,8 @@
 
 #include <raxel/internal/look.glsl>
 
-// A marcher looks at no more cells than this and then misses: what it was given may be a world of 2^30 voxels, and software
-// drivers of the llvmpipe family end every loop after 65,535 rounds.
+// A marcher looks at no more cells than this and then misses: its world may have 2^30 voxels, and software drivers of the llvmpipe family
+// end every loop after 65,535 rounds.
 const uint RX_MARCH_ROUNDS = 60000u;
 
 // A ray as a line in f32.

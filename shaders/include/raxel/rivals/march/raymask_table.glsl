@@ -25,7 +25,7 @@ uint rx_raymask_square(vec3 place, uint axis) {
     return square.x + RX_RAYMASK_SIDE * square.y;
 }
 
-// The middle of a square on the low (0) or high (4) face.
+// The centre of a square on the low (0) or high (4) face.
 vec3 rx_raymask_middle(uint axis, float plane, uint square) {
     vec2 on_face = (vec2(square % RX_RAYMASK_SIDE, square / RX_RAYMASK_SIDE) + 0.5) * (4.0 / float(RX_RAYMASK_SIDE));
     return axis == 0u ? vec3(plane, on_face) : axis == 1u ? vec3(on_face.x, plane, on_face.y) : vec3(on_face, plane);
