@@ -1,6 +1,6 @@
-//! The file of an entry: eight bytes that say what it is, the BLAKE3 of name and payload, the payload.
+//! The file of an entry: eight bytes of magic, the BLAKE3 of name and payload, the payload.
 
-/// What the names of the files end in.
+/// The extension of the files.
 pub(crate) const ENDING: &str = "kept";
 
 /// The last byte counts the forms that such files have had.

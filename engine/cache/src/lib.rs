@@ -1,9 +1,9 @@
-//! What takes long to make, kept on disk from one run of the program to the next: compiled shaders, and what drivers make of them.
+//! A cache on disk, from one run of the program to the next: compiled shaders, and what drivers make of them.
 //!
-//! An entry is a file of bytes under a name that says everything they follow from, so an entry is never out of date: it is either found
-//! under the name that is asked for, or made anew. A file is written whole under another name and renamed, so that programs that
-//! run at the same time never read half of one. Nothing depends on the cache: a folder that cannot be read or written costs time, and a file
-//! that is not what was written is removed, with one warning for each process.
+//! An entry is a file of bytes under a name that covers everything they follow from. So an entry is never stale: it is found under its name, or made
+//! again. A file is written whole under another name and renamed, so that programs that run at the same time never read half of one. Nothing depends
+//! on the cache: a folder that cannot be read or written costs time, and a file that is not what was written is removed, with one warning for each
+//! process.
 //!
 //! The folder belongs to the user and not to a project, because drivers and this program trust what they kept themselves: a project comes
 //! from anywhere.
@@ -21,7 +21,7 @@ use std::time::{Duration, SystemTime};
 use entry::{decode, encode};
 pub use place::{CacheLocation, SWITCH};
 
-/// Most bytes of one entry. What is larger is not kept.
+/// Most bytes of one entry. Larger ones are not kept.
 pub const MAX_ENTRY: u64 = 64 << 20;
 
 /// Most bytes of all entries. Those that were not used for longest go first.
@@ -33,7 +33,7 @@ const WRITES_BETWEEN_COUNTS: u64 = 64;
 /// An entry that was used is marked as used when the last mark is older, so that reading seldom writes.
 const MARK_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// What the names of files end in that are being written.
+/// The extension of files that are being written.
 const PART: &str = "part";
 
 /// A file that another process is still writing, for all that is known. Older ones were left behind.
@@ -103,7 +103,7 @@ impl Cache {
         }
     }
 
-    /// Keeps bytes under a name. What is there already is replaced.
+    /// Keeps bytes under a name. An entry of that name is replaced.
     pub fn write(&self, name: &str, payload: &[u8]) {
         let Some(path) = self.path(name) else { return };
         let bytes = encode(name, payload);
@@ -217,7 +217,7 @@ fn mark_as_used(path: &Path) {
     }
 }
 
-/// Nobody else may put anything into the folder.
+/// Other users may not put anything into the folder.
 fn make_folder(folder: &Path) -> io::Result<()> {
     let mut builder = fs::DirBuilder::new();
     builder.recursive(true);

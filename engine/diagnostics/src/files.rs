@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use crate::{Diagnostic, SourceMap, Span, codes, names};
 
-/// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised
-/// (no `.` or `..` components); the implementation must refuse whatever would leave the root (symbolic links included).
+/// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised (no `.` or `..`
+/// components); the implementation must refuse every path that would leave the root (symbolic links included).
 pub trait Files: Send + Sync {
     /// The bytes of a file.
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError>;

@@ -64,7 +64,7 @@ mod tests {
         assert_eq!(closest("é", ["e", "depth"].into_iter()), Some("e"));
         assert_eq!(closest("depht", std::iter::once("exposure")), None);
         assert_eq!(closest(&"x".repeat(1 << 20), std::iter::once("x")), None);
-        // What the counts of letters rule out, and what they do not: case, order, one more, one less.
+        // Differences that the counts of letters rule out, and those that they do not: case, order, one more, one less.
         for (wrong, name) in
             [("DEPTH", "depth"), ("dpeth", "depth"), ("depht1", "depth"), ("größe", "größen"), ("a_b", "a-b")]
         {

@@ -176,7 +176,7 @@ impl<'a, 't> Table<'a, 't> {
             .label(self.span.clone(), "missing here")
     }
 
-    /// Reads a value ahead of its turn: whatever is wrong with it, its own reader reports.
+    /// Reads a value ahead of its turn. Its own reader reports what is wrong with it.
     pub fn peek<T>(&self, key: &str, read: impl FnOnce(&Node<'a, 't>) -> Option<T>) -> Option<T> {
         let (name, value) = self.entries.get_key_value(key)?;
         let before = self.reporter.count();

@@ -60,7 +60,7 @@ impl Drop for Folders {
     }
 }
 
-/// A folder that holds something cannot be removed, which is what is wanted.
+/// A folder that holds something cannot be removed, and must not be.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
         let _ = std::fs::remove_dir(folder);

@@ -1,4 +1,4 @@
-//! What the command line keeps from one run to the next: compiled shaders and pipelines, in the user's cache.
+//! The command line's cache from one run to the next: compiled shaders and pipelines, in the user's cache.
 
 use raxel_cache::{Cache, CacheLocation};
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};

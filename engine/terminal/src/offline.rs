@@ -1,4 +1,4 @@
-//! What the verbs that need no GPU share: the project around a file, its compilers, and the reading of each kind of file.
+//! Pieces that the verbs that need no GPU share: the project around a file, its compilers, and the reading of each kind of file.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -95,7 +95,7 @@ impl FileKind {
 pub struct OfflineProject {
     /// The project.
     pub project: Project,
-    /// What reads its files.
+    /// The reader of its files.
     pub loader: Loader,
     /// Worlds that graphs were planned over, by path: each is built once.
     worlds: RefCell<BTreeMap<String, LoadOutcome<SessionWorld>>>,
@@ -127,7 +127,7 @@ impl PlannedOver {
         self.world().and_then(|world| world.path.as_deref())
     }
 
-    /// What was assumed, in words; `None` when nothing was.
+    /// The assumption, in words; `None` when nothing was.
     pub fn assumed(&self) -> Option<String> {
         match self {
             Self::Any | Self::Named(_) => None,
@@ -153,7 +153,7 @@ pub enum Conditions {
     AtStart,
 }
 
-/// What checking one file gave.
+/// The result of checking one file.
 #[derive(Default)]
 pub struct Checked {
     /// Everything found, errors and warnings.
@@ -162,7 +162,7 @@ pub struct Checked {
     pub texts: SourceMap,
     /// For a graph that could be read: the world that it was planned over.
     pub over: Option<PlannedOver>,
-    /// What the operations of a world reach over that was read and not built.
+    /// The reach of the operations of a world that was read and not built.
     pub unbuilt: Option<Reach>,
 }
 
@@ -282,7 +282,7 @@ impl OfflineProject {
     /// The text of a file that was loaded, for what points into it.
     fn text(&self, path: &str) -> SourceMap {
         let mut texts = SourceMap::default();
-        // What cannot be read any more is named all the same.
+        // A file that cannot be read any more is named all the same.
         let _ = read_text(&**self.loader.files(), path, None, &mut texts);
         texts
     }
@@ -296,12 +296,12 @@ impl OfflineProject {
         Ok(saved)
     }
 
-    /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
-    /// What cannot be planned on paper counts as if they did.
+    /// Whether frames of a graph depend on those before them by more than the camera, for any shown resource and any conditions. A graph
+    /// that cannot be planned on paper counts as if they did.
     #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its resources in 32 bits")]
     pub fn uses_history(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
         if graph.collected().next().is_some() {
-            // What passes do to the world is seen by the frames after.
+            // Later frames see the changes of passes to the world.
             return true;
         }
         let present = Present::of(graph.present);
@@ -391,12 +391,12 @@ impl OfflineProject {
     }
 }
 
-/// What a graph is planned for without a device: the largest one, with estimated memory.
+/// The settings of a graph's plan without a device: the largest one, with estimated memory.
 #[derive(Clone, Copy)]
 pub struct Paper<'a> {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
-    /// What is shown.
+    /// The presented resource.
     pub present: Present,
     /// The world.
     pub over: &'a PlannedOver,
@@ -420,7 +420,7 @@ impl Paper<'_> {
         }
     }
 
-    /// What a phase of the planner leaves behind.
+    /// The result of a phase of the planner.
     pub fn dump(&self, graph: &Arc<Graph>, phase: Phase) -> std::result::Result<String, Vec<Diagnostic>> {
         on_paper(graph, self, |input| raxel_graph::dump(graph.clone(), input, phase))
     }

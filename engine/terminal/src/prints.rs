@@ -1,4 +1,4 @@
-//! What passes print, as the terminal and programs are told it.
+//! Prints of passes, in the form for the terminal and for programs.
 
 use std::time::{Duration, Instant};
 
@@ -27,7 +27,7 @@ pub fn lines(prints: &PassPrints) -> Vec<String> {
     printed.chain(omitted).collect()
 }
 
-/// The event that programs are told.
+/// The event for programs.
 pub fn event(prints: &PassPrints) -> Value {
     let place = |place: &Option<(std::sync::Arc<str>, u32)>| match place {
         Some((file, line)) => (json!(&**file), json!(line)),
@@ -66,7 +66,7 @@ fn say(prints: &PassPrints, console: &Console) {
     }
 }
 
-/// Says what passes print while a window is open: not again what a pass prints anew in each frame, and no more in a second than can be read.
+/// Shows prints of passes while a window is open: a repeated print only once, and no more in a second than a person can read.
 pub struct PrintLog {
     last: Vec<PassPrints>,
     second: Instant,

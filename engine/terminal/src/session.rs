@@ -20,7 +20,7 @@ use crate::failure::{Exit, Failure, Result};
 use crate::offline::{FileKind, OfflineProject};
 use crate::prints::print_prints;
 
-/// What `run` and `render` open.
+/// The files that `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
 pub struct What {
     /// A graph, a demo (*.demo.toml) or a world; the project's demo or graph by default.
@@ -64,18 +64,18 @@ pub struct Eye {
     #[arg(long, value_name = "NAME|X,Y,Z", value_parser = viewpoint, allow_hyphen_values = true)]
     pub camera: Option<Viewpoint>,
 
-    /// What the camera looks at, in voxels.
+    /// The point that the camera looks at, in voxels.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
 }
 
 impl Eye {
-    /// Whether nothing is said of a camera.
+    /// Whether no option of a camera is given.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The camera that is asked for, in a world; what is not said stays as `camera` has it.
+    /// The requested camera, in a world; the other properties stay as in `camera`.
     pub fn of(&self, mut camera: Camera, world: &SessionWorld) -> Result<Camera> {
         match &self.camera {
             Some(Viewpoint::Position(Triple(position))) => {
@@ -196,7 +196,7 @@ impl What {
         })
     }
 
-    /// What is to be shown.
+    /// The resource to show.
     pub fn debug_target(&self) -> Result<DebugTarget> {
         // A colon may stand for the first comma: `depth:mip=1`.
         let text = self.target.as_deref().map(|target| target.replacen(':', ",", 1));

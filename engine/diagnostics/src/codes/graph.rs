@@ -111,7 +111,7 @@ declare! {
     NEVER_WRITTEN = "RX0160";
     /// Something is declared that nothing uses.
     UNUSED = "RX0161";
-    /// What is presented is never written.
+    /// The presented resource is never written.
     PRESENT_UNWRITTEN = "RX0162";
     /// Something that not every device can do.
     NOT_PORTABLE = "RX0163";

@@ -58,7 +58,7 @@ pub(super) fn shown(diagnostics: &[Diagnostic]) -> (Vec<&Diagnostic>, Option<Mor
     (shown, Some(More { errors: errors - shown_errors, warnings }))
 }
 
-/// A word of at most `most` bytes: a longer one loses its middle.
+/// A word of at most `most` bytes: a longer one is cut in the middle.
 pub fn brief(word: &str, most: usize) -> Cow<'_, str> {
     if word.len() <= most {
         return Cow::Borrowed(word);

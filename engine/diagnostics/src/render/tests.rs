@@ -136,7 +136,7 @@ fn many_mistakes_are_counted() {
     assert_eq!(short(&many[1..=MOST], &texts).lines().count(), MOST);
 }
 
-/// Words, messages and lines of megabytes do not reach the terminal, whatever part of a diagnostic they are in.
+/// Words, messages and lines of megabytes do not reach the terminal, in any part of a diagnostic.
 #[test]
 fn what_is_long_is_cut() {
     let mut texts = SourceMap::default();

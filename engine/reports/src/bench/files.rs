@@ -110,7 +110,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<S
         }
     }
     for name in old.difference(&charts) {
-        // One that somebody has removed already is what is wanted.
+        // A file that is gone already is no error.
         let _ = std::fs::remove_file(folder.join(name));
     }
     Ok(written)

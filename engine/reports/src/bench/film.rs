@@ -31,7 +31,7 @@ pub struct Args {
     pub messages: Messages,
 }
 
-/// What is measured: its name, what is written, and how.
+/// The measured cases: name, output, and how it is written.
 const CASES: [(&str, &str, Compression, Mode); 5] = [
     ("png, balanced, one by one", "%05d.png", Compression::Balanced, Mode::OneByOne),
     ("png, balanced", "%05d.png", Compression::Balanced, Mode::AtOnce),

@@ -22,12 +22,12 @@ pub(super) fn tracer(case: &Case) -> String {
     }
 }
 
-/// Wrong hits of a million; `None` when nobody can tell.
+/// Wrong hits of a million; `None` if it is unknown.
 pub(super) fn wrong_ppm(row: &Row) -> Option<f64> {
     Some(row.outcome.as_ref().ok()?.judgement.as_ref().ok()?.ppm())
 }
 
-/// Three significant digits, whatever the size.
+/// Three significant digits, at any size.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "powers of ten of floats are within ±324")]
 pub(super) fn three(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {

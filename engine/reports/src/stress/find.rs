@@ -1,4 +1,4 @@
-//! What is asked for, found by its name.
+//! The requested things, found by their names.
 
 use std::collections::HashSet;
 use std::path::Path;

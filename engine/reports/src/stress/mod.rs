@@ -75,7 +75,7 @@ pub struct Args {
     pub on: OnDevice,
 }
 
-/// What a run is about, for its heading and its files.
+/// The subject of a run, for its heading and its files.
 struct About {
     device: String,
     driver: String,
@@ -188,7 +188,7 @@ fn symmetric(
     Ok(())
 }
 
-/// What must be exact and is not; the first wrong rays are shown.
+/// Results that must be exact and are not; the first wrong rays are shown.
 fn wrong(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Vec<String> {
     let mut wrong = Vec::new();
     for row in report.rows.iter().filter(|row| row.row.exact()) {

@@ -116,7 +116,7 @@ fn totals(row: &RowReport) -> Vec<String> {
 }
 
 fn notes(text: &mut String, plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)]) {
-    // A plane of voxels has no hole: whoever misses it has slipped through an edge.
+    // A plane of voxels has no hole: a ray that misses it has slipped through an edge.
     let planes: Vec<usize> = (0..plan.sites.len())
         .filter(|i| ["diagonal@", "slope@"].iter().any(|plane| plan.sites[*i].name.starts_with(plane)))
         .collect();

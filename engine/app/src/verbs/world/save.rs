@@ -35,7 +35,7 @@ pub(crate) struct Verify {
     of: Of,
 }
 
-/// Writes a world's save anew, without replaced chunks and broken records.
+/// Rewrites a world's save, without replaced chunks and broken records.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world compact worlds/quarry.toml")]
 pub(crate) struct Compact {
@@ -163,7 +163,7 @@ impl Of {
     }
 }
 
-/// What is in a save that is there.
+/// Reads a save that must exist.
 fn read(folder: &std::path::Path, console: &Console) -> Result<Report> {
     let report = save::verify(folder).map_err(|error| stop(&error, console))?;
     if report.files.is_empty() {

@@ -1,5 +1,5 @@
-//! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. What is exact has no
-//! place on a logarithmic axis and stands below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
+//! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. Exact graphs have
+//! no place on a logarithmic axis and stand below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
 
 mod strand;
 #[cfg(test)]
@@ -245,7 +245,7 @@ impl Path {
     }
 }
 
-/// What is wrong, by how much. Gives the end of the panel.
+/// The size of the error. Gives the end of the panel.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "casts of floats saturate, and powers that are not shown are left out"

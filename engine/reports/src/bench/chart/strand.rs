@@ -14,8 +14,8 @@ const APART: f64 = 17.0;
 /// Pixels between a dot and its name.
 const STALK: f64 = 12.0;
 
-/// Colours that tell graphs apart where their threads cross, the clearest first also for the colour-blind (after M. Okabe and K. Ito, "Color
-/// Universal Design", and P. Tol, "Colour Schemes"); none is the red of the front.
+/// Colours that distinguish graphs where their threads cross, the clearest first also for the colour-blind (after M. Okabe and K. Ito,
+/// "Color Universal Design", and P. Tol, "Colour Schemes"); none is the red of the front.
 const COLORS: [&str; 13] = [
     "#0072b2", "#d98f00", "#009e73", "#cc79a7", "#332288", "#999933", "#56b4e9", "#882255", "#7a7a7a", "#8a5a2b",
     "#9b5fe0", "#14532d", "#1f2933",

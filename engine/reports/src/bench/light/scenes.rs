@@ -89,7 +89,7 @@ fn write(random: &[Seeded], project: &Project) -> Result {
     Ok(())
 }
 
-/// What `--set` and `--move` say.
+/// The values of `--set` and `--move`.
 struct Changes {
     set: Vec<(String, String)>,
     moves: Vec<(String, f32)>,
@@ -130,7 +130,7 @@ impl Changes {
         if self.set.is_empty() && self.moves.is_empty() {
             return Ok(());
         }
-        // A graph that is not right is told when it is run.
+        // The run of a broken graph reports its mistakes.
         let graphs: Vec<_> = systems.iter().filter_map(|path| offline.loader.graph(path).result.ok()).collect();
         let params = || graphs.iter().flat_map(|graph| &graph.params);
         let instances = || scenes.iter().flat_map(|scene| &scene.instance_params).map(String::as_str);

@@ -1,4 +1,4 @@
-//! What is printed: a line for each reference, and a line for each system under the head of its scene.
+//! The printed table: a line for each reference, and a line for each system under the head of its scene.
 
 use raxel_measure::light::Point;
 use raxel_measure::light::reference::About;
