@@ -31,7 +31,7 @@ impl Seals {
         Self { world, edge: i64::from(baked.edge), origins }
     }
 
-    /// The place counts from the origin of the world, so that a shard is the same whatever region it is baked with.
+    /// The place counts from the origin of the world, so that a shard is the same for every region that it is baked with.
     pub(crate) fn of_shard(&self, key: ShardKey) -> Seal {
         let mut hasher = self.world.clone();
         hasher.update(&key.level.to_le_bytes());

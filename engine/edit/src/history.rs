@@ -17,7 +17,7 @@ const UNPACKED_BYTES: u64 = 64 << 20;
 /// Steps that are kept.
 const MOST_STEPS: usize = 1000;
 
-/// What edits made of a chunk.
+/// The edits' version of a chunk.
 #[derive(Clone, Debug)]
 pub(crate) enum Stored {
     /// Ready to be used; `None` has no solids.
@@ -85,7 +85,7 @@ impl VoxelChange {
     }
 }
 
-/// What a step changed in a chunk.
+/// The change of a step in a chunk.
 #[derive(Clone, Debug)]
 pub(crate) struct StepChunk {
     pub(crate) pos: ChunkPos,
@@ -118,7 +118,7 @@ impl StepChange {
     }
 }
 
-/// What is undone or redone at once.
+/// One step of undo and redo.
 #[derive(Debug)]
 struct Step {
     chunks: Vec<StepChunk>,
@@ -197,7 +197,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Notes a step. What was undone before it can no longer be redone.
+    /// Notes a step. Steps that were undone before it can no longer be redone.
     pub(crate) fn push(&mut self, chunks: Vec<StepChunk>) {
         self.bytes -= self.undone.drain(..).map(|step| step.bytes).sum::<u64>();
         let step = Step::new(chunks);

@@ -172,7 +172,7 @@ mod tests {
         }
         let read = Records::read(&words(u32::MAX, &[good]), &scene());
         assert_eq!((read.operations.len(), read.lost), (1, u64::from(u32::MAX) - 1));
-        // No words make it panic, whatever they are.
+        // No words make it panic.
         for seed in 0..2000 {
             let words: Vec<u32> = (0..seed % 60).map(|i| mix(seed * 64 + i) as u32 >> (mix(i ^ seed) % 32)).collect();
             let _ = Records::read(&words, &scene());

@@ -70,7 +70,7 @@ pub(crate) const AT_ONCE: usize = 8;
 
 /// Noise made ready to be sampled.
 pub(crate) struct Sampler {
-    /// What the noise is compiled for once more, beside the least of processors: registers twice as wide. Every bit stays the same.
+    /// The wider processor that the noise is also compiled for: its registers are twice those of the least one. Every bit stays the same.
     processor: Arch,
     octaves: Vec<Octave>,
     scale: f64,

@@ -22,7 +22,7 @@ pub struct Placed {
     pub mode: Mode,
 }
 
-/// Which parts of which placements touch a chunk: index of the placement, position of the part in the model.
+/// The parts of placements that touch a chunk: index of the placement, position of the part in the model.
 pub(crate) type Touching = BTreeMap<ChunkPos, Vec<(usize, ChunkPos)>>;
 
 impl Placed {

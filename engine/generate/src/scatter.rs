@@ -60,7 +60,7 @@ impl Scattered {
 
 /// A number of models at random places on what was built before.
 pub struct Scatter {
-    /// What is scattered.
+    /// The scattered thing.
     pub scattered: Scattered,
     /// How many.
     pub count: u64,
@@ -72,7 +72,7 @@ impl Scatter {
     /// Places tried for each one wanted.
     const TRIES: u64 = 32;
 
-    /// Chooses the places on the chunks built so far. They are the same whatever the number of threads.
+    /// Chooses the places on the chunks built so far. They are the same for any number of threads.
     #[expect(clippy::cast_possible_truncation, reason = "a number of turns is below 4")]
     pub(crate) fn choose(&self, chunks: &BTreeMap<ChunkPos, Arc<Chunk>>) -> Placed {
         let Scattered { min, max, spacing, turn, seed, .. } = self.scattered;
@@ -113,7 +113,7 @@ impl Scatter {
 /// A model at random places on the land, at most one in each cell of a grid. Whether a cell has one, and where, follows from the cell and
 /// the columns of the land alone, so that any part of an endless world can be made by itself.
 pub struct Jittered {
-    /// What is scattered. Its spacing is less than `cell`.
+    /// The scattered thing. Its spacing is less than `cell`.
     pub scattered: Scattered,
     /// Voxels along a cell of the grid.
     pub cell: i64,
@@ -219,7 +219,7 @@ impl Jittered {
     }
 }
 
-/// The land that the terrains of a build make, whatever else is built on it.
+/// The land that the terrains of a build make, without anything else that is built on it.
 pub(crate) struct Land<'t> {
     terrains: Vec<(Relief<'t>, Option<CaveField<'t>>, &'t Terrain)>,
 }

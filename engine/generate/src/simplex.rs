@@ -17,7 +17,7 @@ const MIX: i32 = 0x27d4_eb2d;
 /// Directions on the plane: 24 of them, 7.5° + 15° n from the second axis on, five times over; then every third.
 const PLANE: [[f32; 2]; 128] = plane();
 
-/// Directions in space: the middles of a cube's edges, five times over; then the corners of a tetrahedron.
+/// Directions in space: the centres of a cube's edges, five times over; then the corners of a tetrahedron.
 const SPACE: [[f32; 3]; 64] = space();
 
 /// The sine of 7.5° + 15° n in the first quarter.
@@ -135,7 +135,7 @@ fn floors_far<const N: usize>(values: [f64; N]) -> ([f64; N], [i32; N]) {
     (whole.map(f64::from), whole)
 }
 
-/// The direction that a hash names, out of so many, which are a power of two.
+/// The direction that a hash names, of `count`, which is a power of two.
 #[inline(always)]
 fn direction<const N: usize>(hashes: [i32; N], shift: u32, count: usize) -> [usize; N] {
     let mixed = hashes.map(|hash| hash.wrapping_mul(MIX));
@@ -168,7 +168,7 @@ fn along_space<const N: usize>(hashes: [i32; N], [x, y, z]: [[f32; N]; 3]) -> [f
     std::array::from_fn(|n| x[n] * a[n] + y[n] * b[n] + z[n] * c[n])
 }
 
-/// What a corner adds: its falloff to the fourth power, or nothing where that is none.
+/// The contribution of a corner: its falloff to the fourth power, or nothing without falloff.
 #[inline(always)]
 fn share<const N: usize>(falloff: [f32; N], along: [f32; N]) -> [f32; N] {
     let there: [u32; N] = mask(|n| falloff[n] > 0.0);
@@ -266,7 +266,7 @@ pub(super) fn space_noise<const N: usize>(mut seed: i32, [x, y, z]: [[f64; N]; 3
         let mut hashes = [seed; N];
         for axis in 0..3 {
             hashes = std::array::from_fn(|n| {
-                // The prime, or what it is taken away by.
+                // The prime, or the number that it is subtracted from.
                 let (plus, step) = (!minus[axis][n].cast_signed(), PRIMES[axis]);
                 let step = (step ^ plus).wrapping_sub(plus) & along[axis][n].cast_signed();
                 hashes[n] ^ lattice[axis][n].wrapping_add(step)

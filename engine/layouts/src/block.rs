@@ -1,4 +1,4 @@
-//! What the runtime compares a shader's world block with: a description derived from the Rust header.
+//! The interface that the runtime compares a shader's world block with: a description derived from the Rust header.
 
 /// Bytes of an element of the runtime array `words`.
 pub const WORDS_STRIDE: u32 = 4;

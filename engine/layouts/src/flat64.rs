@@ -46,7 +46,7 @@ layout_header! {
     }
 }
 
-/// What one distinct chunk takes in the buffer.
+/// The words of one distinct chunk in the buffer.
 #[derive(Clone, Copy, Default)]
 struct ChunkSize {
     leaves: usize,
@@ -231,7 +231,7 @@ impl Occupied {
             for z in 0..self.size[2] {
                 for x in 0..self.size[0] {
                     let at = index(self.size, [seen(0, x), seen(1, y), seen(2, z)]);
-                    // What lies outside is empty.
+                    // Texels outside are empty.
                     let outside = usize::from(x == 0) | usize::from(y == 0) << 1 | usize::from(z == 0) << 2;
                     let ahead = (1..8).filter(|step| step & outside == 0);
                     let radius = ahead.map(|step| empty[at.wrapping_add_signed(steps[step])]).min();

@@ -9,14 +9,14 @@ use raxel_world::World;
 use super::hashed_chunks::Form;
 use super::{Access, BlockMember, Encoded, EncodedImage, EncodingLimits, LayoutError};
 
-/// A way to lay out a world in a buffer. Layouts are told apart by their names.
+/// A way to lay out a world in a buffer. Layouts are identified by their names.
 #[derive(Clone, Copy)]
 pub struct Layout(&'static Encoding);
 
 /// Encodes the voxels of a world as texels of an image.
 pub type EncodeImage = fn(&World, EncodingLimits) -> Result<EncodedImage, LayoutError>;
 
-/// What a layout is: its name, its buffer, and what can be done with it.
+/// The parts of a layout: its name, its buffer, and the operations on it.
 pub struct Encoding {
     /// Its name in `source = "world.<name>"`; no other layout has it.
     pub name: &'static str,

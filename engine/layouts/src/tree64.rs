@@ -42,7 +42,7 @@ pub(super) fn packed_link(kind: u32, at: usize) -> u32 {
     (code >> 1) << 31 | (code & 1) << 29 | at as u32
 }
 
-/// What one distinct chunk takes in the buffer.
+/// The words of one distinct chunk in the buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChunkSize {
     /// Nodes of 16³ voxels.

@@ -12,7 +12,7 @@ pub struct DenseChunk {
     voxels: Box<[MaterialIndex]>,
 }
 
-/// What an operation does with the voxels it covers.
+/// The effect of an operation on the voxels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Keys)]
 pub enum Mode {
     /// Sets them to its material.

@@ -48,11 +48,11 @@ pub struct Loaded {
     pub about: Option<String>,
     /// The voxels; of a streamed world, and of one that was not built, none but the materials.
     pub world: World,
-    /// What the operations reach over, if they were not run ([`Effort::UpTo`]).
+    /// The reach of the operations, if they were not run ([`Effort::UpTo`]).
     pub unbuilt: Option<Reach>,
     /// How it comes into being around the camera, if the file has `[stream]`.
     pub stream: Option<Streamed>,
-    /// From where to look at it, if the file says so.
+    /// The camera of the file, if it has one.
     pub camera: Option<CameraHint>,
     /// Other places to look from, by name, in the order of the file.
     pub cameras: Vec<(String, CameraHint)>,
@@ -73,9 +73,9 @@ pub struct Streamed {
     pub settings: StreamSettings,
     /// Makes its tiles.
     pub generator: Arc<dyn ChunkProvider>,
-    /// Where they come from, if they are not built; [`ChunkProvider::fingerprint`] tells what is there.
+    /// Where they come from, if they are not built; [`ChunkProvider::fingerprint`] identifies the contents.
     pub source: Option<String>,
-    /// Where the file says so.
+    /// The place of the key.
     pub place: Span,
 }
 
@@ -264,7 +264,7 @@ pub fn load_with(
     Ok((loaded, found))
 }
 
-/// What became of a world's operations.
+/// The result of a world's operations.
 struct Built {
     world: World,
     shortfalls: Vec<Shortfall>,

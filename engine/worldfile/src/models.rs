@@ -64,7 +64,7 @@ pub(super) fn declare(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<()> 
     Some(())
 }
 
-/// What `[models.*]` is.
+/// The shape of `[models.*]`.
 pub(super) fn declared() -> Shape {
     Shape::by_name(Shape::Table(ModelFile::form()))
 }

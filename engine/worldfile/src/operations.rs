@@ -84,7 +84,7 @@ pub(super) fn read(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Vec<(Op
     Some(operations)
 }
 
-/// What `[[build]]` is.
+/// The shape of `[[build]]`.
 pub(super) fn declared() -> Shape {
     Shape::array(Shape::Table(Build::form()), ..)
 }
@@ -104,7 +104,7 @@ impl What {
     }
 }
 
-/// Where an operation stands in its file, and what it does there.
+/// The place of an operation in its file, and its effect there.
 pub(super) struct Site<'s> {
     pub(super) table: &'s Table<'s, 's>,
     pub(super) reading: &'s Reading<'s>,

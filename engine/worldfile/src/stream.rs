@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::extent::CELLS;
 
-/// What `[stream]` says.
+/// The contents of `[stream]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 #[keys(check = farther(near, far), check = filled(height), check = fits(gpu_memory, upload))]
 pub struct StreamSettings {

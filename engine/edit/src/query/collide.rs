@@ -11,7 +11,7 @@ use crate::scene::Base;
 /// Longest motion along an axis, in voxels; what is asked for beyond it is cut off.
 pub const MOST_MOTION: i64 = 4096;
 
-/// What came of a motion.
+/// The result of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Collision {
     /// How far the box came, in 1/256 voxel.

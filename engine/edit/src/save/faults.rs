@@ -16,7 +16,7 @@ use crate::edits::Edits;
 use crate::operation::Operation;
 use crate::scene::Scene;
 
-/// What becomes of one call.
+/// The fate of one call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
     /// It fails, a write half way; those after it work.
@@ -25,7 +25,7 @@ enum Fault {
     Stop,
 }
 
-/// What the disk has of a file.
+/// The part of a file that is on the disk.
 #[derive(Clone, Debug, Default)]
 struct Disked {
     /// As it was at the last sync.
@@ -230,7 +230,7 @@ fn quiet() -> SaveOptions {
     SaveOptions { checkpoint: hour, sync: hour, journal_bytes: u64::MAX, ..SaveOptions::default() }
 }
 
-/// What is played, over a world with one voxel.
+/// The scenario: edits over a world with one voxel.
 struct Game {
     base: World,
     scene: Scene,

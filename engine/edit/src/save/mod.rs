@@ -51,7 +51,7 @@ const RETRY: Duration = if cfg!(test) { Duration::ZERO } else { Duration::from_s
 /// How a save is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SaveOptions {
-    /// Time after which an edit is on the disk, whatever happens.
+    /// Time after which an edit is on the disk in any case.
     pub sync: Duration,
     /// A checkpoint is made when the journal has so many bytes,
     pub journal_bytes: u64,
@@ -110,7 +110,7 @@ pub enum SaveError {
     /// The folder cannot be one of a save.
     #[error("{why}")]
     Place {
-        /// What is there.
+        /// The state of the save.
         why: String,
     },
     /// A file cannot be read.
@@ -151,7 +151,7 @@ pub struct Opened {
     pub chunks: Vec<(ChunkPos, PackedChunk)>,
     /// The edits after it, to be replayed in order.
     pub steps: Vec<(u64, Vec<Operation>)>,
-    /// What was broken.
+    /// The damaged parts.
     pub damages: Vec<Damage>,
     /// Why nothing is saved, when nothing can be: the folder cannot be written, or another process has the save open.
     pub read_only: Option<String>,

@@ -92,7 +92,7 @@ impl Tail {
     }
 }
 
-/// What the file of a folder says.
+/// The contents of a folder's file.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     /// The newer mark.

@@ -222,7 +222,7 @@ impl Writer {
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        // The last try; nobody was told that these steps are saved.
+        // The last try. No message has called these steps saved.
         let _ = self.write_waiting();
     }
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Locks that threads spread over.
 const SHARDS: usize = 16;
 
-/// What was made for keys, in two generations: when the young one is full, the old one is dropped and takes its place. What is asked for
+/// Values made for keys, in two generations: when the young one is full, the old one is dropped and takes its place. A value that is asked for
 /// becomes young again. So at least the last `kept` results are there, and at most twice as many.
 pub(super) struct Recent<K, V> {
     shards: [Mutex<Generations<K, V>>; SHARDS],

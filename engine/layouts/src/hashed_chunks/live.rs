@@ -24,7 +24,7 @@ pub struct LiveHashedChunks {
     extent: Extent,
     materials: usize,
     table: LiveTable,
-    /// What each block of the buffer holds.
+    /// The contents of each block of the buffer.
     blocks: Vec<Option<Held>>,
     /// Blocks without a use.
     free: Vec<usize>,
@@ -51,7 +51,7 @@ impl Held {
     }
 }
 
-/// What an edit did to blocks.
+/// The changes of an edit to blocks.
 #[derive(Default)]
 struct Changed {
     /// Those that hold something else altogether.
@@ -144,7 +144,7 @@ impl LiveHashedChunks {
 
     fn change(&mut self, changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>) -> Option<Changed> {
         let mut changed = Changed::default();
-        // What is given up is written again only by a later change, so that no two patches overlap.
+        // A released block is written again only by a later change, so that no two patches overlap.
         let mut released = Vec::new();
         for (pos, chunk) in changes {
             if !self.extent.holds(pos) {

@@ -18,7 +18,7 @@ const QUAD: usize = 4;
 /// Bit of the shape of an instance in a free frame.
 const FREE: u32 = 1 << 16;
 
-/// What shaders see of instances: a part that changes when they move, and their models behind it.
+/// The buffer of instances that shaders read: a part that changes when they move, and their models behind it.
 #[derive(Clone, Debug)]
 pub struct InstanceBuffer {
     instances: Vec<Instance>,
@@ -190,7 +190,7 @@ mod tests {
         assert_ne!(words(&[0, 9]), words(&[0, 8]));
     }
 
-    /// Two voxels of a palette of so many materials.
+    /// Two voxels of a palette of `materials` materials.
     fn model(materials: u16) -> InstanceModel {
         let palette = (0..materials).map(|i| Material::matt(format!("m{i}"), [0.5; 3])).collect();
         let voxels = World::from_voxels(palette, [(IVec3::new(2, 3, 4), 1), (IVec3::new(5, 3, 9), 1)]);

@@ -15,7 +15,7 @@ pub const REACH: i64 = 1 << 29;
 /// A pose in whole numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The middle of the anchor's cell: the cell that it lies in.
+    /// The cell in which the centre of the anchor's cell lies.
     pub cell: [i32; 3],
     /// Its place in that cell, in units of 2⁻²⁴ voxel.
     pub fraction: [u32; 3],
@@ -129,7 +129,7 @@ impl Frame {
         let rests: [i64; 3] = std::array::from_fn(|i| fraction[i] - i64::from(self.fraction[i]));
         let place = rows.map(|row| {
             let sum: i128 = (0..3).map(|k| i128::from(row[k]) * i128::from(cells[k] * ONE + rests[k])).sum();
-            // The middle of the anchor's cell is half a voxel from its corner.
+            // The centre of the anchor's cell is half a voxel from its corner.
             (sum >> 23) as i64 + ONE / 2
         });
         Some(ModelPlace { cell: place.map(|p| p.div_euclid(ONE)), fraction: place.map(|p| p.rem_euclid(ONE)) })

@@ -9,7 +9,7 @@ use crate::lights::{Light, alias_table, lights_by, power};
 /// Words of a quad.
 const QUAD: usize = 4;
 
-/// What the materials of a model give off, by its own palette.
+/// The emission of a model's materials, by its own palette.
 pub(super) fn powers(model: &InstanceModel, palette: &[Material]) -> Vec<f32> {
     model.materials.iter().map(|of_world| palette.get(usize::from(*of_world)).map_or(0.0, power)).collect()
 }

@@ -12,7 +12,7 @@ use raxel_world::{Content, cell_edge};
 
 use super::{Draw, HEADER_WORDS, LIGHT_WORDS, Light, alias_table, power};
 
-/// What each material of a palette gives off.
+/// The emission of each material of a palette.
 #[derive(Clone, Debug)]
 pub struct LightPowers(Vec<f32>);
 

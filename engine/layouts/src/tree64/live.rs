@@ -1,5 +1,5 @@
-//! The layout `tree64` in a buffer with room to spare, of which an edit replaces only the blocks of the chunks that it touched, and the
-//! nodes above all chunks.
+//! The layout `tree64` in a buffer with room to spare. An edit replaces only the blocks of the chunks that it touched, and the nodes above
+//! all chunks.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ pub struct LiveTree64 {
     upper: Option<(Allocation, u32)>,
 }
 
-/// What a chunk takes in the buffer. It holds the chunk, so that no other one comes to lie at its address.
+/// A chunk's words in the buffer. It holds the chunk, so that no other one comes to lie at its address.
 struct Block {
     chunk: Arc<Chunk>,
     uses: usize,
@@ -229,7 +229,7 @@ impl std::fmt::Debug for LiveTree64 {
     }
 }
 
-/// What tells distinct chunks apart: equal chunks of a world are one.
+/// The identity of a distinct chunk: equal chunks of a world are one.
 fn address(chunk: &Arc<Chunk>) -> usize {
     Arc::as_ptr(chunk) as usize
 }
