@@ -22,7 +22,7 @@ layout(set = 0, binding = 0) uniform usampler2DArray source;
 #if !defined(RX_COPY)
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D picture;
 #endif
-// What the debug target is compared with: of each texel push.reference_channels words.
+// The reference that the debug target is compared with: of each texel push.reference_channels words.
 #if !defined(RX_COPY)
 readonly
 #endif

@@ -22,7 +22,7 @@ pub(super) struct Variant {
     pub(super) copies: bool,
 }
 
-/// What the display shader reads.
+/// The kinds of resources that the display shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum SourceKind {
     /// A 2-D image, layered or not.
@@ -208,7 +208,7 @@ fn buffer_grid(plan: &Plan) -> (u32, Option<u32>, ScalarKind) {
     }
 }
 
-/// What the first shader that binds the buffer says its words are.
+/// The type of the buffer's words in the first shader that binds it.
 fn declared_scalar(plan: &Plan) -> Option<ScalarKind> {
     plan.graph.passes.iter().find_map(|pass| {
         let access = pass.accesses.iter().find(|access| access.resource == plan.present.resource)?;

@@ -1,4 +1,4 @@
-//! What can go wrong while a plan is prepared or run.
+//! Errors of preparing or running a plan.
 
 /// A pass that the device had begun and not finished.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum ExecuteError {
         /// The watchdog gave up, rather than the driver.
         timed_out: bool,
     },
-    /// A buffer source that nobody supplied.
+    /// A buffer source that is not supplied.
     #[error("nothing supplies `{source_name}`, which buffer `{buffer}` needs")]
     MissingSource {
         /// Name of the buffer.
@@ -40,7 +40,7 @@ pub enum ExecuteError {
         target: String,
         /// GLSL name of the format.
         format: &'static str,
-        /// What the target is used as.
+        /// The usage of the target.
         usage: String,
     },
     /// A pass needs something the device does not have.
@@ -48,7 +48,7 @@ pub enum ExecuteError {
     Capability {
         /// Name of the pass.
         pass: String,
-        /// What is lacking.
+        /// The missing capability.
         lacks: String,
     },
     /// Nothing was swapped in yet.

@@ -25,7 +25,7 @@ use super::times::Times;
 use super::told::Told;
 use super::upload::Uploads;
 
-/// What an executor does besides running passes.
+/// The work of an executor besides running passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExecutorOptions {
     /// Whether to skip passes whose results are still valid.
@@ -74,7 +74,7 @@ pub struct Executor {
     pub(super) captured: Option<ReadTicket<Captured>>,
     pub(super) wants_thumbnails: bool,
     pub(super) thumbnails: Option<Thumbnails>,
-    /// What passes have told in finished frames.
+    /// Reports of passes in finished frames.
     pub(super) told: Told,
     pub(super) progress: Observed,
 }
@@ -105,7 +105,7 @@ pub enum Progress {
     Done,
     /// The device is working.
     Working {
-        /// The running pass, if the crash markers can tell.
+        /// The running pass, if the crash markers show it.
         pass: Option<String>,
         /// Time since the device last finished something.
         elapsed: Duration,
@@ -153,7 +153,7 @@ impl Executor {
         &self.shared.device
     }
 
-    /// What makes plans ready to be swapped in, on any thread.
+    /// A builder that makes plans ready to be swapped in, on any thread.
     pub fn builder(&self) -> Builder {
         Builder { shared: self.shared.clone() }
     }
@@ -179,7 +179,7 @@ impl Executor {
             if let (Some(old), Some(before)) = (old, before) {
                 let now = &next.plan().resources[index];
                 if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
-                    // What it held was made to be noticed, not to be kept.
+                    // Its contents were made to be noticed, not to be kept.
                     physical.initialized.store(false, Ordering::Relaxed);
                 } else {
                     next.replay.memo.carry(index, &old.replay.memo, before);
@@ -240,7 +240,7 @@ impl Executor {
         }
     }
 
-    /// What is known of the histories that passes write.
+    /// The known histories that passes write.
     pub fn histories(&self) -> Histories {
         let resources = self.running.iter().flat_map(|running| &running.resources);
         let with_history =
@@ -326,7 +326,7 @@ impl Executor {
         self.times.get()
     }
 
-    /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    /// The outcome of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
     }

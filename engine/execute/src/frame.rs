@@ -20,7 +20,7 @@ use super::slot::FrameSlot;
 use super::thumbnails::{Making, Thumbnails};
 use super::upload::Uploads;
 
-/// What comes before the passes of a frame that is recorded.
+/// The work before the passes of a frame that is recorded.
 #[derive(Clone, Copy)]
 enum Before<'a> {
     /// Nothing: the barriers of the plan order this frame after the last one.

@@ -28,9 +28,9 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) display: display::Push,
     /// The descriptors for that, one for each copy of the debug target.
     pub(super) display_sets: &'a [Descriptors],
-    /// What fills the reference that it is compared with.
+    /// The step that fills the reference that it is compared with.
     pub(super) filler: Option<&'a Filler>,
-    /// What is copied of it.
+    /// The copy that is taken of it.
     pub(super) capture: Option<&'a Capture>,
     /// Thumbnails that are made of what passes write.
     pub(super) thumbnails: Option<&'a mut Making<'t>>,

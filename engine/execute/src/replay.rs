@@ -15,7 +15,7 @@ use super::report::PassOutcome;
 use super::ticks::Ticks;
 use crate::moment::Fraction;
 
-/// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
+/// The receiver of a frame's commands: the device's command buffer, or nothing at all to measure the walk itself.
 pub trait Recorder {
     /// The bytes of all uniform blocks of the frame, at their offsets in the uniform buffer.
     fn uniforms(&mut self, bytes: &[u8]);
@@ -35,7 +35,7 @@ pub trait Recorder {
     fn present(&mut self);
 }
 
-/// What a walk recorded.
+/// The commands that a walk recorded, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Dispatches, the display's not counted.
@@ -256,7 +256,7 @@ impl Replay {
         self.ticks.rotation(frame, selector)
     }
 
-    /// What becomes of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    /// The outcome of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub(super) fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         let mut outcomes = vec![PassOutcome::NotDue; self.passes.len()];
         for (step, run) in self.plan.steps.iter().zip(&self.run) {

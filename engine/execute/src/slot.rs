@@ -23,7 +23,7 @@ pub(super) struct FrameSlot {
     /// The words that are warned of, and which of them that frame has copied; none once they are read.
     pub(super) counted: Option<Arc<CounterReadback>>,
     pub(super) copied: Vec<u32>,
-    /// What passes print to, and those of its passes that that frame has copied; none once they are read.
+    /// The print buffer and the passes whose prints that frame has copied; none once they are read.
     pub(super) printed: Option<Arc<PrintReadback>>,
     pub(super) printing: Vec<usize>,
     /// When it was submitted last.

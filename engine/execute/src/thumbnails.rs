@@ -40,7 +40,7 @@ pub struct Thumbnail {
     pub rgba: Vec<u8>,
 }
 
-/// What makes thumbnails of the running plan.
+/// The maker of thumbnails of the running plan.
 pub(super) struct Thumbnails {
     image: Arc<Image>,
     initialized: bool,
@@ -63,7 +63,7 @@ struct Node {
     size: [u32; 2],
     /// The pass writes targets alone.
     repeats: bool,
-    /// The frame in which the newest thumbnail was made, or could have been, and what told that run of the pass from others.
+    /// The frame in which the newest thumbnail was made, or could have been, and the digest of that run of the pass.
     made: Option<(u64, Digest)>,
 }
 
@@ -105,7 +105,7 @@ impl Thumbnails {
         Ok(Thumbnails { image, initialized: false, nodes, on_the_way: Vec::new() })
     }
 
-    /// Chooses what the next frame makes: of the stale ones, those that have waited longest. `runs` tells the newest run of each pass from others;
+    /// Chooses what the next frame makes: of the stale ones, those that have waited longest. `runs` identifies the newest run of each pass;
     /// `None` where every pass runs in every frame.
     pub(super) fn begin(&mut self, device: &Arc<Device>, runs: Option<&[Digest]>) -> Result<Making<'_>, ExecuteError> {
         let is_stale = |node: &Node| match (node.made, runs) {
@@ -198,8 +198,8 @@ fn fitting(extent: [u32; 2]) -> [u32; 2] {
 }
 
 impl Making<'_> {
-    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes again what is there. What passes write into buffers
-    /// may be acted on, so no pass that does runs once more.
+    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes again what is there. Buffers that passes write
+    /// may be acted on, so no pass that writes one runs again.
     pub(super) fn forced(&self) -> impl Iterator<Item = usize> + '_ {
         let nodes = self.chosen.iter().map(|(index, _)| &self.thumbnails.nodes[*index]);
         nodes.filter(|node| node.repeats).map(|node| node.pass)

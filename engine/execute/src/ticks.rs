@@ -113,7 +113,7 @@ impl Ticks {
         ORIGIN + self.clocks[clock.0 as usize].finished + ticks - 1
     }
 
-    /// What `clock.NAME.…` is where the clock stands like that.
+    /// The value of `clock.NAME.…` for this state of the clock.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
     pub fn value(&self, selector: CopySelector, value: ClockValue) -> Value {
         let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = selector else {

@@ -21,7 +21,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Room for the times of a plan, none of which was measured yet.
+    /// Room for the times of a plan. No time is measured yet.
     pub(super) fn of_plan(plan: &Plan) -> Times {
         Times {
             passes: plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect(),
@@ -30,7 +30,7 @@ impl Times {
         }
     }
 
-    /// What was read last.
+    /// The latest times that were read.
     pub(super) fn get(&self) -> GpuTimes<'_> {
         GpuTimes { frame: self.frame, span: self.span, passes: &self.passes }
     }

@@ -143,7 +143,7 @@ impl CommandBuffer {
         self.submitted
     }
 
-    /// Forgets what was recorded and starts anew.
+    /// Forgets the recorded commands and starts over.
     ///
     /// # Errors
     /// [`Error::InFlight`] while the device has not finished the last submission; wait for [`Self::submitted`] first.
@@ -420,7 +420,7 @@ impl Recording<'_> {
         // SAFETY: as in `clear_image`.
         unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
         if self.device().capabilities().kind == DeviceKind::Cpu {
-            // llvmpipe, once it has drawn to a window, takes a time with whatever it draws next, which is after the passes that follow. Lavapipe
+            // Once llvmpipe has drawn to a window, it charges a time to its next draw, which is after the passes that follow. Lavapipe
             // draws all that is pending at a barrier.
             let all = vk::PipelineStageFlags2::ALL_COMMANDS;
             let barrier = [vk::MemoryBarrier2::default().src_stage_mask(all).dst_stage_mask(all)];

@@ -12,7 +12,7 @@ use crate::pipeline::{ComputePipeline, PipelineLayout, Sampler};
 use crate::result::{Named, Result};
 use crate::retire::Dead;
 
-/// What one descriptor points to.
+/// The target of one descriptor.
 #[derive(Clone)]
 pub enum Resource {
     /// A storage image in `GENERAL`.

@@ -112,7 +112,7 @@ pub enum Backing<'a> {
     Placed(&'a Arc<MemoryBlock>, u64),
 }
 
-/// What holds the memory while the object lives.
+/// The owner of the memory while the object lives.
 pub(crate) enum Held {
     Own(Memory),
     Block(#[allow(dead_code, reason = "held for its lifetime")] Arc<MemoryBlock>),

@@ -1,4 +1,4 @@
-//! Triangles over a picture: textured, coloured, clipped and blended, as immediate-mode user interfaces make them anew each frame. The
+//! Triangles over a picture: textured, coloured, clipped and blended, as immediate-mode user interfaces make them for each frame. The
 //! layout of a vertex, and what the colours mean, are those of `egui::epaint::Mesh`.
 
 use std::collections::HashMap;
@@ -42,7 +42,7 @@ pub struct OverlayMesh<'a> {
     pub indices: &'a [u32],
 }
 
-/// What is drawn over one picture, from back to front.
+/// The drawings over one picture, from back to front.
 #[derive(Clone, Copy, Debug)]
 pub struct OverlayFrame<'a> {
     /// Pixels of the window for each point; positive.
@@ -169,7 +169,7 @@ impl Overlay {
         Ok(())
     }
 
-    /// Forgets a texture. What was drawn with it stays.
+    /// Forgets a texture. Pictures drawn with it stay.
     pub fn free_texture(&mut self, id: u64) {
         self.textures.remove(&id);
     }
@@ -313,7 +313,7 @@ impl Drop for Overlay {
     }
 }
 
-/// The buffer, made anew when it is too small. The old one is destroyed when the device has finished with it.
+/// The buffer, or a larger one if it is too small. The old one is destroyed when the device has finished with it.
 fn grown<'b>(
     device: &Arc<Device>,
     buffer: &'b mut Option<Buffer>,

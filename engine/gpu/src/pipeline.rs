@@ -24,7 +24,7 @@ pub struct DescriptorSlot {
     pub count: u32,
 }
 
-/// What a compute pipeline is made from.
+/// The inputs of a compute pipeline.
 #[derive(Clone, Copy, Debug)]
 pub struct PipelineInfo<'a> {
     /// The module.

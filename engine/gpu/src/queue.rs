@@ -1,4 +1,4 @@
-//! The one queue and its timeline: every submission gets the next value, and whatever waits, waits for a value.
+//! The one queue and its timeline: every submission gets the next value, and every wait is for a value.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -73,7 +73,7 @@ impl Capabilities {
     }
 }
 
-/// The sizes of subgroups that a compute pipeline can ask for, whatever its workgroup.
+/// The sizes of subgroups that a compute pipeline can ask for with any workgroup.
 pub(crate) fn sizes(
     sizes: &vk::PhysicalDeviceSubgroupSizeControlProperties<'_>,
     limits: &vk::PhysicalDeviceLimits,

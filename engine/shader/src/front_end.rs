@@ -22,7 +22,7 @@ pub(crate) const VERSION: &str = concat!(
     " spv1.5 unoptimised, shared memory bounded, lines of prints exact"
 );
 
-/// What the compiler prints where an include cannot be had.
+/// The compiler's message where an include cannot be had.
 const INCLUDE_FAILED: &str = "raxel cannot include this";
 
 /// One text to be compiled.
@@ -32,7 +32,7 @@ pub(crate) struct Job {
     pub text: Arc<str>,
 }
 
-/// What became of it.
+/// The result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Outcome {
     /// A module, and the warnings as the compiler prints them.

@@ -10,7 +10,7 @@ use crate::{compile, hlsl, lexer, messages, stripped};
 /// Most includes that are asked for: what a small text can ask for doubles with each level.
 const MOST_INCLUDES: usize = 24;
 
-/// Reads a shader and what it includes, and takes `output` for what the compiler printed about it. Gives everything that is said, with the texts.
+/// Reads a shader and what it includes, and takes `output` for what the compiler printed about it. Returns all messages, with the texts.
 pub fn read(files: &dyn Files, path: &str, output: &str) -> (Vec<Diagnostic>, SourceMap) {
     let request = Request { path: path.to_owned(), entry: "main".to_owned(), defines: Vec::new() };
     let mut sources = Sources::new(files);

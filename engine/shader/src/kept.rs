@@ -12,7 +12,7 @@ use crate::messages;
 use crate::sources::Sources;
 use crate::stripped::stripped;
 
-/// What the front end made.
+/// The output of the front end.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     /// In the order in which they were asked for, with the hash of each answer.
@@ -22,12 +22,12 @@ struct Kept {
     warnings: String,
 }
 
-/// What of a text a module follows from.
+/// The part of a text that a module follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TextForm {
     /// All but comments and white space.
     Stripped,
-    /// All of it: the text, or what is said of it, has numbers of lines.
+    /// All of it: the text, or a message about it, has numbers of lines.
     Exact,
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn words<E>(
     Ok(words)
 }
 
-/// What the module of a text follows from, but for its includes.
+/// The inputs of the module of a text, without its includes.
 fn name(job: &Job, form: TextForm) -> Option<String> {
     let request = postcard::to_stdvec(&job.request).ok()?;
     let (word, text) = (format!("{form:?}"), form.text(&job.text));

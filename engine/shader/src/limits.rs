@@ -1,6 +1,6 @@
-//! What is refused before the compiler sees it, because it would take its stack, its memory or an hour: glslang walks an expression by
-//! recursion, expands macros without a limit, and visits the members of a struct one by one, however often a type stands in it. No
-//! shader that a person wrote comes near these numbers. What gets past them is caught by [`crate::worker`], where there is one.
+//! Texts that are refused before the compiler sees them, because they would take its stack, its memory or an hour: glslang walks an
+//! expression by recursion, expands macros without a limit, and visits the members of a struct one by one, even if a type stands in it many
+//! times. No shader that a person wrote comes near these numbers. [`crate::worker`] catches the rest, where there is one.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -20,7 +20,7 @@ const MAX_MEMBERS: u64 = 1 << 16;
 /// used is ever backed by memory.
 pub(crate) const STACK: usize = 256 << 20;
 
-/// What the texts seen so far declare.
+/// The declarations of the texts seen so far.
 #[derive(Default)]
 pub(crate) struct TextLimits {
     /// Sizes of macros, in tokens when written out.

@@ -43,7 +43,7 @@ pub(crate) struct Sources<'f> {
     pub dependencies: Vec<Dependency>,
     /// Texts to render diagnostics with (also those that could not be used).
     pub texts: SourceMap,
-    /// What went wrong.
+    /// The errors.
     pub diagnostics: Vec<Diagnostic>,
     /// Names of the files being included right now, outermost first.
     stack: Vec<String>,

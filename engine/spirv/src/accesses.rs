@@ -1,6 +1,6 @@
 //! Accesses out of bounds, found on demand. In front of each access to an array, vector or matrix by an index, and to an image by integer
 //! coordinates, a call compares what is asked for with what is there. Where that is too far, it counts and keeps a record of the first
-//! invocation. The access itself stays what it is: a shader that is checked computes what it computes without.
+//! invocation. The access itself stays as it is: a checked shader computes the same as an unchecked one.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -22,7 +22,7 @@ const MAX_ACCESSES: usize = 16_384;
 /// An access that is checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// What is accessed, as the source names it: `items`, `block.items`; empty where the module has no names.
+    /// The accessed array or image, by its name in the source: `items`, `block.items`; empty where the module has no names.
     pub name: String,
     /// By what.
     pub kind: AccessKind,
@@ -61,7 +61,7 @@ impl Access {
     }
 }
 
-/// What an access can step into.
+/// The types that an access can step into.
 #[derive(Clone, Copy)]
 enum Type<'w> {
     /// Width in bits, and whether it has a sign.

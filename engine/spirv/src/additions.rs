@@ -1,4 +1,4 @@
-//! What a pass over a module adds to it: ids, types and constants. A type that the module has already is used again, since a module may
+//! The additions of a pass to a module: ids, types and constants. A type that the module has already is used again, since a module may
 //! declare it only once (section 2.8).
 
 use std::collections::HashMap;

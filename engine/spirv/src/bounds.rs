@@ -1,7 +1,7 @@
 //! Bounds on arrays in shared memory. An access outside an array that a workgroup shares has no defined effect, and Vulkan's robust buffer
-//! access does not cover it: a GPU may lose the device, and a software driver writes into the memory of the process. So every index
-//! into a shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index itself says that it is
-//! inside: a constant, `i & 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; an access that is correct stays what it is.
+//! access does not cover it: a GPU may lose the device, and a software driver writes into the memory of the process. So every index into a
+//! shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index itself says that it is inside: a
+//! constant, `i & 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; a correct access stays as it is.
 
 use std::collections::HashMap;
 
@@ -57,7 +57,7 @@ pub(crate) fn bounded(words: &[u32], instructions: &[Instruction<'_>]) -> Result
     Ok(Some(bounded))
 }
 
-/// What an access can step into.
+/// The types that an access can step into.
 #[derive(Clone, Copy)]
 enum Type<'w> {
     /// Width in bits.
@@ -79,7 +79,7 @@ enum Length {
     Specialized(u32),
 }
 
-/// What the module declares, as far as it matters here.
+/// The declarations of the module, as far as they matter here.
 #[derive(Default)]
 struct Declared<'w> {
     types: HashMap<u32, Type<'w>>,
@@ -232,7 +232,7 @@ impl<'w> Declared<'w> {
 /// `GLSL.std.450` as a literal string (section 2.2.1).
 const NAME: &[u32] = &[u32::from_le_bytes(*b"GLSL"), u32::from_le_bytes(*b".std"), u32::from_le_bytes(*b".450"), 0];
 
-/// What the clamps need beyond what the module declares.
+/// The declarations that the clamps need beyond the module's own.
 #[derive(Default)]
 struct Additions<'w> {
     declared: Declared<'w>,
@@ -253,7 +253,7 @@ impl Additions<'_> {
         let glsl = self.glsl();
         let (ty, index) = match self.declared.values.get(&index).copied() {
             Some(ty) if self.declared.width(index) == Some(32) => (ty, index),
-            // Of 64 bits the lower half, of 16 or 8 zero-extended: an index inside the bounds stays what it is.
+            // Of 64 bits the lower half, of 16 or 8 zero-extended: an index inside the bounds stays the same.
             _ => {
                 let converted = self.id();
                 write(Op::UConvert as u32, &[uint, converted, index], function);

@@ -24,7 +24,7 @@ pub struct Module<'w> {
     instructions: Vec<Instruction<'w>>,
     /// The function that the entry point is.
     entry: u32,
-    /// What its variables take.
+    /// The memory of its variables.
     memory: Memory,
 }
 
@@ -102,7 +102,7 @@ impl<'w> Module<'w> {
         names.into_iter().collect()
     }
 
-    /// What the variables take.
+    /// The memory of the variables.
     pub fn memory(&self) -> Memory {
         self.memory
     }
@@ -155,7 +155,7 @@ impl<'w> Module<'w> {
         reads::chains(self.before_functions(), self.reachable().into_iter().flatten(), variables)
     }
 
-    /// Calls whose result is undefined whatever their other arguments are, in the functions that the entry point reaches.
+    /// Calls whose result is undefined for all their other arguments, in the functions that the entry point reaches.
     pub fn undefined(&self) -> Vec<Undefined> {
         undefined::undefined(self.before_functions(), self.reachable().into_iter())
     }

@@ -1,7 +1,7 @@
-//! Values of uniform blocks and push constants that no driver can fold into a shader. lavapipe compiles a shader again, at each dispatch, for
-//! the values that its branches depend on: milliseconds a frame, and memory that it gives back only with the pipeline. So each value that is
-//! loaded becomes `value | zero`, where `zero` is the number of workgroups shifted right by 31: always 0, and nothing that is known before
-//! a dispatch. The bits of floats stay what they are.
+//! Values of uniform blocks and push constants that no driver can fold into a shader. lavapipe compiles a shader again, at each dispatch,
+//! for the values that its branches depend on: milliseconds a frame, and memory that it releases only with the pipeline. So each value that
+//! is loaded becomes `value | zero`, where `zero` is the number of workgroups shifted right by 31: always 0, and nothing that is known
+//! before a dispatch. The bits of floats stay the same.
 
 use std::collections::{HashMap, HashSet};
 
@@ -72,7 +72,7 @@ struct Workgroups {
     shift: u32,
 }
 
-/// What the module declares, and what is added to it.
+/// The declarations of the module, and the added ones.
 #[derive(Default)]
 struct Declared {
     /// Scalars and vectors of 32-bit numbers.
@@ -143,7 +143,7 @@ impl Declared {
         }
     }
 
-    /// What an instruction loads, if it is a number or vector from a uniform block or push constants.
+    /// The shape that an instruction loads, if it is a number or vector from a uniform block or push constants.
     fn uniform_load(&self, instruction: &Instruction<'_>) -> Option<Shape> {
         let [ty, _, pointer, ..] = instruction.operands else { return None };
         let shape = self.shapes.get(ty).copied()?;

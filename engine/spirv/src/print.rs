@@ -85,7 +85,7 @@ pub fn prints(words: &[u32]) -> bool {
 /// Why what a module prints cannot be written down.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrintError {
-    /// What is wrong, and what to do.
+    /// The reason, and advice.
     pub reason: String,
     /// The call, if it is one.
     pub line: Option<(String, u32)>,

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use parent::{Stopped, compile};
 
-/// What one shader may take. The largest shader of the repository takes a hundredth of the default.
+/// The limits of one shader. The largest shader of the repository takes a hundredth of the default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompileLimits {
     /// Seconds of processor time.
