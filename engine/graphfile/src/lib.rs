@@ -82,7 +82,7 @@ pub fn compile_with(
     layout_images::add(&mut resolved, &reflected, sources);
     // The graph is compared with its shaders.
     let graph = check::check(&resolved, &reflected, sources, options.unused, &mut found);
-    // What is wrong with a pass is wrong in each of its cases.
+    // A mistake in a pass is the same in each of its cases.
     let mut once: Vec<Diagnostic> = Vec::new();
     found.retain(|diagnostic| {
         !once.contains(diagnostic) && {

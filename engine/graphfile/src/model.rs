@@ -220,7 +220,7 @@ pub enum Size {
     },
 }
 
-/// What `of` says when a size follows the bounds of the world.
+/// The value of `of` when a size follows the bounds of the world.
 pub const WORLD: &str = "world";
 
 /// A part of another target, of the world, or of the output.
@@ -320,10 +320,10 @@ pub struct Warning {
     /// Place of the count, a `uint`, in the buffer: bytes, a multiple of 4.
     #[keys(read = whole_word, range = 0..=LARGEST_BUFFER, default = 0, unit = "bytes")]
     pub offset: u64,
-    /// What is counted, and what it means for the picture, e.g. "faces found no slot". The count follows. Needed.
+    /// The counted thing and its meaning for the picture, e.g. "faces found no slot". The count follows. Needed.
     #[keys(read = |node| at(node, filled(node)), shape = Shape::Schema(json!({ "type": "string", "minLength": 1 })))]
     pub says: Spanned<String>,
-    /// What to do about it; may be left out.
+    /// Advice to the user; may be left out.
     pub help: Option<String>,
 }
 
@@ -432,7 +432,7 @@ pub struct SharedBlock {
     pub remove: bool,
 }
 
-/// The values of one push-constant or uniform block; `M` is a [`Member`], or what it is when its names are resolved.
+/// The values of one push-constant or uniform block; `M` is a [`Member`], or its form with resolved names.
 #[derive(Clone, Debug)]
 pub struct Fills<M> {
     /// The key of the table: `push`, the GLSL name of the uniform block, or the name in `[blocks.*]`.
@@ -474,7 +474,7 @@ pub struct Literal {
     pub span: Span,
 }
 
-/// What a [`Literal`] holds.
+/// The contents of a [`Literal`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
     /// `true`, `false`.

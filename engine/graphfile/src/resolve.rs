@@ -1,6 +1,6 @@
-//! Phase 3, resolve: names become indices, words become types, literals become values. Whatever needs no shader to be known to be
-//! wrong is reported here. What is wrong is kept with a stand-in and `sound: false`, so that later phases can go on and report the
-//! rest; a graph with any error is never handed on.
+//! Phase 3, resolve: names become indices, words become types, literals become values. Mistakes that show without a shader are reported
+//! here. A wrong part is kept with a stand-in and `sound: false`, so that later phases can continue and report the rest; a graph with any
+//! error is never handed on.
 
 mod clears;
 mod conditions;
@@ -85,7 +85,7 @@ pub struct Loop {
 pub struct Pass {
     /// Its name.
     pub name: Spanned<String>,
-    /// What to compile, at the place of `shader`; `None` when that is missing or wrong.
+    /// The compiler's request, at the place of `shader`; `None` when that is missing or wrong.
     pub request: Option<Spanned<Request>>,
     /// `None` when it is missing or wrong. That of a queue is indirect, from a buffer that is made for it.
     pub dispatch: Option<Spanned<checked::Dispatch>>,
@@ -207,7 +207,7 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, materials, files }
 }
 
-/// What a pass can name.
+/// The names that a pass can use.
 struct Scope<'a> {
     params: &'a [Declared<checked::Param>],
     param_names: &'a Names,

@@ -37,9 +37,9 @@
 //!
 //! # Attributes
 //!
-//! The first paragraph of a doc comment is the meaning of a key, for schemas and reference pages; further paragraphs are for whoever reads
-//! the code. A key must be there unless its type is an `Option`, a `Vec` or [`ByName`], or it has a `default` or `absent`. Values can be
-//! of every type that implements [`Value`]; a [`Spanned`] one has its place.
+//! The first paragraph of a doc comment is the meaning of a key, for schemas and reference pages; further paragraphs are for readers of the
+//! code. A key must be there unless its type is an `Option`, a `Vec` or [`ByName`], or it has a `default` or `absent`. Values can be of
+//! every type that implements [`Value`]; a [`Spanned`] one has its place.
 //!
 //! | of a field | |
 //! |---|---|

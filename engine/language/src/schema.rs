@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use crate::{Form, Key, Shape};
 
 impl Form {
-    /// The schema of a whole file. Descriptions tell the defaults, too.
+    /// The schema of a whole file. Descriptions contain the defaults, too.
     pub fn document(&self, title: &str) -> Value {
         let mut schema = self.definition();
         schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");

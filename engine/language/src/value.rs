@@ -11,10 +11,10 @@ use crate::{Form, Shape};
 
 /// A type that says what its values are.
 pub trait Describe: Sized {
-    /// What `range` limits; `()` where nothing can be limited.
+    /// The limits that `range` sets; `()` where nothing can be limited.
     type Limits: Default;
 
-    /// What a value within limits is.
+    /// The shape of a value within limits.
     fn shape(limits: &Self::Limits) -> Shape;
 
     /// The value when the key is absent; `None` if the key must be there.
@@ -125,7 +125,7 @@ impl<C: ?Sized, T: Named<C>> Value<C> for ByName<T> {
     }
 }
 
-/// Numbers from one to another. Those of a declaration are told in the schema, those of a type are not.
+/// Numbers from one to another. Limits of a declaration are shown in the schema, those of a type are not.
 #[derive(Clone, Debug)]
 pub struct NumberRange<T> {
     range: RangeInclusive<T>,

@@ -13,7 +13,7 @@ use crate::ir::plan::{CullReason, Culled, Observe, PlanInput, Present};
 use crate::ir::size::Size;
 use crate::ir::subresources::{SubresourcePartition, SubresourceRange};
 
-/// What is left of a graph.
+/// The live part of a graph.
 #[derive(Clone, Debug)]
 pub(crate) struct Cull {
     /// Passes that run, in program order.
@@ -48,8 +48,8 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     }
 }
 
-/// What must be in the resources when a frame ends, as far as it is known before the passes are: what later frames are to find, and what is read
-/// from outside.
+/// Subresources whose contents must be there when a frame ends, as far as they are known before the passes are: those that later frames
+/// read, and those that are read from outside.
 fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs {
     let mut at_end = carried.clone();
     for pinned in input.pinned {
@@ -65,7 +65,7 @@ fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs 
     at_end
 }
 
-/// What passes need of each other.
+/// The needs of passes for each other.
 struct Flow<'a> {
     graph: &'a Graph,
     sizes: &'a [Size],
@@ -85,7 +85,7 @@ impl Flow<'_> {
         loop {
             let before = at_end.clone();
             let at_start = self.backwards(&mut at_end, &mut live);
-            // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
+            // Contents that a frame needs when it starts must be there when the last one ends, unless the frame makes them itself.
             let presented = Some((self.present, self.presented.as_slice()));
             let anew = made_anew(self.graph, &live, presented, self.parts, |access| self.parts_of(access));
             for (index, anew) in anew.iter().enumerate() {
@@ -116,7 +116,7 @@ impl Flow<'_> {
                         self.mark_read(&self.graph.passes[index], &mut needs, at_end);
                     }
                 }
-                // What a tick needs when it starts may be made by the tick before it.
+                // Contents that a tick needs when it starts may be made by the tick before it.
                 if before_tick.is_none_or(|before| needs == before) {
                     break;
                 }
@@ -164,7 +164,7 @@ fn used(graph: &Graph, live: &[bool], sizes: &[Size], input: &PlanInput) -> Vec<
     for (index, resource) in graph.resources.iter().enumerate() {
         // A clear may leave something for later frames, too.
         let carried = resource.kind.is_cleared() && (resource.history > 0 || resource.clock.is_some());
-        // What no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
+        // A resource that no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
         used[index] |= (carried || input.observe == Observe::Everything)
             && resource.kind.supplied_by().is_none()
             && limits::fits(graph, resource, sizes[index], input);
@@ -229,9 +229,9 @@ fn carried(
     carried
 }
 
-/// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
-/// that a `writeonly` binding touches first. This is the assumption of [`lifetimes`](mod@crate::back::lifetimes). A later `writeonly` store makes nothing
-/// anew: it may add to what an earlier pass of the frame stored.
+/// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those that a
+/// `writeonly` binding touches first. This is the assumption of [`lifetimes`](mod@crate::back::lifetimes). A later `writeonly` store
+/// replaces nothing: it may add to the stores of earlier passes of the frame.
 fn made_anew(
     graph: &Graph,
     live: &[bool],
@@ -272,7 +272,7 @@ fn made_anew(
     anew
 }
 
-/// What the present step reads.
+/// The range that the present step reads.
 pub(crate) fn presented(present: Present, sizes: &[Size]) -> SubresourceRange {
     match sizes[present.resource.0 as usize] {
         Size::Image { volume, .. } => SubresourceRange::one(present.mip, if volume { 0 } else { present.layer }),
@@ -280,7 +280,7 @@ pub(crate) fn presented(present: Present, sizes: &[Size]) -> SubresourceRange {
     }
 }
 
-/// The parts of every resource that accesses and the present point tell apart.
+/// The parts of every resource that accesses and the present point treat differently.
 fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<SubresourcePartition> {
     let mut ranges: Vec<Vec<SubresourceRange>> = sizes.iter().map(|size| vec![SubresourceRange::whole(size)]).collect();
     for access in graph.passes.iter().flat_map(|pass| &pass.accesses) {

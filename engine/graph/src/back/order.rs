@@ -61,7 +61,7 @@ pub(crate) fn stage_of(access: AccessMask) -> Stages {
 /// A frame without barriers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    /// What is done, in order.
+    /// The actions, in order.
     pub actions: Vec<Action>,
     /// Every access, in order of the action.
     pub accesses: Vec<ResourceAccess>,
@@ -113,7 +113,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
             at += 1;
             ordering.dispatch(first);
         }
-        // What is taken after a pass of a clock is taken after all ticks of the frame.
+        // A present point after a pass of a clock is after all ticks of the frame.
         if input.present.after.is_some_and(|after| (first..at).contains(&(after.0 as usize))) {
             ordering.present();
         }
@@ -126,7 +126,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     ordering.order
 }
 
-/// The frame so far, and what it is made from.
+/// The frame so far, and its inputs.
 struct Ordering<'a> {
     graph: &'a Graph,
     sizes: &'a [Size],

@@ -15,7 +15,7 @@ pub fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
     (0..graph.resources.len()).map(|index| from.size(ResourceId(index32(index)), graph.resources.len())).collect()
 }
 
-/// What sizes are made from.
+/// The inputs of sizes.
 struct From<'a> {
     graph: &'a Graph,
     output: [u32; 2],

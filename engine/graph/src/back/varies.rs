@@ -1,4 +1,4 @@
-//! Varies: which resources may hold something else in every frame. What is made from params, the world and the output alone is the
+//! Varies: which resources may hold something else in every frame. A resource that depends only on params, the world and the output is the
 //! same for many frames, so it keeps its memory to itself: the memo then finds it in place. (A table of a sky that shares memory would be
 //! made again in every frame.)
 
@@ -45,9 +45,9 @@ fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: 
     stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&accesses))
 }
 
-/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,
-/// a pass runs only now and then, or a shader is told how long the picture has been still. A frame of a graph that does not look back
-/// can be made without those before it.
+/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame, a
+/// pass runs only now and then, or a shader gets the number of frames for which the picture has been still. A frame of a graph that does
+/// not look back can be made without those before it.
 pub(crate) fn uses_history(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
     let carried = (0..cull.used.len()).any(|index| {
         let resource = graph.resource(cull.used[index]);

@@ -13,11 +13,11 @@ use crate::ir::plan::{BufferDesc, ImageDesc};
 pub struct PlanInput<'a> {
     /// Extent of the output in pixels, both at least 1.
     pub output: [u32; 2],
-    /// What is shown, and when it is taken.
+    /// The shown resource, and the point of the frame at which it is taken.
     pub present: Present,
     /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
     pub pinned: &'a [ResourceId],
-    /// What else can be read at the end of a frame.
+    /// Resources besides it that can be read at the end of a frame.
     pub observe: Observe,
     /// Whether a fact holds.
     pub facts: &'a dyn Fn(&Fact) -> bool,
@@ -39,7 +39,8 @@ pub struct PlanInput<'a> {
 }
 
 impl<'a> PlanInput<'a> {
-    /// What a graph presents, for a session without a world on a device of the smallest limits. All conditions hold.
+    /// The input of a graph with its own presented resource, for a session without a world on a device of the smallest limits. All
+    /// conditions hold.
     pub fn on_paper(graph: &Graph, output: [u32; 2], sources: &'a BTreeMap<String, SourceSize>) -> Self {
         Self {
             output,
@@ -126,7 +127,7 @@ pub struct DeviceLimits {
     pub workgroup_invocations: u32,
     /// `maxComputeSharedMemorySize`, bytes.
     pub shared_memory: u32,
-    /// What one pass may bind.
+    /// Limits of the bindings of one pass.
     pub bindings: BindingLimits,
 }
 
@@ -146,7 +147,7 @@ pub struct BindingLimits {
 }
 
 impl DeviceLimits {
-    /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
+    /// The least limits of every Vulkan 1.3 device that raxel accepts, used when no device is asked (`check`, `graph`).
     pub const PORTABLE: DeviceLimits = DeviceLimits {
         image_2d: 4096,
         image_3d: 256,

@@ -24,7 +24,7 @@ pub use crate::ir::input::{
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;
 
-/// What is created for a target, once per copy.
+/// The image of each copy of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct ImageDesc {
     /// Texel format.
@@ -50,7 +50,7 @@ pub struct ImageUsage {
     pub sampled: bool,
 }
 
-/// What is created for a buffer, once per copy. All buffers have storage and transfer usage.
+/// The buffer of each copy of a buffer. All buffers have storage and transfer usage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct BufferDesc {
     /// Bytes.
@@ -71,7 +71,7 @@ pub struct Plan {
     pub output: [u32; 2],
     /// The debug target.
     pub present: Present,
-    /// What is created: only what live passes, the present point or pins use. Order of [`Graph::resources`].
+    /// The created resources: only those that live passes, the present point or pins use. Order of [`Graph::resources`].
     pub resources: Vec<ResourcePlan>,
     /// Memory blocks that transient resources share.
     pub blocks: Vec<BlockPlan>,
@@ -88,7 +88,7 @@ pub struct Plan {
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
-    /// What goes in front of the steps in a frame in which the runtime writes parts of sources.
+    /// Barriers in front of the steps in a frame in which the runtime writes parts of sources.
     pub updates: SourceUpdates,
     /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
     /// before it.
@@ -202,9 +202,9 @@ impl Plan {
 pub struct ResourcePlan {
     /// Which.
     pub resource: ResourceId,
-    /// What is created per copy.
+    /// The object that is created for each copy.
     pub desc: ResourceDesc,
-    /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
+    /// The memory of each copy, as [`PlanInput::memory`] requires it; for a source only its bytes.
     pub memory: Requirements,
     /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`CopySelector`].
     pub copies: u32,
@@ -216,8 +216,8 @@ pub struct ResourcePlan {
     pub init: Clear,
     /// Whether the contents must survive the frame.
     pub lifetime: Lifetime,
-    /// Whether they depend on the camera, the cursor, the frame or a clock. What does not is the same in most frames, and is kept
-    /// apart, so that it need not be made again.
+    /// Whether they depend on the camera, the cursor, the frame or a clock. Contents that do not are the same in most frames, and are kept
+    /// apart, so that they need not be made again.
     pub varies: bool,
 }
 

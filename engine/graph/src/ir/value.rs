@@ -40,7 +40,7 @@ impl ValueType {
         Self::vector(scalar, 1)
     }
 
-    /// A vector of so many components; a scalar, if it has one.
+    /// A vector of `rows` components; a scalar, if it has one.
     pub const fn vector(scalar: Scalar, rows: u32) -> Self {
         Self::matrix(scalar, rows, 1)
     }

@@ -10,7 +10,7 @@ use super::{Context, loops};
 use crate::literal::{describe, typed};
 use crate::resolve::Feed;
 
-/// What the axes of a workgroup are called where the shader has no other name: `layout(local_size_x_id = 0) in;`.
+/// Names of the axes of a workgroup whose constants have no other name in the shader: `layout(local_size_x_id = 0) in;`.
 const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 /// Checks `specialization`; gives values by constant id, in order of the ids.

@@ -25,7 +25,7 @@ fn target(graph: &Resolved, id: ResourceId) -> Option<&Target> {
     }
 }
 
-/// What this one's size is measured by.
+/// The resource that this one's size follows.
 fn parent(graph: &Resolved, id: ResourceId) -> Option<ResourceId> {
     match &graph.resources[id.0 as usize].item.kind {
         ResourceKind::Target(target) => match target.extent {

@@ -24,7 +24,7 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
 }
 
 fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
-    // What writes a resource that is itself wrong is not known.
+    // The writers of a resource that is itself wrong are not known.
     if !resolved.resources[id.0 as usize].sound {
         return;
     }
@@ -127,7 +127,7 @@ fn mentioned(graph: &Graph, id: ResourceId) -> bool {
 }
 
 fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
-    // What moves by params, the file of the world says.
+    // The file of the world decides which instances move by params.
     if graph.source_names().contains("world.instances") {
         return;
     }

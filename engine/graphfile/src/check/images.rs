@@ -20,7 +20,7 @@ pub fn check(
     found: &mut Vec<Diagnostic>,
 ) -> Option<BoundAccess> {
     let (id, age) = entry.target.as_ref()?.value;
-    // What is wrong with the target itself is reported already.
+    // A mistake in the target itself is reported already.
     if !context.graph.resources[id.0 as usize].sound {
         return None;
     }

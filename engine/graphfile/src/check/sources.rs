@@ -27,7 +27,7 @@ pub fn check(
     let place = difference.place.as_ref().or(binding.place.as_ref());
     let diagnostic = context.in_shader(diagnostic, place, "the shader says");
     let help = match source.strip_prefix("world.").filter(|_| layout.collected.is_some()) {
-        // What passes write has a file of its own, of the same name.
+        // A buffer that passes write has a file of its own, of the same name.
         Some(name) => format!("declare it with `#include <raxel/{name}.glsl>`"),
         None => {
             "declare it with `#include <raxel/world.glsl>`, which has the block of the layout that is bound".to_owned()

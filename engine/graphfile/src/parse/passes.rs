@@ -45,7 +45,7 @@ pub fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Const
     Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
 
-/// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
+/// The sizes of subgroups that Vulkan lets a pass ask for: powers of two up to 128.
 pub fn subgroup_size(node: &Node<'_, '_>) -> Option<Spanned<u32>> {
     let size: u32 = node.integer(1..=LARGEST_SUBGROUP)?;
     if size.is_power_of_two() {

@@ -161,7 +161,7 @@ pub(super) fn extent_from_outside(name: &Spanned<String>, source: &Span) -> Diag
         .help("ask for its extent in the shader, with `textureSize` or `imageSize`")
 }
 
-/// What only the texels of a file have.
+/// Keys that only the texels of a file have.
 pub(super) fn only_of_files(target: &Target, found: &mut Vec<Diagnostic>) {
     let slices = target.slices.as_ref().map(|slices| ("slices", &slices.span));
     let encoding = target.encoding.as_ref().map(|encoding| ("encoding", &encoding.span));

@@ -1,4 +1,4 @@
-//! What `#[keys(…)]` says.
+//! The contents of `#[keys(…)]`.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -54,11 +54,11 @@ pub struct Field {
     /// The key, if it is not called like the field.
     pub rename: Option<LitStr>,
     pub range: Option<Expr>,
-    /// What stands for the key when it is absent, told in the schema.
+    /// The value for an absent key, shown in the schema.
     pub default: Option<Expr>,
-    /// The same, not told.
+    /// The same, not shown.
     pub absent: Option<Expr>,
-    /// The default that the schema tells, of a key that something else stands for.
+    /// The default that the schema shows for a key that is filled in some other way.
     pub told: Option<Expr>,
     pub unit: Option<LitStr>,
     pub map: Option<Expr>,
@@ -76,7 +76,7 @@ pub struct Exclusion {
     pub why: LitStr,
 }
 
-/// What a field is.
+/// The roles of a field.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// A key.

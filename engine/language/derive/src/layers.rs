@@ -1,4 +1,4 @@
-//! A struct that is laid over an equal one of the base: it is read whatever is wrong with it, and every key may be missing.
+//! A struct that is laid over an equal one of the base: it is read in spite of mistakes, and every key may be missing.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -131,7 +131,7 @@ fn mergeable(all: &[Field]) -> syn::Result<()> {
     }
 }
 
-/// What a key says, or nothing where it is wrong or absent; nothing of what is no key.
+/// The value of a key, or nothing if it is wrong or absent; nothing of a field that is no key.
 fn read(container: &Container, field: &Field) -> TokenStream {
     if field.role != Role::Key {
         return quote!(::core::default::Default::default());

@@ -18,7 +18,7 @@ impl Slot {
     }
 }
 
-/// What must be ordered, in terms of slots.
+/// A required order, in terms of slots.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need {
     pub kind: NeedKind,
@@ -29,7 +29,7 @@ pub(super) struct Need {
     pub by: (u32, u32),
 }
 
-/// What must be ordered.
+/// The kinds of required orders.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NeedKind {
     /// One kind of access before another.

@@ -68,7 +68,7 @@ impl RoundIndex {
         }
     }
 
-    /// What it is, in one sentence.
+    /// Its description, in one sentence.
     pub const fn about(self) -> &'static str {
         match self {
             RoundIndex::Index => "Round of the loop that the pass is in: from 0 up, or down to 0.",
@@ -85,7 +85,7 @@ impl RoundIndex {
     }
 }
 
-/// What a pass of a loop takes from the round.
+/// The values that a pass of a loop takes from the round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InLoop {
     /// The loop.

@@ -1,4 +1,4 @@
-//! Targets and buffers of a checked graph: what they are, and where their contents come from.
+//! Targets and buffers of a checked graph: their kinds, and the origin of their contents.
 
 use std::sync::Arc;
 
@@ -58,12 +58,12 @@ impl Resource {
         self.kind.supplied_by().filter(|_| !matches!(self.origin, Origin::Copy))
     }
 
-    /// What it is filled with when that changes, e.g. `world.tree64`.
+    /// The source that it is filled from when that changes, e.g. `world.tree64`.
     pub fn copied_from(&self) -> Option<&str> {
         self.kind.supplied_by().filter(|_| matches!(self.origin, Origin::Copy))
     }
 
-    /// What the runtime takes out of it after each frame, e.g. `world.edits`.
+    /// The kind of records that the runtime takes out of it after each frame, e.g. `world.edits`.
     pub fn collected_as(&self) -> Option<&str> {
         match &self.origin {
             Origin::Collected(name) => Some(name),
@@ -86,11 +86,11 @@ impl Resource {
 pub struct Warning {
     /// Byte offset of the `uint`, a multiple of 4.
     pub offset: u64,
-    /// What it counts and what that means, as a part of a sentence.
+    /// The counted thing and its meaning, as a part of a sentence.
     pub says: String,
-    /// What can be done about it.
+    /// Advice, if there is any.
     pub help: Option<String>,
-    /// Where the file says so.
+    /// The place of the warning in the file.
     #[serde(skip)]
     pub place: Span,
 }
@@ -111,7 +111,7 @@ pub enum Origin {
     Collected(String),
 }
 
-/// What a resource is.
+/// The kinds of resources.
 #[derive(Clone, Debug, Serialize)]
 pub enum ResourceKind {
     /// An image.
@@ -129,7 +129,7 @@ impl ResourceKind {
         }
     }
 
-    /// Who supplies it from outside, or supplies what it is a copy of, e.g. `world.tree64`.
+    /// The name of the source that supplies it from outside, or supplies the original of this copy, e.g. `world.tree64`.
     pub fn supplied_by(&self) -> Option<&str> {
         match self {
             ResourceKind::Target(target) => target.source.as_deref(),
@@ -138,7 +138,7 @@ impl ResourceKind {
         }
     }
 
-    /// What the file writes into it, if it does.
+    /// The values that the file writes into it, if it does.
     pub fn values(&self) -> Option<&Values> {
         match self {
             ResourceKind::Buffer(Buffer { size: BufferSize::Values(values), .. }) => Some(values),
