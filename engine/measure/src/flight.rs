@@ -19,7 +19,7 @@ pub use passes::Passes;
 
 use part::Path;
 
-/// What is measured.
+/// The settings of a flight.
 #[derive(Clone)]
 pub struct FlightOptions {
     /// How the session is opened. Its world is streamed.
@@ -67,7 +67,7 @@ pub enum FlightError {
     },
 }
 
-/// What was measured of one frame.
+/// The measurements of one frame.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Frame {
     /// Seconds since the flight began.
@@ -138,14 +138,14 @@ pub struct Flight {
     pub jumps: Vec<Arrival>,
     /// Edits in view after the flight.
     pub edits: Edits,
-    /// What was kept on the host at the end of the flight.
+    /// Memory that the host holds at the end of the flight.
     pub kept: Kept,
     /// The same path, every place complete before its frame: what loading costs is the difference. Nothing if that was not asked for.
     pub resident: Flown,
     /// The pool at the end.
     #[serde(skip)]
     pub pool: PoolStats,
-    /// What the session that loaded had to say, such as what its passes have counted, and the texts that it points into. The same path with
+    /// Messages of the session that loaded, such as the counts of its passes, and the texts that they point into. The same path with
     /// everything there would say it again.
     #[serde(skip)]
     pub messages: (Vec<Diagnostic>, SourceMap),
@@ -179,7 +179,7 @@ pub struct Kept {
     pub made: u64,
 }
 
-/// What `part` (0 to 1) of some values do not exceed: the nearest rank.
+/// The value that `part` (0 to 1) of some values do not exceed: the nearest rank.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of values")]
 pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
@@ -202,7 +202,7 @@ impl Flown {
         self.frames.iter().filter(|frame| frame.is_drawn())
     }
 
-    /// What `part` (0 to 1) of the drawn frames do not exceed: the nearest rank.
+    /// The value that `part` (0 to 1) of the drawn frames do not exceed: the nearest rank.
     pub fn percentile(&self, part: f64, of: impl Fn(&Frame) -> f64) -> f64 {
         percentile(self.drawn().map(of), part)
     }
@@ -234,7 +234,7 @@ impl Flown {
     }
 }
 
-/// What each jump came to, from the frames.
+/// The arrival of each jump, from the frames.
 fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     let jump = |n: u32| {
         let after = |is: fn(&Frame) -> bool| {
@@ -251,7 +251,7 @@ fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     (1..=part::JUMPS).map(jump).collect()
 }
 
-/// A frame that the streamer had not looked at the place of misses what the first one after it does of which that is known.
+/// A frame at a place that the streamer had not looked at yet gets the missing tiles of the next frame at a known place.
 fn count_unknown(frames: &mut [Frame]) {
     let mut next = [0, 0];
     for frame in frames.iter_mut().rev() {
@@ -324,7 +324,7 @@ fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> 
             return Err(FlightError::NotStreamed(whose));
         };
         if stream.is_settled() && !stream.has_news() {
-            // What the device still does of these frames is no part of the next one.
+            // The rest of the device's work for these frames is no part of the next one.
             return session.wait().map_err(FlightError::Frame);
         }
         if began.elapsed() > patience {
@@ -362,7 +362,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();
     let Some(stream) = session.stream() else { return Ok(Frame::default()) };
-    // What was counted for this place is asked for after that it was.
+    // The question whether it has looked comes first: the counts that follow are then of this place.
     let looked = stream.has_looked();
     let (stats, missing) = (stream.stats(), stream.missing_in_view());
     let ThreadTime { spent, waited } = stream.frame_time();

@@ -49,7 +49,7 @@ type Place = (PathBuf, Range<usize>);
 /// Where the bytes of each text come from, by its path ([`origin`]).
 type Parts = BTreeMap<PathBuf, Vec<Range<usize>>>;
 
-/// What can go wrong.
+/// The result of a step, with any error.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 impl Copy {
@@ -122,7 +122,7 @@ impl Copy {
             }
             let mut found = false;
             for places in checked.iter().map(error_places) {
-                // What an error marks first is nearest to its reason.
+                // The first place of an error is nearest to its reason.
                 let reason = places.iter().find_map(|place| self.reason(place, &parts));
                 let reason = reason.or_else(|| places.iter().find_map(|place| self.statement_beside(place, &parts)));
                 if let Some((source, fault)) = reason {

@@ -6,7 +6,7 @@ pub use raxel_ray::exact::{ExactHit, Passage, Time, face_of};
 use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::{ChunkPos, World};
 
-/// What the exact tracer says about a ray.
+/// The exact tracer's answer about a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer {
     /// The first hit, if there is one.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::exact::{Answer, ExactHit, Passage};
 
-/// What a tracer made of a ray.
+/// A tracer's result for a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<'h> {
     /// It says that nothing is hit.
@@ -58,7 +58,7 @@ pub enum Wrong {
     Steps,
 }
 
-/// What t and uv of a right hit may be off by, in 2⁻²³ of their value: two operands rounded to ½ and a division to 2½, as
+/// The largest error of t and uv of a right hit, in 2⁻²³ of their value: two operands rounded to ½ and a division to 2½, as
 /// docs/exactness.md derives it.
 pub const ULPS: f64 = 3.5;
 

@@ -10,7 +10,7 @@ use crate::sets::Random;
 pub struct Scene {
     /// Name.
     pub name: &'static str,
-    /// What it is made to find.
+    /// The faults that it is made to find.
     pub about: &'static str,
     /// Voxels along an edge of its cube.
     pub size: i32,

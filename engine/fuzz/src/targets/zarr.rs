@@ -44,7 +44,7 @@ impl Store for Objects {
         panic!("`{key}` is written while a store is read");
     }
 
-    /// What is damaged stays so.
+    /// A damaged object stays damaged.
     fn pauses(&self) -> &[Duration] {
         &[]
     }

@@ -48,7 +48,7 @@ pub struct Ready {
 /// A graph, or why it cannot run.
 type Compiled = Result<Ready, Arc<Uncompiled>>;
 
-/// What is wrong with a graph, and the texts that this points into.
+/// The mistakes of a graph, and the texts that these point into.
 #[derive(Debug)]
 pub struct Uncompiled {
     found: Vec<Diagnostic>,
@@ -60,7 +60,7 @@ pub struct Uncompiled {
 pub struct Broken {
     /// Project paths.
     pub graphs: Vec<String>,
-    /// What is wrong with them, each once.
+    /// Its mistakes, each once.
     pub found: Vec<Diagnostic>,
     /// The texts that diagnostics point into.
     pub texts: SourceMap,

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::DeviceName;
 
-/// What is run.
+/// The settings of a film.
 #[derive(Clone, Debug)]
 pub struct FilmOptions {
     /// A folder of the project.
@@ -67,9 +67,9 @@ pub struct Filmed {
     pub device: DeviceName,
     /// The moments, in order.
     pub moments: Vec<Compared>,
-    /// What the session had to say, and the texts that it points into.
+    /// Messages of the session, and the texts that they point into.
     pub messages: (Vec<Diagnostic>, SourceMap),
-    /// What the validation layer has said.
+    /// Messages of the validation layer.
     pub complaints: Vec<String>,
 }
 

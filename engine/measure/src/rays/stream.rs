@@ -60,7 +60,7 @@ pub struct Traced<'a> {
     pub range: Range<usize>,
     /// Their hits, those of a tile one after another.
     pub hits: &'a [HitWords],
-    /// How long the device took; `None` where it cannot tell, and of a tracer's first part, which may wait for the driver's compiler.
+    /// How long the device took; `None` if it has no clock, and for a tracer's first part, which may wait for the driver's compiler.
     pub seconds: Option<f64>,
 }
 

@@ -152,7 +152,7 @@ void end_tile() {
 #endif
 
 #if defined(RX_MARCH_PACKET)
-// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
+// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8 of the list, whose hits are wanted. The lines are those of RX_MARCH_BEAM.
 // One tile in three hands its rays on after a few leaves: where the time that they are free is too long, they miss what comes next.
 uint most_leaves;
 #define RX_TILE_LEAVES most_leaves
@@ -372,13 +372,15 @@ void main() {
 #elif defined(RX_MARCH_ONWARD)
 #include <raxel/box.glsl>
 
-// Whether a ray that hits a voxel is said to meet it, and a voxel two away from it with a margin of two. The cell past a box is in the range of coordinates.
+// Whether the test finds that a ray meets the voxel that it hits, and with a margin of two also a voxel two away from it. The cell past a
+// box is in the range of coordinates.
 bool meets(RxRay ray, ivec3 voxel) {
     ivec3 beside = voxel + mix(ivec3(2), ivec3(-2), greaterThanEqual(voxel, ivec3(0)));
     return rx_crosses_box(ray, beside, beside + 1, 2) && (any(equal(voxel, ivec3(0x7fffffff))) || rx_crosses_box(ray, voxel, voxel + 1, 0));
 }
 
-// Whether a ray is said to meet none of the boxes that it moves away from, or is beside all the time. They are within the range of coordinates.
+// Whether the test finds that a ray meets none of the boxes that it moves away from or stays beside. They are within the range of
+// coordinates.
 bool passes(RxRay ray) {
     if (any(greaterThan(abs(ray.cell), ivec3(0x7fffff00)))) return true;
     vec3 dir = rx_lattice_direction(ray);
@@ -401,7 +403,7 @@ void main() {
     RxRay ray = rx_ray_from_hit(before, direction_onward(i));
     RxHit hit;
     bool found = rx_trace(ray, hit);
-    // What the tracer keeps of its way must not change what other voxels are.
+    // The hit's cache must not change the answers for other voxels.
     bool knows_others = true;
     for (uint k = 0u; k < 4u; ++k) {
         uint other = (i + k * k * 17u) % count;

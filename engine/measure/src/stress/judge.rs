@@ -32,13 +32,13 @@ pub struct Sample {
     pub wrong: Wrong,
     /// The ray.
     pub ray: Ray,
-    /// What is right.
+    /// The right answer.
     pub exact: Truth,
-    /// What was found.
+    /// The tracer's answer.
     pub found: Option<Hit>,
 }
 
-/// What came out of a list of rays: counts of each set, and the first wrong rays.
+/// The results of a list of rays: counts of each set, and the first wrong rays.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// By set.
@@ -191,7 +191,7 @@ impl Batch {
         chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
     }
 
-    /// What is right about ray `i` for a row.
+    /// The right answer to ray `i` for a row.
     fn truth(&self, row: &Row, i: usize) -> Truth {
         match row.kind() {
             // Streamed and stored ones, and those onward, have rays of their own, see [`Seen`].
@@ -230,7 +230,7 @@ impl Batch {
         })
     }
 
-    /// Counts in the first set what a shader said about voxels that it was told to set. A voxel that it did not set, although the copy has
+    /// Counts, in the first set, a shader's answers about the voxels that it had to set. A voxel that it did not set, although the copy has
     /// the chunk, is a miss. A voxel that it claims to have set, although the copy lacks the chunk, is a false hit.
     pub fn judge_edits(site: usize, sets: usize, edits: &[VoxelEdit], found: &[HitWords], stored: bool) -> Tally {
         let mut tally = Tally::of(sets);
@@ -307,7 +307,7 @@ fn answer(oracle: &Oracle<'_>, rays: &[Ray], answers: &mut Vec<Answer>) -> f64 {
     seconds.sum()
 }
 
-/// What the device wrote about a ray.
+/// The device's answer about a ray.
 pub(super) fn said(words: &HitWords) -> (Option<Hit>, Outcome<'static>) {
     // A tracer that finds a voxel of one material and looks up another is wrong about the material.
     let hit =

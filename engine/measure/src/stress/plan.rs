@@ -1,4 +1,4 @@
-//! What is run.
+//! The plan of a run.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -14,7 +14,7 @@ use raxel_world::World;
 
 use crate::rays::Method;
 
-/// What a row is given to trace.
+/// The kind of work of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// The rays, from their origin.
@@ -65,12 +65,12 @@ impl Row {
     /// (`shaders/include/raxel/beam.glsl`). It traces the sets that are made of tiles, and no others.
     pub const BEAM: &str = "beam";
 
-    /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces what that does not decide
-    /// ray by ray. It traces the sets that are made of tiles, and no others.
+    /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces the rest ray by ray.
+    /// It traces the sets that are made of tiles, and no others.
     pub const PACKET: &str = "packet";
 
-    /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces what that does not
-    /// decide ray by ray.
+    /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces the
+    /// rest ray by ray.
     pub const PARALLEL: &str = "parallel";
 
     /// The same as for shadows: whether a ray hits anything.

@@ -127,7 +127,7 @@ fn children(node: &Node) -> impl Iterator<Item = Id> {
     node.iter().copied().filter(|id| *id != NONE)
 }
 
-/// The different values of all sources, ascending: the same whatever the order in which threads find them.
+/// The different values of all sources, ascending: the same in any order in which threads find them.
 fn distinct<'a, S: Sync, T: Copy + Ord + Send, I: Iterator<Item = T>>(
     sources: &'a [S],
     values: impl Fn(&'a S) -> I + Sync,

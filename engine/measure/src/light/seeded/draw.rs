@@ -8,7 +8,7 @@ use raxel_world::random::{SplitMix64, mix};
 pub(super) struct Draw(SplitMix64);
 
 impl Draw {
-    /// Of an attempt at a scene of a kind.
+    /// The numbers of an attempt at a scene.
     pub(super) fn new(parts: [u64; 4]) -> Self {
         Self(SplitMix64::new(parts.into_iter().fold(0, |state, part| mix(state.wrapping_add(part).wrapping_add(1)))))
     }
@@ -43,7 +43,7 @@ impl Draw {
     }
 }
 
-/// What a world file is written from.
+/// The text of a world file.
 #[derive(Default)]
 pub(super) struct Text {
     materials: String,

@@ -20,7 +20,7 @@ fn world(seeded: &Seeded) -> Arc<SessionWorld> {
     part.result.unwrap_or_else(|found| panic!("{}: {found:#?}\n{}", seeded.scene.name, seeded.text()))
 }
 
-/// What is drawn depends on seed, kind and number alone. A change of what is drawn makes figures of random scenes incomparable with earlier ones:
+/// A scene depends on seed, kind and number alone. A change of what is drawn makes figures of random scenes incomparable with earlier ones:
 /// it needs another digest here, and a line in docs/lab/judge.md.
 #[test]
 fn a_seed_gives_the_same_files_bit_for_bit() {
