@@ -15,18 +15,18 @@ use crate::params::Params;
 use crate::sources::{OnDevice, SourceName, check_instances};
 use crate::world::SessionWorld;
 
-/// What a plan is made for, apart from the files.
+/// The inputs of a plan, apart from the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Project path of the graph.
     pub graph: String,
     /// Extent of the output in pixels.
     pub output: [u32; 2],
-    /// What is shown.
+    /// The presented resource.
     pub present: Present,
     /// Resources that stay readable at the end of a frame.
     pub pinned: Vec<ResourceId>,
-    /// What else can be read at the end of a frame.
+    /// Other resources that can be read at the end of a frame.
     pub observe: Observe,
     /// Whether each fact that a pass asks for holds.
     pub facts: Vec<(Fact, bool)>,
@@ -77,7 +77,7 @@ pub fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
     counts
 }
 
-/// What is needed of a device to make plans for it.
+/// The parts of a device that plans for it need.
 #[derive(Clone)]
 pub struct DeviceContext {
     /// Makes what a plan needs.
@@ -86,7 +86,7 @@ pub struct DeviceContext {
     pub memory: Arc<execute::DeviceMemory>,
     /// Limits of the device.
     pub limits: DeviceLimits,
-    /// What is on the device of the sources.
+    /// The sources on the device.
     pub sources: Arc<OnDevice>,
 }
 
@@ -143,7 +143,7 @@ pub fn assemble(
     Ok(Assembly { plan: Arc::new(plan), sources, pipelined })
 }
 
-/// What a plan needs from outside, made where they are not there yet.
+/// A plan's sources, made if they are not there yet.
 pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Result<execute::Sources, BuildError> {
     let mut sources = execute::Sources::default();
     let mut found = Vec::new();

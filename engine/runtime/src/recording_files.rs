@@ -65,7 +65,7 @@ impl Files for RecordingFiles {
     }
 }
 
-/// What a read found, as far as a later change of it matters.
+/// The result of a read, as far as a later change of it matters.
 pub fn content(result: &Result<Arc<[u8]>, FileError>) -> Content {
     match result {
         Ok(bytes) => Content::of(bytes),
@@ -104,7 +104,7 @@ mod tests {
         recorder.read("a").unwrap();
         let seen = recorder.take();
         assert_eq!((seen["a"], seen["b"]), (Content::Mixed, Content::of(b"1")));
-        // The next build starts anew.
+        // The next build starts over.
         recorder.read("a").unwrap();
         assert_eq!(recorder.take()["a"], Content::of(b"2"));
     }

@@ -1,4 +1,4 @@
-//! Graphs on a device without a session: no file is watched, no device is opened anew, and every frame is asked for.
+//! Graphs on a device without a session: no file is watched, no device is reopened, and every frame is requested.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct GraphRunner {
     context: DeviceContext,
 }
 
-/// What a graph is run for.
+/// The settings of a graph's run.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Extent of the output in pixels.
@@ -62,7 +62,7 @@ impl GraphRunner {
         Ok(())
     }
 
-    /// What runs frames and reads results.
+    /// The executor, which runs frames and reads results.
     pub fn executor(&mut self) -> &mut Executor {
         &mut self.executor
     }

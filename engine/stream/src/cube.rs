@@ -17,8 +17,8 @@ pub struct Cube {
 /// Largest cube.
 const MOST_LOG2_SIZE: u32 = 30;
 
-/// The cube reaches so many of the coarsest tiles further around the camera than what is wanted, so that it stays while the camera passes
-/// one of them, and what is kept for longer lies in it.
+/// The cube reaches this many of the coarsest tiles further around the camera than the wanted tiles. So it stays while the camera passes
+/// one of them, and tiles that are kept for longer lie in it.
 const ROOM: i64 = 4;
 
 impl Cube {

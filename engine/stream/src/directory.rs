@@ -1,7 +1,7 @@
 //! The upper nodes of the tree: everything above the tiles. A publication writes only the nodes that changed since the last one.
 //!
-//! The nodes below one node lie behind each other, in a block of their own. Where a tile comes, goes or is another one, the blocks on the
-//! way up to the root are written anew, to other places; all others stay where they are, and frames in flight go on to read the old ones.
+//! The nodes below one node lie behind each other, in a block of their own. When a tile comes, goes or changes, the blocks on the way up to
+//! the root are rewritten, to other places; all others stay where they are, and frames in flight continue to read the old ones.
 
 use std::sync::Arc;
 
@@ -102,7 +102,7 @@ struct Group {
     total: Total,
 }
 
-/// What all tiles of a part of the tree come to.
+/// The sums over all tiles of a part of the tree.
 #[derive(Clone, Copy)]
 struct Total {
     bounds: [[i64; 3]; 2],
@@ -146,7 +146,7 @@ impl Directory {
         root.give_up(&mut self.given_up);
     }
 
-    /// Puts a tile in its place, or takes away what is there. What is outside the cube is left out.
+    /// Puts a tile in its place, or takes away what is there. A tile outside the cube is left out.
     pub fn set(&mut self, key: TileKey, tile: Option<&Arc<LiveTile>>) {
         let Some(path) = self.cube.path(key) else { return };
         let change = Change { tile, given_up: &mut self.given_up, relist: &mut self.relist };
@@ -266,7 +266,7 @@ impl Branch {
             || self.below.as_ref().is_some_and(|below| below.lit != 0)
     }
 
-    /// What all of it comes to, when all below is written.
+    /// The sums over all of it, once everything below is written.
     fn total(&self, level: u32, origin: [i64; 3]) -> Total {
         let mut total = self.below.as_ref().map_or_else(Total::default, |below| below.total);
         if let Some(tile) = &self.tile {

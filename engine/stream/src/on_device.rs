@@ -43,7 +43,7 @@ pub struct SeenChanges {
     pub seen: u64,
 }
 
-/// What the world took of a frame's thread.
+/// The world's share of a frame's thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadTime {
     /// Work.
@@ -83,12 +83,12 @@ struct Frames {
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
     told: Told,
-    /// What the last frame spent here, and how much of it waiting for a complete world.
+    /// The time of the last frame here, and the part of it that waited for a complete world.
     spent: Duration,
     waited: Duration,
 }
 
-/// What [`WorldStream::take_message`] has said.
+/// The messages that [`WorldStream::take_message`] has returned.
 #[derive(Default)]
 struct Told {
     /// That chunks are missing, and not yet that they are there again.
@@ -204,7 +204,7 @@ impl WorldStream {
         frames.awaited |= chunks.len() <= SMALL_EDIT;
     }
 
-    /// Whether the last frame saw everything that [`Self::changed`] was told of.
+    /// Whether the last frame saw all changes passed to [`Self::changed`].
     pub fn shows_changes(&self) -> bool {
         let changes = self.changes();
         changes.seen >= changes.told
@@ -231,7 +231,7 @@ impl WorldStream {
     pub fn take_message(&self) -> Option<Diagnostic> {
         let (reason, dark) = (self.streamer.unavailable(), self.stats().unlisted > 0);
         let mut frames = self.frames();
-        // A complete world says so by the error of its frames.
+        // A complete world reports that by the error of its frames.
         if !self.complete
             && let Some(stopped) = self.stopped()
         {
@@ -280,8 +280,8 @@ impl WorldStream {
     /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
     ///
     /// # Errors
-    /// What became of the copies to the device. Words that did not arrive are never sent again, so after one error that says why, the device
-    /// counts as lost, and the world is loaded anew for the next one.
+    /// The fate of the copies to the device. Words that did not arrive are never sent again. So after one error with the reason, the device
+    /// counts as lost, and the world is loaded again for the next one.
     pub fn begin(&self, eye: &Eye, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
         self.uploads.check()?;
@@ -344,7 +344,7 @@ impl WorldStream {
         frames.spent += began.elapsed();
     }
 
-    /// What the world took of the last frame's thread.
+    /// The world's share of the last frame's thread.
     pub fn frame_time(&self) -> ThreadTime {
         let frames = self.frames();
         ThreadTime { spent: frames.spent, waited: frames.waited }
@@ -373,7 +373,7 @@ impl WorldStream {
             let newer = self.streamer.take();
             let (found, failed) = (newer.is_some(), result.is_err());
             if let Some(newer) = newer {
-                // What was taken before and not shown is never shown.
+                // A publication that was taken before and not shown is never shown.
                 frames.taken = Some(newer);
             }
             match result {

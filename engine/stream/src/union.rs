@@ -1,4 +1,4 @@
-//! What tiles look like that lie over each other: the reference for every ray over a streamed world.
+//! The picture of tiles that lie over each other: the reference for every ray over a streamed world.
 
 use std::collections::BTreeMap;
 

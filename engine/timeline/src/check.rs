@@ -345,7 +345,7 @@ target = "a@b"
         assert_eq!(found[2].message, "none of the graphs has a pass `trace`");
         let none = demo.check(&|_| Some(&empty));
         assert_eq!(none.iter().filter(|d| d.code == codes::session::UNKNOWN_PARAM).count(), 3);
-        // Nothing is said of a graph that is not right.
+        // A broken graph brings no further messages.
         assert_eq!(demo.check(&|path| (path == "graphs/primary.toml").then_some(&primary)).len(), 1);
         let late = read_text(&format!("{GOOD}[[graphs]]\ntime = 9.0\ngraph = \"../../a.toml\"\n")).unwrap_err();
         assert_eq!(codes(&late), ["RX0406", "RX0005"]);

@@ -216,7 +216,7 @@ mod tests {
         clock.set_paused(false);
         // The pause itself is no time.
         assert_eq!(clock.tick(at(9000)).time, stepped.time);
-        // Nor is a frame that hung counted in full.
+        // A frame that hung does not count in full either.
         assert_eq!(clock.tick(at(19_000)).delta, LONGEST_FRAME.as_secs_f64());
     }
 

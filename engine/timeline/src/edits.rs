@@ -119,7 +119,7 @@ enum What {
     },
 }
 
-/// What is done with the voxels.
+/// The effect on the voxels.
 #[derive(Keys)]
 #[keys(check = painted(mode, material))]
 struct Paint {

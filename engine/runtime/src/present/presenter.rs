@@ -132,7 +132,7 @@ impl Presenter {
     ) -> Result<Presented, PresentError> {
         let frame = self.turn % FRAMES;
         self.device.wait(self.commands[frame].submitted(), PATIENCE)?;
-        // What was let go of is freed here: nobody else may use the device.
+        // Dropped objects are freed here: this is the only user of the device.
         self.device.collect();
         if overlay.is_some() {
             self.overlay()?;

@@ -21,7 +21,7 @@ use crate::recording_files::{Content, content};
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
 
-/// After so long the plan before an edit is usually gone, and what compiling has left on the heaps is given back.
+/// After this time the plan before an edit is usually gone, and the heaps that compiling has left are released.
 const TIDY: Duration = Duration::from_secs(1);
 
 /// A finished edit.
@@ -40,9 +40,9 @@ pub struct Ready {
     pub changed: Vec<String>,
     /// The parts that were built again.
     pub rebuilt: Rebuilt,
-    /// What was loaded.
+    /// The loaded files.
     pub state: ProjectState,
-    /// What the plan was made for.
+    /// The inputs of the plan.
     pub selection: Selection,
     /// The device that the plan was made for.
     pub context: DeviceContext,
@@ -50,7 +50,7 @@ pub struct Ready {
     pub prepared: Prepared,
     /// When the edit was seen to be finished.
     pub since: Instant,
-    /// What was done since.
+    /// The work since then.
     pub stages: Stages,
 }
 
@@ -182,7 +182,7 @@ struct Builder {
     generation: u64,
     /// Files of edits that were not handed over yet.
     changed: Vec<String>,
-    /// Parts that were built anew and do not run yet.
+    /// Rebuilt parts that do not run yet.
     rebuilt: Rebuilt,
     /// Modules of the last graph that was right: path and hash.
     running: Vec<(String, [u8; 32])>,
@@ -194,7 +194,7 @@ struct Builder {
     without_device: Option<Instant>,
     /// A wrong edit that waits for the rest of it.
     held: Option<(Instant, Failed)>,
-    /// When freed memory is given back.
+    /// The time at which freed memory is released.
     tidy: Option<Instant>,
     waker: Option<Waker>,
 }
@@ -287,7 +287,7 @@ impl Builder {
         self.watch();
     }
 
-    /// Watches what the project depends on. What changed before the watch began, or while it was read, is noticed too.
+    /// Watches what the project depends on. A change before the watch began, or while it was read, is noticed too.
     fn watch(&mut self) {
         let files = self.state.files();
         let unsure =
@@ -422,7 +422,7 @@ impl Builder {
     }
 
     fn hand_over(&mut self, outcome: Outcome) {
-        // The session may be gone; then nobody wants to know.
+        // The session may be gone; then there is no receiver.
         let _ = self.outcomes.send(outcome);
         if let Some(waker) = &self.waker {
             waker();

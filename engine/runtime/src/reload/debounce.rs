@@ -25,7 +25,7 @@ pub const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
 /// Longest wait for quiet, however busy the folder.
 pub const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
-/// What happened to a file.
+/// The change of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileActivity {
     /// Closed after writing, renamed, deleted: one step of a save is finished.

@@ -43,7 +43,7 @@ pub struct Reloaded {
     pub changed: Vec<String>,
     /// Another graph, world or demo runs than before ([`crate::Session::open_file`]), and it begins at its first frame.
     pub opened: bool,
-    /// What was rebuilt.
+    /// The rebuilt parts.
     pub rebuilt: Rebuilt,
     /// Which targets and buffers kept their contents.
     pub resources: SwapReport,
@@ -69,7 +69,7 @@ pub struct Stages {
     pub prepare: f64,
 }
 
-/// What an edit rebuilt.
+/// The parts that an edit rebuilt.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rebuilt {
     /// The graph.

@@ -15,7 +15,7 @@ use crate::sources;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
-/// What a session has loaded from its files.
+/// The state that a session has loaded from its files.
 #[derive(Clone)]
 pub struct ProjectState {
     /// Project path of the graph that runs.
@@ -56,7 +56,7 @@ impl ProjectFile {
     }
 }
 
-/// What a user named besides a demo.
+/// The user's choices besides a demo.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Named {
     /// A graph.
@@ -208,18 +208,18 @@ fn name_missing<T>(part: &mut LoadOutcome<T>, named: &Spanned<String>) {
     }
 }
 
-/// What the session wants at the moment, for builds.
+/// The session's present settings for builds.
 #[derive(Clone)]
 pub struct BuildSettings {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
     /// Project path of the graph that is to run.
     pub graph_path: String,
-    /// What is shown.
+    /// The shown resource.
     pub debug_target: DebugTarget,
     /// Resources that stay readable.
     pub pinned: Vec<String>,
-    /// What else can be read.
+    /// Other resources that can be read.
     pub observe: Observe,
     /// Params as the user set them.
     pub params: Params,
@@ -230,8 +230,8 @@ pub struct BuildSettings {
 }
 
 impl BuildSettings {
-    /// What a plan of this graph, which is at `path`, and world is made for. A debug target that the graph does not have gives way to the graph's own,
-    /// and a pinned resource that it does not have is left out.
+    /// The inputs of a plan of this graph, which is at `path`, and world. A debug target that the graph does not have gives way to the
+    /// graph's own, and a pinned resource that it does not have is left out.
     pub fn selection(&self, path: &str, graph: &Graph, world: &SessionWorld) -> Selection {
         let mut params = self.params.clone();
         params.adopt(graph);

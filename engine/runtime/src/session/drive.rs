@@ -84,7 +84,7 @@ impl Session {
         self.playback.inputs.live.cursor = pixel.map(|pixel| self.viewport().to_output(pixel));
     }
 
-    /// What a person holds and turns, for the next frame. What a demo drives wins, until [`Session::take_over`].
+    /// The inputs that a person holds and turns, for the next frame. Inputs that a demo drives win, until [`Session::take_over`].
     pub fn inputs(&mut self) -> &mut Inputs {
         &mut self.playback.inputs.live
     }
@@ -349,7 +349,7 @@ impl Session {
         self.playback.demo.drives()
     }
 
-    /// What builds are to be made for.
+    /// The settings of builds.
     pub(super) fn build_settings(&self) -> BuildSettings {
         let shown = &self.renderer.shown;
         BuildSettings {

@@ -42,7 +42,7 @@ impl ProjectFiles {
         Ok(())
     }
 
-    /// What edits are to be built for from here on, if anything builds them.
+    /// Sets the settings of later builds, if anything builds them.
     pub fn set_settings(&self, settings: impl FnOnce() -> BuildSettings) {
         if let Some(reloader) = &self.reloader {
             reloader.set_settings(settings());
@@ -74,7 +74,7 @@ impl ProjectFiles {
         (self.state, self.warnings, self.texts) = (state, warnings, texts);
     }
 
-    /// What is loaded cannot run.
+    /// The loaded files cannot run.
     pub fn open_error(&self, diagnostics: Vec<Diagnostic>) -> OpenError {
         OpenError::Project { diagnostics, texts: Box::new(self.texts.clone()) }
     }

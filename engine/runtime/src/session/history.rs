@@ -27,7 +27,7 @@ impl History {
         self.frames = self.frames.saturating_add(1);
     }
 
-    /// What is carried from frame to frame starts over.
+    /// Resources that are carried from frame to frame start over.
     pub fn reset(&mut self) {
         self.frames = 0;
     }

@@ -71,7 +71,7 @@ impl Session {
             _ => return Err(files.open_error(files.warnings.clone())),
         };
         let demo = files.state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
-        // What was asked for by name must be there; later, after an edit, it may be missing.
+        // Resources that were asked for by name must be there; later, after an edit, they may be missing.
         options.debug_target.resolve(&graph)?;
         for name in &options.pinned {
             DebugTarget::resource(name).resolve(&graph)?;

@@ -1,4 +1,4 @@
-//! What a frame is told apart from its world: the time, the camera, and the values of params, as the user and a demo want them.
+//! The inputs of a frame apart from its world: the time, the camera, and the values of params, as the user and a demo set them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub(super) struct Playback {
     pub microphone: Microphone,
     pub params: ParamValues,
     pub demo: DemoPlayback,
-    /// What notes the frames of a take.
+    /// Records the frames of a take.
     pub take: Option<Recorder>,
 }
 
@@ -57,7 +57,7 @@ pub(super) struct DemoPlayback {
     pub demo: Option<Arc<Demo>>,
     /// The user moved: the demo no longer drives.
     pub taken_over: bool,
-    /// What it wanted shown in the last frame.
+    /// The resource that it showed in the last frame.
     pub target: Option<DebugTarget>,
     /// It does not change what is shown.
     pub target_held: bool,
@@ -65,7 +65,7 @@ pub(super) struct DemoPlayback {
     pub released: Option<String>,
 }
 
-/// What a demo changes from one frame to the next, besides camera and params.
+/// The changes that a demo makes from one frame to the next, besides camera and params.
 #[derive(Default)]
 pub(super) struct Followed {
     /// There is no way from the last picture to this one.
@@ -221,7 +221,7 @@ impl CameraView {
         self.previous = self.camera;
     }
 
-    /// What shaders are told of the time, the view and the bounds of the world.
+    /// The shaders' inputs about time, view and the bounds of the world.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "shaders get 32-bit floats, and the number of the frame modulo 2³²"

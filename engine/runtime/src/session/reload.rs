@@ -30,16 +30,16 @@ impl Session {
         self.take_outcomes(outcomes)
     }
 
-    /// Opens another graph, world or demo of the project in place of what runs, on another thread: [`Session::poll_reload`] tells how that went,
-    /// as of an edit. Until the file is right, what ran before runs on, and edits of the new file are followed. A graph runs over the world
-    /// that is shown, a world under the graph that runs, and either ends the demo. False where files are not watched
+    /// Opens another graph, world or demo of the project in place of what runs, on another thread: [`Session::poll_reload`] reports the
+    /// result, as of an edit. Until the file is right, what ran before runs on, and edits of the new file are followed. A graph runs over
+    /// the world that is shown, a world under the graph that runs, and either ends the demo. False where files are not watched
     /// ([`super::Options::watch`]): nothing is opened.
     pub fn open_file(&mut self, file: ProjectFile) -> bool {
         self.files.open(file)
     }
 
     /// Compiles all shaders again with checks of the bounds of their accesses to arrays and images, or without them, on another thread:
-    /// [`Session::poll_reload`] tells how that went, as of an edit. Passes compute the same either way; with checks they are slower, and
+    /// [`Session::poll_reload`] reports the result, as of an edit. Passes compute the same either way; with checks they are slower, and
     /// accesses out of bounds come with [`Session::take_messages`] and [`Session::counted`]. False where files are not watched
     /// ([`super::Options::watch`]): then only [`super::Options::check_bounds`] says whether shaders have checks.
     pub fn check_bounds(&mut self, on: bool) -> bool {
@@ -151,8 +151,7 @@ impl Session {
         })
     }
 
-    /// The edits of the world that is to run, where they are others than those of the world that runs; the world with them, if there are any; and
-    /// what is to be said.
+    /// The edits of the next world, if they differ from those of the running one; the world with them, if there are any; and messages.
     fn editing_of(
         &mut self,
         state: &ProjectState,

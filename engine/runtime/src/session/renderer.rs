@@ -1,4 +1,4 @@
-//! What runs on the device: a graph, its plan, and the part of it that is shown.
+//! The running part on the device: a graph, its plan, and the part of it that is shown.
 
 use std::sync::Arc;
 
@@ -32,15 +32,15 @@ pub(super) struct Renderer {
     pub off: SwitchedOff,
     pub history: History,
     pub still: ChangeTracker,
-    /// What passes count that should be 0.
+    /// Counts of passes that should be 0.
     pub counters: CounterWarnings,
     pub prints: Prints,
 }
 
-/// What of a graph is shown, and how large.
+/// The shown part of a graph, and its size.
 pub(super) struct Shown {
     pub viewport: Viewport,
-    /// What the user wants shown.
+    /// The resource that the user shows.
     pub debug_target: DebugTarget,
     /// How, instead of as the graph says.
     pub display: Option<Display>,

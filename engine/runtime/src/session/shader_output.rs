@@ -1,4 +1,4 @@
-//! What passes write for the runtime to take (`source = "world.edits"`, `source = "world.poses"`): copied at the end of the frame that wrote
+//! Buffers of passes that the runtime takes (`source = "world.edits"`, `source = "world.poses"`): copied at the end of the frame that wrote
 //! it, taken before the next frame but one.
 
 use std::collections::VecDeque;
@@ -19,14 +19,14 @@ use crate::sources::{EDITS, WrittenPoses, instance_frames};
 /// last in any case, so that the copy costs no further wait, and what a film shows does not depend on the time.
 const FRAMES: u64 = 2;
 
-/// What a buffer is for.
+/// The purpose of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
     Edits,
     Poses,
 }
 
-/// What frames have written and the world does not have yet, and the poses that they have written so far.
+/// Edits that frames have written and the world does not have yet, and the poses that they have written so far.
 #[derive(Default)]
 pub(super) struct ShaderOutput {
     /// Frames run.
@@ -44,7 +44,7 @@ struct Ticket {
     bytes: ReadTicket<Vec<u8>>,
 }
 
-/// What was said of the last records, that some are wrong and that some are lost: what goes on from frame to frame is said once.
+/// Reports about the last records, that some are wrong and that some are lost: a state that lasts from frame to frame is reported once.
 #[derive(Default)]
 struct Said([bool; 2]);
 
@@ -90,7 +90,7 @@ impl ShaderOutput {
 }
 
 impl Said {
-    /// Messages that were not said of the records before.
+    /// Messages that the records before did not have.
     fn only_new(&mut self, found: [Option<Diagnostic>; 2]) -> impl Iterator<Item = Diagnostic> + use<> {
         let before = std::mem::replace(&mut self.0, found.each_ref().map(Option::is_some));
         found.into_iter().zip(before).filter_map(|(message, said)| message.filter(|_| !said))

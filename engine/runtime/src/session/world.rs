@@ -17,11 +17,11 @@ pub(super) struct WorldState {
     pub editing: Editing,
     /// Where it has changed since the last frame.
     pub changed: Changed,
-    /// What passes write for it.
+    /// The output of passes for it.
     pub output: ShaderOutput,
 }
 
-/// What a change of the world asks of its plan.
+/// The change of its plan that a change of the world requires.
 pub(super) enum Edited {
     /// Nothing: what is bound stays.
     InPlace,
@@ -46,7 +46,7 @@ impl WorldState {
             return Edited::InPlace;
         }
         if self.shown.streamed().is_some() {
-            // Its tiles have the edit already, and neither its size nor its materials change.
+            // Its tiles have the edit already, and its size and its materials stay the same.
             let chunks: Vec<ChunkPos> = changes.iter().map(|(pos, _)| *pos).collect();
             on_device.edit_streamed(&self.shown, &chunks);
             // Coarser tiles follow, and when, is not known here.

@@ -79,12 +79,12 @@ fn described(name: &SourceName) -> SourceLayout {
     }
 }
 
-/// What passes write to edit the world.
+/// Records of passes that edit the world.
 fn edits() -> SourceLayout {
     written(EDITS, "RxEdits", records::HEADER_WORDS, records::BYTES)
 }
 
-/// What passes write to move instances.
+/// Records of passes that move instances.
 fn poses() -> SourceLayout {
     written(POSES, "RxPoses", poses::HEADER_WORDS, poses::BYTES)
 }

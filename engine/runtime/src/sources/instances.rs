@@ -110,7 +110,7 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// What is wrong with moving the instances of a world by the params of a graph that binds them as `resource`.
+/// The mistakes in moving the instances of a world by the params of a graph that binds them as `resource`.
 pub fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Diagnostic> {
     let motions = world.instances().list.iter().flat_map(|instance| &instance.motions);
     let needed: BTreeSet<&str> = motions.filter(|m| m.default.is_none()).map(|m| m.param.as_str()).collect();

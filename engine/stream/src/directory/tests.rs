@@ -22,7 +22,7 @@ struct Reference {
     live: usize,
     /// The lamps of what it shows.
     lights: Vec<LightGroup>,
-    /// What lies over the lamps of coarse tiles: their level, and the path of the child in whose place something finer is shown.
+    /// The overlays of the lamps of coarse tiles: their level, and the path of the child that a finer tile replaces.
     overlaid: HashSet<(u32, u128)>,
 }
 
@@ -200,7 +200,7 @@ fn tile(random: &mut SplitMix64, level: u32) -> Arc<LiveTile> {
     Arc::new(LiveTile { node, cells, children, lights })
 }
 
-/// What a frame in flight reads.
+/// The state that a frame in flight reads.
 struct InFlight {
     version: u64,
     root: u32,
@@ -272,7 +272,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
             let nodes = compare(&reference, reference.root, &words, placed.root);
             assert_eq!(placed.nodes, nodes, "step {step}");
             in_flight.push_back(InFlight { version, root: placed.root, reference });
-            // Those before are what they were.
+            // Those before are unchanged.
             for InFlight { root, reference, .. } in &in_flight {
                 compare(reference, reference.root, &words, *root);
             }

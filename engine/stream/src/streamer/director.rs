@@ -76,7 +76,7 @@ pub(super) struct Director {
     stats: Stats,
 }
 
-/// What has happened since the last turn of the director.
+/// The events since the last turn of the director.
 struct News {
     made: Vec<Made>,
     changed: BTreeMap<ChunkPos, u64>,

@@ -102,7 +102,7 @@ mod tests {
         assert!(is_rock(faces.get(here, 2, || unreachable!())));
         assert!(!is_rock(faces.get(here, 3, || side(&air))) && !is_rock(faces.get(there, 2, || side(&air))));
         faces.changed(&[here]);
-        // What was made of the chunk as it was before a change is not kept.
+        // Faces of the chunk before a change are not kept.
         let before = faces.get(here, 2, || {
             faces.changed(&[here]);
             side(&rock)

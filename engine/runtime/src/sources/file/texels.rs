@@ -27,7 +27,7 @@ const FORMATS: [(Channel, [Format; 3]); 7] = [
 ];
 
 impl Channel {
-    /// The format of so many of these channels; three are four with 1 as the last.
+    /// The format of `channels` of these channels; three are four with 1 as the last.
     pub(super) fn format(self, channels: usize) -> Format {
         let index = match channels {
             1 => 0,

@@ -82,7 +82,8 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Hears samples, in [−1, 1] and with the channels next to each other. Channels are mixed to one. What is not finite is silence.
+    /// Hears samples, in [−1, 1] and with the channels next to each other. Channels are mixed to one. Samples that are not finite are
+    /// silence.
     pub fn hear(&mut self, samples: &[f32]) {
         self.samples.clear();
         for frame in samples.chunks_exact(self.channels) {
@@ -124,7 +125,7 @@ fn stored(sample: f32) -> i16 {
 mod tests {
     use super::*;
 
-    /// What a device gives that captures a second of a tone, in pieces of so many bytes.
+    /// The samples of a device that captures a second of a tone, in pieces of `piece` bytes.
     fn tone(rate: u32, channels: u16, hertz: f64, amplitude: f64, piece: usize) -> Vec<i16> {
         let line = Line::default();
         let mut feed = line.feed(rate, channels).unwrap();
@@ -137,7 +138,7 @@ mod tests {
         line.take(MOST_WAITING)
     }
 
-    /// The amplitude of a frequency in the middle of a second.
+    /// The amplitude of a frequency in the central part of a second.
     fn amplitude(samples: &[i16], hertz: f64) -> f64 {
         let middle = &samples[12_000..36_000];
         let part = |of: fn(f64) -> f64| {
@@ -156,7 +157,7 @@ mod tests {
             let [heard, other] = [1000.0, 3500.0].map(|hertz| amplitude(&samples, hertz));
             assert!((heard - 0.5).abs() < 0.001 && other < 0.0005, "{rate} Hz: {heard} {other}");
         }
-        // What 48,000 samples a second cannot hold must not sound as another tone.
+        // A tone that 48,000 samples a second cannot hold must not sound as another one.
         let samples = tone(192_000, 1, 45_000.0, 0.5, 1000);
         assert!(amplitude(&samples, 3000.0) < 0.0005, "{}", amplitude(&samples, 3000.0));
         // A tone of a device with few samples has no image above them.
