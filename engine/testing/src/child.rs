@@ -32,7 +32,7 @@ pub fn read_all(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>>
     })
 }
 
-/// What a child says, piece by piece. A child that says nothing keeps its test for [`LIMIT`] and no longer.
+/// The output of a child, piece by piece. A child that says nothing keeps its test for [`LIMIT`] and no longer.
 pub struct Said<T>(Receiver<T>);
 
 impl<T: Send + 'static> Said<T> {
@@ -43,7 +43,7 @@ impl<T: Send + 'static> Said<T> {
     ) -> Self {
         let (sender, receiver) = channel();
         let mut pipe = BufReader::new(pipe);
-        // It ends with the pipe, or when nobody listens any more.
+        // It ends with the pipe, or when the receiver is gone.
         std::thread::spawn(move || while next(&mut pipe).is_some_and(|piece| sender.send(piece).is_ok()) {});
         Self(receiver)
     }

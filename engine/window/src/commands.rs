@@ -1,4 +1,4 @@
-//! What keys and panels ask for.
+//! The commands of keys and panels.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -167,7 +167,7 @@ impl Viewer<'_> {
         let hit = match self.session.pick(pixel, brush::REACH) {
             Ok(Some(hit)) => hit,
             Ok(None) => return,
-            // Nobody knows what is under the cursor: nothing is edited behind it.
+            // The voxel under the cursor is unknown: nothing is edited behind it.
             Err(unavailable) => {
                 self.edited(|_| Err(EditError::from(unavailable).into()));
                 return;
@@ -485,7 +485,7 @@ impl Viewer<'_> {
     fn cycle(&mut self, by: isize) {
         let (graph, plan) = (self.session.graph(), self.session.plan());
         let layers = |index: usize| {
-            // What nothing that runs uses has no plan, and one layer to be shown.
+            // A target that nothing running uses has no plan, and one layer to be shown.
             plan.and_then(|plan| plan.sizes.get(index)).map_or(1, raxel_graph::size::Size::layers)
         };
         let places: Vec<(&str, u32)> = graph

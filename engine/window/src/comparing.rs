@@ -16,7 +16,7 @@ use raxel_world::srgb_from_linear;
 /// Pixels beside the edge of a wipe where a press takes hold of it.
 const GRIP: f64 = 8.0;
 
-/// What is compared with what is shown, and how.
+/// The comparison of the shown target with another picture.
 pub struct Comparing {
     kept: Option<Kept>,
     mode: CompareMode,
@@ -27,7 +27,7 @@ pub struct Comparing {
     held: bool,
     gain: f32,
     figures: Figures,
-    /// Why the two cannot be compared, as it was said last.
+    /// Why the two cannot be compared, as reported last.
     refused: Option<String>,
     /// Why the running graph has no live target of this name.
     missing: Option<String>,
@@ -39,7 +39,7 @@ pub struct Comparing {
     copying: Option<Copying>,
 }
 
-/// What two targets were at the end of one frame.
+/// Copies of two targets at the end of one frame.
 struct Copying {
     /// The name of the one that is shown.
     of: String,
@@ -59,7 +59,7 @@ impl Uploading {
     fn start(device: u64, make: impl FnOnce() -> Result<Reference, ExecuteError> + Send + 'static) -> Self {
         let (send, made) = channel();
         let thread = thread::spawn(move || {
-            // Nobody takes it if another picture was kept meanwhile.
+            // It is dropped if another picture was kept meanwhile.
             let _ = send.send(make());
         });
         Self { device, made, thread: Some(thread) }
@@ -75,7 +75,7 @@ impl Drop for Uploading {
     }
 }
 
-/// What is compared with what is shown.
+/// The picture to compare with.
 struct Kept {
     name: String,
     what: What,
@@ -86,7 +86,7 @@ struct Kept {
 enum What {
     /// A picture that was kept.
     Still(Pixels),
-    /// What a target has in each frame.
+    /// The contents of a target in each frame.
     Live(DebugTarget),
 }
 
@@ -180,7 +180,7 @@ impl Comparing {
         self.flipped = !self.flipped;
     }
 
-    /// What differences are multiplied by.
+    /// The factor of differences.
     pub fn set_gain(&mut self, gain: f32) {
         if gain.is_finite() {
             self.gain = gain.clamp(0.01, 1e5);
@@ -205,7 +205,7 @@ impl Comparing {
         self.held = false;
     }
 
-    /// Before a frame: takes what has come from other threads, and tells the session what to show. Gives what is to be said.
+    /// Before a frame: takes the results of other threads, and sets the session's view. Returns messages.
     pub fn update(&mut self, session: &mut Session) -> Option<String> {
         let said = self.take_loaded();
         if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
@@ -346,14 +346,14 @@ impl Comparing {
         self.figures = Figures::Awaited;
     }
 
-    /// What is shown could not be copied.
+    /// The shown target could not be copied.
     pub fn give_up_figures(&mut self) {
         if self.figures == Figures::Awaited {
             self.figures = Figures::Refused("a buffer is shown".to_owned());
         }
     }
 
-    /// What the panel shows.
+    /// The panel's view.
     pub fn view(&self, session: &Session) -> Compare {
         let failed = self.kept.as_ref().and_then(|kept| kept.on_device.as_ref()?.1.as_ref().err().cloned());
         let mismatch = || match self.live() {

@@ -162,7 +162,7 @@ impl Controls {
         if !pressed {
             return None;
         }
-        // Motion goes by the place of a key, commands by what is printed on it.
+        // A key's place moves the camera; its label gives a command.
         let command = match logical {
             Key::Named(NamedKey::Tab) if modifiers.shift_key() => Command::PreviousTarget,
             Key::Named(NamedKey::Tab) => Command::NextTarget,
@@ -266,7 +266,7 @@ impl Controls {
         self.on_picture().map(|[x, y]| [x.floor() as i32, y.floor() as i32])
     }
 
-    /// What is asked of the camera since the last call, and how fast it flies.
+    /// The camera's motion since the last call, and its speed.
     pub fn fly(&mut self) -> (FlyInput, FlySpeed) {
         let axis = |plus: KeyCode, minus: KeyCode| {
             f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))

@@ -70,7 +70,7 @@ fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
     found
 }
 
-/// What became of the pass of a row.
+/// The state of the pass of a row.
 pub(super) fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
     match row.planned {
         Err(CullReason::Unused) => PassState::Unused,
@@ -116,7 +116,7 @@ fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     vec![row(pass.name.clone(), String::new(), Err(reason))]
 }
 
-/// What a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
+/// The resources that a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
 pub(super) fn accesses<'p>(
     graph: &'p Graph,
     plan: &'p Plan,

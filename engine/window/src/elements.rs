@@ -14,7 +14,7 @@ pub struct Elements {
     /// Bytes from one element to the next.
     stride: u64,
     columns: Vec<Column>,
-    /// What stands before the first element.
+    /// Columns before the first element.
     head: Vec<Column>,
 }
 
@@ -67,7 +67,7 @@ impl Elements {
         self.first.saturating_add(element.saturating_mul(self.stride))
     }
 
-    /// Whole elements of a buffer of so many bytes.
+    /// Whole elements of a buffer of `bytes` bytes.
     pub fn count(&self, bytes: u64) -> u64 {
         bytes.saturating_sub(self.first) / self.stride
     }
@@ -77,7 +77,7 @@ impl Elements {
         self.columns.iter().map(Column::title).collect()
     }
 
-    /// The values of an element, where `bytes` begin at offset `start` of the buffer. What is not there is left empty.
+    /// The values of an element, where `bytes` begin at offset `start` of the buffer. A missing value is left empty.
     pub fn row(&self, bytes: &[u8], start: u64, element: u64) -> Vec<String> {
         let at = self.offset(element);
         self.columns.iter().map(|column| column.value(bytes, start, at).unwrap_or_default()).collect()

@@ -1,4 +1,4 @@
-//! The gamepad: what it does is told to shaders. Reading gamepads is a feature, since it needs a library of the system on Linux.
+//! The gamepad, as input of shaders. Reading gamepads is a feature, since it needs a library of the system on Linux.
 
 use raxel_graph::checked::{Builtin, Graph};
 use raxel_runtime::inputs::Inputs;
@@ -14,7 +14,7 @@ fn is_read(graph: &Graph) -> bool {
     graph.reads().any(|builtin| of_gamepad.contains(&builtin))
 }
 
-/// The gamepads of the system, of which one is used at a time.
+/// The gamepads of the system. One is used at a time.
 #[derive(Default)]
 pub enum Gamepads {
     /// No graph has read one so far.
@@ -23,7 +23,7 @@ pub enum Gamepads {
     /// They are read.
     #[cfg(feature = "gamepad")]
     Read(Box<of_system::Reader>),
-    /// They cannot be read, which was said.
+    /// They cannot be read, which was reported.
     Refused,
 }
 
@@ -66,7 +66,7 @@ mod of_system {
     use gilrs::{Axis, Button, EventType, GamepadId, Gilrs};
     use raxel_runtime::inputs::{Inputs, gamepad_button_named};
 
-    /// What happened to a gamepad, in the terms of `input.gamepad_*`.
+    /// The change of a gamepad, in the terms of `input.gamepad_*`.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Happened {
         /// A button, by its bit.

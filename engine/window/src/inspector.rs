@@ -33,14 +33,14 @@ const MAPS: [DisplayMap; 8] = [
     DisplayMap::Integer,
 ];
 
-/// What is known of what is shown.
+/// The known contents of the shown target.
 #[derive(Default)]
 pub struct Inspector {
     on_its_way: Option<(Shown, ReadTicket<Captured>)>,
     asked: Option<Instant>,
     /// How long the last copy took to be understood: a large one is taken less often.
     cost: Duration,
-    /// What was asked for last, and whether it may have changed since.
+    /// The last request, and whether the target may have changed since.
     of: Option<Shown>,
     stale: bool,
     found: Option<Found>,
@@ -66,7 +66,7 @@ pub struct Pin {
     pub extent: [u32; 2],
 }
 
-/// What a copy of what is shown is for.
+/// The purpose of a copy of the shown target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedFor {
     /// To be kept, and compared with.
@@ -77,9 +77,9 @@ pub enum CopiedFor {
 
 /// A copy of what is shown.
 pub struct Copy {
-    /// What it is for.
+    /// Its purpose.
     pub purpose: CopiedFor,
-    /// What it is of.
+    /// The copied target.
     pub shown: Shown,
     /// Its texels and the way they are shown; `None` of a buffer.
     pub texels: Option<(Texels, Display)>,
@@ -113,7 +113,7 @@ impl Inspector {
         Some(Copy { purpose, shown, texels })
     }
 
-    /// Nobody looks: what is known is out of date from here on.
+    /// No panel shows it: the known contents are stale from here on.
     pub fn rest(&mut self) {
         self.stale = true;
     }
@@ -169,7 +169,7 @@ impl Inspector {
                     self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
                 }
                 Ok(None) => self.on_its_way = Some((shown, ticket)),
-                // The device is opened anew by the next frame; then it is asked for again.
+                // The next frame reopens the device and asks again.
                 Err(_) => self.stale = true,
             }
         }
@@ -278,7 +278,7 @@ impl Inspector {
         self.cost = began.elapsed();
     }
 
-    /// What the panel shows. `cursor` is a pixel of the output, which shows a region of the picture.
+    /// The panel's view. `cursor` is a pixel of the output, which shows a region of the picture.
     pub fn view(
         &mut self,
         session: &Session,

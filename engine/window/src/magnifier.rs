@@ -33,7 +33,7 @@ impl Default for Magnifier {
 }
 
 impl Magnifier {
-    /// What is to be shown.
+    /// The part to show.
     pub fn region(&self) -> Region {
         self.region
     }

@@ -7,7 +7,7 @@ use raxel_runtime::camera::Camera;
 /// Segments of a circle.
 const ARC: usize = 48;
 
-/// Segments of the outline of an edit in pixels of the window, from the top left. What is beside the camera or behind it is left out.
+/// Segments of the outline of an edit in pixels of the window, from the top left. The part beside the camera or behind it is left out.
 pub(super) fn outline(edit: &Operation, camera: &Camera, window: [u32; 2]) -> Vec<[[f32; 2]; 2]> {
     let lines = lines(edit);
     let pairs = lines.iter().flat_map(|line| line.windows(2));

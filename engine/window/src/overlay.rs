@@ -18,7 +18,7 @@ pub struct Overlay {
     state: State,
     /// Texels that the presenter has not been given yet.
     textures: TexturesDelta,
-    /// What is drawn over the next picture.
+    /// The drawings over the next picture.
     painted: Vec<ClippedPrimitive>,
     pixels_per_point: f32,
     /// When something that moves wants to be drawn again.

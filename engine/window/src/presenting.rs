@@ -11,7 +11,7 @@ use winit::window::Window;
 
 use super::overlay::Overlay;
 
-/// An open window with what it is drawn on.
+/// An open window and the objects that draw to it.
 pub(super) struct Open {
     pub window: Arc<Window>,
     pub presenter: Presenter,
@@ -114,7 +114,7 @@ fn no_gpu_behind(window: &Window) -> Option<&'static str> {
         let asked = server.query_extension(extension.as_bytes()).ok();
         asked.and_then(|asked| asked.reply().ok()).is_none_or(|answer| answer.present)
     };
-    // What Mesa's drivers present by, and what NVIDIA's does.
+    // The extensions of the X server by which Mesa's drivers present, and NVIDIA's.
     (!has("DRI3") && !has("NV-GLX")).then_some("its X server works with no GPU")
 }
 

@@ -14,7 +14,7 @@ use super::write_back::{Written, text_of};
 /// Project path of the file.
 const FILE: &str = ".raxel/presets.toml";
 
-/// What a new file begins with.
+/// The head of a new file.
 const HEAD: &str = "# Presets of params: values by graph, name and param. The window writes them.\n";
 
 /// Components of params, by their names.
@@ -33,10 +33,10 @@ impl Presets {
         Self { path: project.join(FILE), known: BTreeMap::new() }
     }
 
-    /// Reads the file. What was known stays where it cannot be read.
+    /// Reads the file. If it cannot be read, the old values stay.
     ///
     /// # Errors
-    /// What is wrong with the file, in one line.
+    /// Returns the fault of the file, in one line.
     pub fn read(&mut self) -> Result<(), String> {
         let document = self.document()?;
         let tables = |item: &dyn TableLike| -> Vec<(String, Item)> {

@@ -43,7 +43,7 @@ impl Recorder {
         self.on = on;
     }
 
-    /// The demo drives the param, and must not until it is let go of.
+    /// The demo drives the param, and must not until it is released.
     pub fn release(&mut self) {
         self.released = true;
     }
@@ -65,7 +65,8 @@ impl Recorder {
         ended
     }
 
-    /// A frame at a time, in which the param may rest. Gives the recording when it has ended: nothing is held any more, or the demo has begun anew.
+    /// A frame at a time, in which the param may rest. Returns the recording when it has ended: no param is held any more, or the demo has
+    /// started over.
     pub fn frame(&mut self, time: f64, held: bool) -> Option<Recording> {
         let recording = self.recording.as_mut()?;
         let anew = recording.samples.last().is_some_and(|(last, _)| time < *last);

@@ -46,7 +46,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Takes the newest edit of the world back, whatever was changed since.
+    /// Undoes the newest edit of the world, even if other things were changed since.
     pub(super) fn undo_world(&mut self) {
         self.history.take_last(|step| *step == Step::World);
         if let Some(step) = self.go(Step::World, Way::Back) {
@@ -62,7 +62,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Puts the files back that were written last, whatever was changed since.
+    /// Restores the files that were written last, even if other things were changed since.
     pub(super) fn undo_write(&mut self) {
         if let Some(step) = self.history.take_last(|step| matches!(step, Step::Files(_)))
             && let Some(step) = self.go(step, Way::Back)

@@ -19,7 +19,7 @@ use super::{GROUND, Viewer};
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Viewer<'_> {
-    /// What is opened has mistakes.
+    /// The files to open have mistakes.
     pub(super) fn note_mistakes(&mut self, error: OpenError) -> Result {
         let OpenError::Project { diagnostics, texts } = error else {
             // No edit of the files helps.
