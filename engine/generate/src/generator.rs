@@ -23,7 +23,7 @@ use crate::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use recent::Recent;
 
 /// Columns of tiles whose heights and models are kept: 35 kB each.
-const KEPT_COLUMNS: usize = 512;
+const KEPT_COLUMNS: usize = 1024;
 
 /// The operations of a world file, ready to make any tile. At most one stage: a [`crate::Scatter`], which has to see everything
 /// that was built before, is no part of it.
@@ -57,7 +57,7 @@ thread_local! {
 enum State {
     /// The same in every cell; air is empty.
     Uniform(MaterialIndex),
-    /// The working copy says.
+    /// The working copy has it.
     Mixed,
 }
 
