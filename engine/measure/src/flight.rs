@@ -1,4 +1,4 @@
-//! A flight through a streamed world, against the same flight with everything there: what `raxel bench stream` prints.
+//! A flight through a streamed world, against the same flight with everything there: `raxel bench stream`.
 
 mod edits;
 mod part;
@@ -17,6 +17,8 @@ pub use edits::{EditLatency, Edits, Rate};
 pub use part::FlightPart;
 pub use passes::Passes;
 
+pub use crate::times::percentile;
+
 use part::Path;
 
 /// The settings of a flight.
@@ -30,8 +32,8 @@ pub struct FlightOptions {
     pub seconds: f64,
     /// Seconds of the way down, and at each place after a jump.
     pub stay: f64,
-    /// Edits after the flight: so many small balls, and as many large ones, are put in view and taken away again. As many frames with edits
-    /// of many chunks follow. The large balls and the frames have an upper limit.
+    /// Edits after the flight: this many small balls, and as many large ones, are put in view and taken away again. As many frames with
+    /// edits of many chunks follow. The large balls and the frames have an upper limit.
     pub balls: u32,
     /// Whether the path is flown again with every place complete.
     pub resident: bool,
@@ -104,7 +106,7 @@ pub struct Frame {
     /// Whether all of that is known of the place where the camera is, and not of the one before.
     #[serde(skip)]
     looked: bool,
-    /// Whether what is missing in view is known.
+    /// Whether the missing tiles in view are known.
     #[serde(skip)]
     known: bool,
 }
@@ -140,7 +142,7 @@ pub struct Flight {
     pub edits: Edits,
     /// Memory that the host holds at the end of the flight.
     pub kept: Kept,
-    /// The same path, every place complete before its frame: what loading costs is the difference. Nothing if that was not asked for.
+    /// The same path, every place complete before its frame: the difference is the cost of loading. Nothing if that was not asked for.
     pub resident: Flown,
     /// The pool at the end.
     #[serde(skip)]
@@ -177,15 +179,6 @@ pub struct Kept {
     pub found: u64,
     /// Chunks that were made.
     pub made: u64,
-}
-
-/// The value that `part` (0 to 1) of some values do not exceed: the nearest rank.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of values")]
-pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    let rank = (part * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
 }
 
 impl Frame {
@@ -227,7 +220,7 @@ impl Flown {
         parts
     }
 
-    /// Drawn frames that take longer than so many times their median.
+    /// Drawn frames that take longer than `times` times their median.
     pub fn over(&self, times: f64) -> usize {
         let limit = times * self.percentile(0.5, |frame| frame.milliseconds);
         self.drawn().filter(|frame| frame.milliseconds > limit).count()
@@ -366,7 +359,7 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     let looked = stream.has_looked();
     let (stats, missing) = (stream.stats(), stream.missing_in_view());
     let ThreadTime { spent, waited } = stream.frame_time();
-    // Until everything was there is not what a frame over it takes.
+    // The wait for a complete world is not part of a frame's time.
     let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
     Ok(Frame {
         milliseconds: milliseconds(whole),

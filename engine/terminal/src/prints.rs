@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use raxel_diagnostics::names::grouped;
 use raxel_execute::PassPrints;
 use raxel_runtime::session::Session;
 use serde_json::{Value, json};
@@ -81,7 +82,7 @@ impl Default for PrintLog {
 }
 
 impl PrintLog {
-    /// Says what is new.
+    /// Prints the new ones.
     pub fn say(&mut self, prints: &[PassPrints], console: &Console) {
         if self.second.elapsed() >= Duration::from_secs(1) {
             if self.left_out > 0 {
@@ -113,19 +114,6 @@ impl PrintLog {
             }
         }
     }
-}
-
-/// A number with commas.
-fn grouped(number: impl std::fmt::Display) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() * 4 / 3);
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
 }
 
 #[cfg(test)]

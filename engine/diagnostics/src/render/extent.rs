@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::position::inside;
+use crate::names::grouped;
 use crate::{Diagnostic, Severity};
 
 /// Most diagnostics that are shown at once.
@@ -82,17 +83,4 @@ pub(super) fn brief_text(text: &str) -> Cow<'_, str> {
         out.push_str(&brief(word, MAX_WORD));
     }
     Cow::Owned(out)
-}
-
-/// A number with its thousands apart: `99,980`.
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let mut out = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
 }

@@ -39,11 +39,7 @@ pub(super) fn three(value: f64) -> String {
 
 /// A number with its digits in groups of three.
 pub(super) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let head = digits.len() % 3;
-    let groups = digits.as_bytes()[head..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
-    let first = Some(digits[..head].to_owned()).filter(|head| !head.is_empty());
-    first.into_iter().chain(groups).collect::<Vec<_>>().join("\u{202f}")
+    raxel_diagnostics::names::grouped(number).replace(',', "\u{202f}")
 }
 
 #[cfg(test)]
