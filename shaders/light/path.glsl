@@ -42,7 +42,7 @@ const bool PATH_DRAWS_FIRST = true;
 struct PathPlace {
     RxHit at;
     vec3 falls;   // on it so far, / pi, without direct sun
-    vec3 share;   // of light that falls on the path's last place: what of it falls on this one
+    vec3 share;   // the part of the light on the path's last place that falls on this one
 };
 PathPlace path_places[PATH_PLACES];
 uint path_reached;  // places on the path, also those that are not noted
@@ -97,7 +97,7 @@ void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
 // A path on its way: the light that it has found, its last place, and the ray in work.
 struct Path {
     vec3 sum;       // light found
-    vec3 share;     // of light that falls on the last place: what of it falls on the first one
+    vec3 share;     // the part of the light on the last place that falls on the first one
     RxHit at;       // the last place
     uint depth;     // places before the last one
     bool ends;      // the cache knows the rest of the light

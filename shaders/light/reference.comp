@@ -11,7 +11,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D sum;      // of the paths' light; their number
-layout(rgba32f) uniform image2D rest;     // what `sum` has lost to rounding
+layout(rgba32f) uniform image2D rest;     // the rounding errors of `sum`
 layout(rgba32f) uniform image2D squares;  // of the paths' light
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push {
@@ -19,7 +19,7 @@ layout(push_constant) uniform Push {
     float filter_width;
 } push;
 
-const uint MOST_VERTICES = 256u;  // a path of a room with albedo 0.9 gets so far once in 10^11
+const uint MOST_VERTICES = 256u;  // a path of a room with albedo 0.9 is that long once in 10^11
 const uint PAIRS = 5u;            // of random numbers, a vertex
 
 const uint PATH = 0u, SUN = 1u, LAMP = 2u;

@@ -1,11 +1,10 @@
-// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of a
-// moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
-// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known
-// exactly, and a value of that frame counts only if it is of the same face of the same voxel.
-// With JITTER, whose frames are averaged, pixels in doubt share what their rays have found, and more of them are in doubt.
-// With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS, a face that has texels
-// (surface/unwrapped.glsl) knows its sunlight by itself.
-// With PANES, which has one ray, too, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
+// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of
+// a moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
+// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known exactly,
+// and a value of that frame counts only if it is of the same face of the same voxel. With JITTER, whose frames are averaged, pixels in
+// doubt share the results of their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average
+// whole pictures. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself. With PANES, which has one
+// ray, too, rays go through clear bodies of at most PANES voxels, and their light is kept apart then, in its colours and without a history.
 #version 460
 #if defined(PANES) && !defined(ONE_RAY)
 #define ONE_RAY 1
@@ -87,7 +86,7 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
 #ifdef PANES
 vec3 stained = vec3(0.0);
 
-// As below; what comes through panes is in `stained` alone.
+// As below; light through panes is in `stained` alone.
 float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
     vec3 left = vec3(dot(rx_place_normal(voxel, face), to));
     if (left.x <= 0.0) return 0.0;
@@ -116,7 +115,7 @@ vec3 sun_place(ivec2 pixel, vec3 sun, uint index) {
 }
 
 #ifndef ONE_RAY
-// The pixel of the group that lies so far from another one; PIXELS where it lies in another group or faces another way.
+// The pixel of the group that is `step` pixels from another one; PIXELS where it lies in another group or faces another way.
 uint beside(uint own, ivec2 step) {
     ivec2 at = ivec2(own % SIDE, own / SIDE) + step;
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(SIDE)))) return PIXELS;

@@ -45,7 +45,7 @@ void rx_edit_sphere(ivec3 center, float radius, uint mode, uint material) {
     rx_edit_record(2u, mode, material, center, ivec3(int(round(256.0 * radius)), 0, 0));
 }
 
-// The voxels from `first` to `last`, both included, become what the world's file builds there.
+// The voxels from `first` to `last`, both included, become as the world's file builds them.
 void rx_edit_restore(ivec3 first, ivec3 last) {
     rx_edit_record(0u, RX_EDIT_SUBTRACT, 0u, first, last);
 }

@@ -202,7 +202,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
         while (leaf == NONE && node != NONE) {
             uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
             float from = rx_boxes_time(boxes, ray, ivec3(low.xyz), ivec3(last.xyz));
-            // A ray without an end would reach even what is never.
+            // A ray without an end would reach even a time that never comes.
             bool meets = from < RX_NEVER && from <= t_end;
             if (meets && last.w != RX_INSTANCE_LEAF) {
                 bool down = dir[last.w] < 0.0;

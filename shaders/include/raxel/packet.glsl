@@ -18,8 +18,8 @@
 //    has the intersection of its column's and its row's.
 // 3. Tests: each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on
 //    the error. Cases that f32 cannot decide wait until the end, where integers decide them. The frustum shrinks to the pixels that are left.
-// 4. The rest, to be traced ray by ray: what is left of a tile after too many leaves or with a full stack (with the time until which its rays
-//    are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
+// 4. The rest, to be traced ray by ray: the remaining pixels of a tile after too many leaves or with a full stack (with the time until
+//    which their rays are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 
@@ -38,16 +38,16 @@ void rx_tile_rest(ivec2 pixel, float t_free);
 #define RX_TILE_LEAVES 112u
 #endif
 const uint RX_TILE_STACK = 32u;                  // nodes that may wait, a power of two and at most one for each invocation
-const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times what the lattice takes from a component
+const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times the loss of a component by the lattice
 const float RX_TILE_SCALE = 16384.0;             // largest distance from the centre, in pixels, of a place one voxel aside and one voxel deep
 
 // Nodes to visit, the next one on top: the place of their corner less RX_TILE_SLACK, relative to the origin, as bits; and their index, the height of
 // their children from bit 28 on, and RX_TILE_FULL.
 shared uvec4 rx_tile_stack[RX_TILE_STACK];
-// Bits of the time at depth 1 until which what is left of a tile is free.
+// Bits of the time at depth 1 until which the rest of a tile is free.
 shared uint rx_tile_free;
-// Direction through the first pixel, what a pixel to the right and one down add to it (and by what bounds of a direction are widened), fraction of the
-// origin; all in mirrored axes.
+// Direction through the first pixel, its change for a pixel to the right and one down (and the widening of bounds of a direction), fraction
+// of the origin; all in mirrored axes.
 shared vec4 rx_tile_frame[4];
 // The common part of all directions of pixels, and the lattice's part in the error of a time.
 shared vec4 rx_tile_camera;
@@ -372,7 +372,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 some_left = RX_TILE_ANY(alive != 0u);
                             }
                             if (!some_left) break;
-                            // The frustum of what is left, for what is still to be visited.
+                            // The frustum of the remaining pixels, for nodes that are still to be visited.
                             if (more || waiting != 0u) {
                                 uint left = RX_TILE_BALLOT((alive & 0x55u) != 0u), right = RX_TILE_BALLOT((alive & 0xaau) != 0u);
                                 uint rows_1 = RX_TILE_BALLOT((alive & 0x03u) != 0u), rows_2 = RX_TILE_BALLOT((alive & 0x0cu) != 0u);

@@ -8,9 +8,9 @@
 // and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets one call of rx_tile_hit or
 // rx_tile_miss, in any order, unless it has no ray, or its bit is set in the returned value: then trace it with rx_trace.
 //
-// With RX_TILE_ANY_HIT defined, rx_tile_hit only says that the ray hits something. Its voxel is one that the ray passes through, not always
-// the first, and its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are set.
-// `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
+// With RX_TILE_ANY_HIT defined, rx_tile_hit only reports that the ray hits something. Its voxel is one that the ray passes through, not
+// always the first, and its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are
+// set. `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
 //
 // Seen along the direction, all rays are points, and a cube is a hexagon. The rays of a tile lie within an interval on each of three axes of
 // that view, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. To find the pixels whose rays a
@@ -282,7 +282,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                                 float soon = clamp(max(nearest.x, max(nearest.y, nearest.z)), 0.0, 1.0e5);
                                 float late = clamp(min(farthest.x, min(farthest.y, farthest.z)), soon, 1.0e5);
                                 vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2];
-                                // Wider by what these times and places are off by rounding.
+                                // Wider by the rounding errors of these times and places.
                                 vec3 half_of = rx_tile_project[3].xyz * (1.0 + (late + 1024.0) * (2.0 * RX_TILE_ERROR)), along = rx_parallel_along.xyz;
                                 vec3 at = vec3(fma(row_x.x, v.x, fma(row_x.y, v.y, fma(row_x.z, v.z, row_x.w))), fma(row_y.x, v.x, fma(row_y.y, v.y, fma(row_y.z, v.z, row_y.w))),
                                                fma(row_z.x, v.x, fma(row_z.y, v.y, fma(row_z.z, v.z, row_z.w))));

@@ -1,7 +1,7 @@
 // Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, or three in
 // motion, out of some that are drawn, and a ray to each. The lists of the face cache say which lamps are near (known_lamps.glsl). The light
 // that earlier frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at
-// most so many voxels.
+// most PANES voxels.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/random.glsl>

@@ -1,6 +1,6 @@
 // Whether the sun and the sky reach the air: some rays for each slice of the view (air_slices.glsl), at other depths in each frame. Each
 // slice has a thread of its own, because one thread for a whole column would leave most of a GPU without work. The light that earlier
-// frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at most so many
+// frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at most PANES
 // voxels.
 #version 460
 #include <raxel/scene.glsl>

@@ -1,4 +1,5 @@
-// Means over frames of what is found in slices of the view: they follow the camera, and take nothing over from air that a wall hid. Needs scene.glsl.
+// Means over frames of the light in slices of the view: they follow the camera, and take nothing over from air that a wall hid. Needs
+// scene.glsl.
 #include "cubic.glsl"
 
 const float LEAST_SEEN = 0.1;     // of the weight of texels around a place
@@ -11,8 +12,8 @@ struct Mean {
     bool seen;      // false: only walls were near, and the light is that right before them
 };
 
-// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of them. Cubic between texels, within
-// what the nearest of them have; linear between those that are seen, where a wall hides some of them.
+// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of
+// them. Cubic between texels, within the range of the nearest of them; linear between those that are seen, where a wall hides some of them.
 Mean mean_between(sampler3D texels, vec3 place) {
     ivec3 size = textureSize(texels, 0);
     vec3 at = place * vec3(size) - 0.5, part = at - floor(at);

@@ -9,7 +9,7 @@ float depth_of(ivec2 pixel) {
 }
 
 // Finds a pixel that sees a point of the slice, so that no light from behind a wall gets into the air before it. If none of the pixels that
-// it tries sees as far as `t`, it is the one that sees farthest. `reach` ends right before what it sees.
+// it tries sees as far as `t`, it is the one that sees farthest. `reach` ends right before its hit.
 vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach) {
     ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
     ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;

@@ -1,7 +1,7 @@
-// Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In
-// motion, what was seen before follows the light around the pixel, and must lie within what is there now; at rest, the mean is of all
-// frames. With WAVES, water that moves has a short memory, and everything else stays as it is after 512 frames at rest, when the passes
-// that find first hits have stopped. A place on an instance is followed as the instance moves.
+// Temporal anti-aliasing: each frame looks through another place of each pixel, and the pixel's earlier light goes into a mean. In motion,
+// the earlier light follows the light around the pixel, and must lie within its present range; at rest, the mean is of all frames. With
+// WAVES, water that moves has a short memory, and everything else stays as it is after 512 frames at rest, when the passes that find first
+// hits have stopped. A place on an instance is followed as the instance moves.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
@@ -37,7 +37,7 @@ vec3 released(vec3 light) {
     return light / max(1.0 - max(light.x, max(light.y, light.z)), 1e-4);
 }
 
-// The range of what is around a pixel now: so many standard deviations around the mean.
+// The range of the light around a pixel now: `deviations` standard deviations around the mean.
 void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out vec3 high) {
     vec3 mean = vec3(0.0), square = vec3(0.0);
     for (int i = 0; i < 9; ++i) {

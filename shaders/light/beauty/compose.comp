@@ -1,4 +1,4 @@
-// Puts together what a pixel sees: the surface, what it mirrors, the sky with its sun, moon, stars and clouds, and the air before all of it.
+// Composes the picture: the surface, its mirror image, the sky with its sun, moon, stars and clouds, and the air before all of it.
 #version 460
 #include "../scene.glsl"
 #include "air_slices.glsl"

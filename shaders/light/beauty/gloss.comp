@@ -1,4 +1,4 @@
-// Smooth surfaces mirror what is around them, and clear ones show what lies below them. The mirrored ray reads the light that faces keep.
+// Smooth surfaces mirror their surroundings, and clear ones show the ground below them. The mirrored ray reads the light that faces keep.
 // Leaves light to add, and the share of the surface's own light that stays.
 #version 460
 #include <raxel/scene.glsl>
@@ -25,7 +25,7 @@ const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 const uint RAYS_AT_REST = 3u, RAYS_IN_MOTION = 6u;   // for light that the cache does not have
 const float ROUGH = 0.1;        // roughness from which on a surface mirrors a wide cone
-const int AROUND = 2;           // pixels that share what they mirror, each way
+const int AROUND = 2;           // pixels that share their mirror image, each way
 
 shared vec4 glosses[SIDE * SIDE];
 shared uint alikes[SIDE * SIDE];
@@ -44,8 +44,8 @@ bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
     return true;
 }
 
-// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways, so that they differ
-// by what stands around a place and not by chance; the average over frames joins many ways.
+// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways,
+// so that they differ by the surroundings of a place and not by chance; the average over frames joins many ways.
 vec3 kept(RxHit on, vec3 to_sun) {
     uint rays = frame.still > 0u ? RAYS_AT_REST : RAYS_IN_MOTION;
     vec3 found;
@@ -149,7 +149,8 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun
     }
 }
 
-// Light that comes up through a clear body, times the share of it that is not mirrored: light that went straight down and back, less what the body takes.
+// Light that comes up through a clear body, times the share of it that is not mirrored: light that went straight down and back, less the
+// body's loss.
 vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
     vec3 inward = refract(on.dir, on.normal, 1.0 / ETA);
     RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
@@ -206,7 +207,7 @@ vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
     bool pane = false;
     RxRay behind = rx_ray(seen.xyz, vec3(0.5), on.dir);
 #ifdef PANES
-    // A pane shows what is behind it.
+    // A pane shows the things behind it.
     vec3 clearly = vec3(0.96);
     RxHit surface = RxHit(seen.xyz, on.face, on.index, 0.0, on.place.xy, 0u);
     pane = on.clear && on.face != RX_FACE_POS_Y && rx_pass_body(surface, PANES, behind, clearly);
@@ -234,7 +235,7 @@ void main() {
     glosses[own] = result;
     alikes[own] = alike;
     barrier();
-    // A ray a frame for a wide cone is noisy, and what pixels side by side mirror by such cones hardly differs.
+    // A ray a frame for a wide cone is noisy, and the mirror images of such cones in neighbouring pixels hardly differ.
     if (alike != 0u) {
         float count = 1.0;
         for (int i = 0; i < (2 * AROUND + 1) * (2 * AROUND + 1); ++i) {

@@ -15,7 +15,8 @@ vec3 sun_disc(vec3 dir) {
     return sun == frame_sun() ? smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun)) * SUN_DISC * sun_irradiance(sun) : vec3(0.0);
 }
 
-// A ball lit from a side, with darker plains, and the glow around it. `cover` is what it hides of the stars, `wide` the width of a pixel, radians.
+// A ball lit from a side, with darker plains, and the glow around it. `cover` is its share of hidden stars, `wide` the width of a pixel,
+// radians.
 vec3 moon_disc(vec3 dir, float wide, out float cover) {
     vec3 moon = sky_moon.xyz;
     float away = length(dir - moon);

@@ -1,6 +1,6 @@
-// The view from within a clear body, such as water: the light that its matter takes away and scatters, what stands in it, and through its surface
-// what stands outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise away.
-// Above water the pass ends after one read.
+// The view from within a clear body, such as water: the light that its matter takes away and scatters, the things in it, and through its
+// surface those outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise
+// away. Above water the pass ends after one read.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"

@@ -8,7 +8,7 @@
 
 const uint CELL_PARTS = 5u;   // parts from here on are cells
 
-// log2 of the width of what a part is of, in voxels: 0 for faces and their quarters.
+// log2 of the width of a part's cell, in voxels: 0 for faces and their quarters.
 uint cell_log2(uint part) {
     return part < CELL_PARTS ? 0u : part == CELL_PARTS + 4u ? 6u : part - CELL_PARTS + 1u;
 }
@@ -78,7 +78,7 @@ float cell_pixels(ivec3 cell, uint face, uint part, float height) {
     return width * pixels_from(middle, height);
 }
 
-// Pixels across a face, were it as wide as high on the picture: what looks away covers less of it.
+// Pixels across a face, were it as wide as high on the picture: a face that looks away covers less of it.
 float cell_width(ivec3 voxel, uint face, float height) {
     vec3 middle = face_middle(voxel, face);
     float away = max(length(middle), 1e-3), facing = abs(dot(middle, rx_place_normal(voxel, face))) / away;

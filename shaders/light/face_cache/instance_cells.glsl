@@ -39,7 +39,7 @@ bool instance_cell_of_key(RxFaceKey key, out ivec3 cell, out uint face, out uint
     return key.rest >> 20 >= INSTANCE_KEYS;
 }
 
-// The cell so many cells further in the model; false if its cube ends before.
+// The cell `step` cells further in the model; false if its cube ends before.
 bool instance_cell_beside(ivec3 cell, ivec3 step, out ivec3 other) {
     ivec3 there = rx_place_cell(cell) + step;
     other = there;

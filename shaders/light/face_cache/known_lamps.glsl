@@ -1,9 +1,9 @@
 // Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel
 // faces that have lit a face in it lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them:
-// what one face has found, all faces around it know. A path draws lamps from all three lists, and the others by power from all lamps. Those
-// on instances are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no
-// light and take none, for any contents. A listed lamp may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl
-// and <raxel/light/lamps.glsl>.
+// all faces around one know its lamps. A path draws lamps from all three lists, and the others by power from all lamps. Those on instances
+// are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no light and take
+// none, for any contents. A listed lamp may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl and
+// <raxel/light/lamps.glsl>.
 #include "known.glsl"
 #ifdef RX_BINDS_instances
 #include "instance_lamps.glsl"
@@ -93,7 +93,7 @@ uint region_slot(uint place, uint size) {
     return REGION_SETS + region_list(size) + (rx_hash(place) & REGION_EACH - 1u);
 }
 
-// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether a list has it.
+// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` is true if a list has it.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
 #ifdef RX_BINDS_instances
     listed = rx_is_on_instance(face);
@@ -122,12 +122,12 @@ float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
     return density;
 }
 
-// Most threads of a frame bring what another one has brought.
+// Most threads of a frame bring a lamp that another one has brought.
 void known_bring(uint at, uint word) {
     if (found[at] < word) atomicMax(found[at], word);
 }
 
-// A voxel's face gives a place so much light, unhidden.
+// A voxel's face gives a place this much light, unhidden.
 void known_add(ivec3 voxel, uint face, float light) {
     if (!(light > 0.0) || rx_is_on_instance(face)) return;
     uint place = known_place(voxel, face), level = uint(clamp(log2(light) - KNOWN_LEAST, 1.0, 31.0));
@@ -179,7 +179,7 @@ void region_draw(uint size, inout vec2 uv, out ivec3 voxel, out uint face) {
     face = word >> 27 & 7u;
 }
 
-// The voxel's face of a lamp; `way`, from 0 to 1, says how it is drawn. False if it is gone. Draws a pair.
+// The voxel's face of a lamp; `way`, from 0 to 1, chooses how it is drawn. False if it is gone. Draws a pair.
 bool known_candidate(float way, inout RxSampler s, out RxLight lamp, out vec2 uv) {
 #ifdef RX_BINDS_instances
     if (way < known_moving) {

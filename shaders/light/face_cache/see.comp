@@ -61,7 +61,7 @@ void main() {
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
     if (found && hit.face != RX_FACE_INSIDE) {
-        // One of 64 pixels says how wide its face is, for the size of cells in the next frame.
+        // One of 64 pixels reports how wide its face is, for the size of cells in the next frame.
         uint says = rx_hash(gl_WorkGroupID.x + rx_hash(gl_WorkGroupID.y + rx_hash(frame.index))) & FIT_APART - 1u;
         if (gl_LocalInvocationIndex == says) atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(size.y)))], 1u);
         uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);

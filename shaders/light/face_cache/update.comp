@@ -1,6 +1,6 @@
-// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces send back, without direct sun. Where a
-// face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read, so the order of threads does
-// not matter.
+// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces
+// send back, without direct sun. Where a face that is hit keeps light itself, the path ends with that. Only data of the last frame is read,
+// so the order of threads does not matter.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/thread.glsl>

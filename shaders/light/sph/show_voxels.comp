@@ -1,5 +1,5 @@
-// The world with the water as voxels of it, by exact rays alone: water mirrors by Fresnel's law and shows what is behind it, less what its colour takes on the
-// way. Rays to the sun go through it.
+// The world with the water as voxels of it, by exact rays alone: water mirrors by Fresnel's law and shows the things behind it, less the
+// loss by its colour on the way. Rays to the sun go through it.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -35,8 +35,8 @@ void main() {
     vec3 sun = rx_sun_direction(215.0, 42.0);
     vec3 dir = rx_camera_direction(push.view_to_world, push.tan_half_fov, vec2(pixel) + 0.5, vec2(size));
     RxRay ray = rx_ray(push.camera_cell, push.camera_frac, dir);
-    // One loop round one tracer: the ray of the pixel; if it meets water, what that mirrors; and from each place another one to the sun. The way on
-    // through the water is walked, and what it ends at is the next place.
+    // One loop round one tracer: the ray of the pixel; if it meets water, the mirrored one; and from each place another one to the sun. The
+    // way on through the water is walked, and its end is the next place.
     const uint SEEN = 0u, MIRRORED = 1u, THROUGH = 2u;
     vec3 color = vec3(0.0), share = vec3(1.0), sunlight, beyond_share = vec3(0.0);
     RxHit beyond;

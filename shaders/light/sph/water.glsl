@@ -86,7 +86,7 @@ float density_of_walls(vec3 at, out vec3 gradient) {
     return sum;
 }
 
-// Where a particle comes that wants to go from one place to another: axis by axis, it stays out of what is solid.
+// The place of a particle that wants to go from one place to another: axis by axis, it stays out of solid voxels.
 vec3 kept_out(vec3 from, vec3 to) {
     for (int axis = 0; axis < 3; ++axis) {
         vec3 next = from;

@@ -1,6 +1,7 @@
-// A path tracer for materials. At each surface one of its ways to send light on is drawn: a mirror image in a coat or a metal (GGX), light from
-// inside (matt), or, in what is clear, a mirror image or the way through it by Fresnel's law. Inside a body the way goes from boundary
-// to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; what is clear of them is matt here, and no lamp is drawn on them.
+// A path tracer for materials. At each surface one of its ways to send light on is drawn: a mirror image in a coat or a metal (GGX), light
+// from inside (matt), or, in a clear body, a mirror image or the way through it by Fresnel's law. Inside a body the way goes from boundary
+// to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; clear ones are matt here, and no lamp is
+// drawn on them.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -46,7 +47,7 @@ struct Path {
     RxSceneRay ray;      // in work
     bool within;         // it is in a body:
     uint body;           // its material,
-    vec3 loss;           // and what it takes away a voxel
+    vec3 loss;           // and its loss a voxel
     uint depth;          // surfaces that the path has met
     bool mirrored;       // the last one mirrored or refracted it, so a lamp that it meets counts
     // A ray to a light takes its turn before the path goes on.
@@ -57,7 +58,7 @@ struct Path {
     bool below;          // and whether that one is in the body
 };
 
-const uint MEETS = 0u, GOES_ON = 1u, ENDS = 2u;   // what a ray has done: met a surface, become another ray, or ended the path
+const uint MEETS = 0u, GOES_ON = 1u, ENDS = 2u;   // the outcome of a ray: it met a surface, became another ray, or ended the path
 
 // Sends the path through a face of a voxel, into that voxel.
 void pass_face(inout Path path, ivec3 voxel, uint face, vec2 uv, vec3 dir) {
@@ -234,7 +235,7 @@ vec3 path_light(ivec2 pixel, ivec2 size) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(sum);
     if (any(greaterThanEqual(pixel, size))) return;
-    if (frame.still >= uint(push.frames)) return;   // what is there stays
+    if (frame.still >= uint(push.frames)) return;   // the sum stays
     vec4 all = vec4(path_light(pixel, size), 1.0);
     if (frame.still > 0u) all += imageLoad(sum, pixel);
     imageStore(sum, pixel, all);

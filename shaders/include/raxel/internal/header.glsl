@@ -4,4 +4,4 @@
     ivec3 bounds_min;     // smallest and largest coordinates of solid voxels
     uint material_count;
     ivec3 bounds_last;
-    uint materials_at;    // word of the first material, in what follows the header
+    uint materials_at;    // word of the first material, behind the header

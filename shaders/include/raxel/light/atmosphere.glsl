@@ -20,7 +20,7 @@ const float RX_AIR_MIE_G = 0.8;
 const vec3 RX_AIR_GROUND_ALBEDO = vec3(0.20, 0.19, 0.15);
 const float RX_AIR_PI = 3.14159265358979;
 
-// Scattering by both kinds and what is lost in all, per km.
+// Scattering by both kinds and the whole loss, per km.
 struct RxAir {
     vec3 rayleigh;
     float mie;

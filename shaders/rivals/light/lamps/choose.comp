@@ -1,4 +1,4 @@
-// Each pixel chooses a point on a lamp: the best of some candidates, against what the same face of the same voxel has chosen before.
+// Each pixel chooses a point on a lamp: the best of some candidates, against the earlier choice of the same face of the same voxel.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"
@@ -43,7 +43,7 @@ void main() {
             if (rx_trace(rx_lamp_ray(from, rx_reservoir_light(chosen, from, normal, points).to), block)) chosen.weight = 0.0;
         }
         // A lamp that one place of a face sees from before, all of its places do: planes of lamps lie between voxels. So the counts are the
-        // right weights, and nothing is wrong by what is used again.
+        // right weights, and reuse adds no bias.
         RxReservoir old = earlier(hit, pixel, size);
         old.count = min(old.count, float(push.reused));
         float target = rx_reservoir_target(chosen, from, normal, points), old_target = rx_reservoir_target(old, from, normal, points);

@@ -1,6 +1,5 @@
-// A ray as the marchers in plain f32 have it: a line, in voxels from world.origin, cut to the bounds of what is solid. Its
-// rounding errors grow with the distance from the camera to world.origin, which is one of the reasons why those marchers are
-// inexact.
+// A ray of the marchers in plain f32: a line, in voxels from world.origin, cut to the bounds of all solids. Its rounding errors grow with
+// the distance from the camera to world.origin, which is one of the reasons why those marchers are inexact.
 #ifndef RAXEL_MARCH_LINE_GLSL
 #define RAXEL_MARCH_LINE_GLSL
 

@@ -5,11 +5,11 @@
 #ifndef RAXEL_RAYMASK_TABLE_GLSL
 #define RAXEL_RAYMASK_TABLE_GLSL
 
-// A face is split into so many squares a side.
+// A face is split into this many squares a side.
 const uint RX_RAYMASK_SIDE = 16u;
 const uint RX_RAYMASK_SQUARES = RX_RAYMASK_SIDE * RX_RAYMASK_SIDE;
 
-// Voxels by which a conservative mask is wider than its squares: what the places on the faces may be off by.
+// Voxels by which a conservative mask is wider than its squares: the largest error of the places on the faces.
 const float RX_RAYMASK_MARGIN = 0.03125;
 
 // `enter`: axis of the low face by which the line comes in; `leave`: axis of the high face by which it goes out; squares count

@@ -144,9 +144,9 @@ bool rx_bvh_cross(inout RxWalk w, uint block, uvec3 near, uvec3 flip, inout uint
 
 // The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
 //
-// Rounds of the outer loop do what is rare; each round of the next searches the tree for a block, and walks through it. A group of
-// threads takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray
-// traversal on GPUs", 2009).
+// Rounds of the outer loop do the rare work; each round of the next searches the tree for a block, and walks through it. A group of threads
+// takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray traversal on
+// GPUs", 2009).
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk start;

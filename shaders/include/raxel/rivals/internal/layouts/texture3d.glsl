@@ -16,7 +16,7 @@ uniform usampler3D world_voxels;
 
 #include <raxel/internal/material.glsl>
 
-// Whether the cube of 2^mip voxels that holds cell c has a texel, and it says that it is empty.
+// Whether the cube of 2^mip voxels that holds cell c has a texel, and it is empty.
 bool rx_mip_free(uvec3 c, uint mip) {
     uvec3 texel = c >> mip;
     // Far ends that do not fill a cube have no texel.
