@@ -110,7 +110,7 @@ impl Verb {
         }
     }
 
-    /// Whether what it compiles is kept for the next run.
+    /// Whether its compiled shaders are kept for the next run.
     fn keeps_results(&self) -> bool {
         match self {
             // Its texts change with every key.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::plan::{BakedLevel, CHUNK, Plan};
 use crate::shard::ZSTD_LEVEL;
 
-/// The version of what stands under `raxel` in the attributes, and of what is in a shard. Format 1 had no checksum here, and no seals.
+/// The version of the attributes under `raxel`, and of the contents of a shard. Format 1 had no checksum here, and no seals.
 const FORMAT: u32 = 2;
 /// The object of the group.
 pub(crate) const GROUP: &str = "zarr.json";
@@ -61,7 +61,7 @@ pub enum Unreadable {
     /// It has another checksum than is written in it.
     #[error("it is damaged: it has the checksum {found}, and {written} is written in it")]
     Damaged {
-        /// Of what there is.
+        /// Of the document.
         found: String,
         /// The checksum in the document.
         written: String,

@@ -1,4 +1,4 @@
-//! Stores that are reached over the network: S3 and what speaks like it, and web servers.
+//! Stores that are reached over the network: Stores that are reached over the network: S3 and services like it, and web servers.
 
 use std::sync::Arc;
 use std::time::Duration;

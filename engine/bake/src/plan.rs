@@ -13,8 +13,8 @@ const RANGE: i64 = 1 << 31;
 /// Most shards of a level: a task looks at the numbers of all of them.
 const MOST_SHARDS: u64 = 1 << 32;
 
-/// Arrays of one world: one a level of detail. Every shard lies where multiples of its size are, seen from the origin of the world, so
-/// that what is in it does not depend on the region.
+/// Arrays of one world: one a level of detail. Every shard lies at a multiple of its size, seen from the origin of the world, so that its
+/// contents do not depend on the region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub(crate) name: String,

@@ -6,8 +6,8 @@ use crate::plan::ShardKey;
 /// Bytes of a seal.
 pub(crate) const SEAL: usize = 16;
 
-/// A hash of what the voxels of a shard follow from. Checksums find bytes that changed; this finds a whole shard that was moved, or that is
-/// left from another world.
+/// A hash of everything that the voxels of a shard follow from. Checksums find bytes that changed; this finds a whole shard that was moved,
+/// or that is left from another world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seal(pub(crate) [u8; SEAL]);
 

@@ -14,7 +14,7 @@ const ENTRY: usize = 16;
 /// Level of zstd: terrain is 4 % larger than at level 9, and made eight times as fast.
 pub(crate) const ZSTD_LEVEL: i32 = 3;
 
-/// Bytes that are not what was written.
+/// Bytes that differ from the written ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
     /// Fewer bytes than an index has.

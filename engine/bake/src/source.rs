@@ -74,7 +74,7 @@ impl ZarrSource {
         Self::of(store::open(address, root)?, address)
     }
 
-    /// A store that is open. The address is what messages call it.
+    /// A store that is open. Messages use the address as its name.
     pub fn of(store: Arc<dyn Store>, address: &str) -> Result<Self, SourceError> {
         let address = address.to_owned();
         let again = |error: &SourceError| match error {

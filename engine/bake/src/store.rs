@@ -18,7 +18,7 @@ pub trait Store: Send + Sync {
     /// The wanted bytes of an object, all of them; `None` when there is no such object.
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError>;
 
-    /// Writes an object in place of what is there. A reader never sees half of it.
+    /// Writes an object, in place of an older one. A reader never sees half of it.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError>;
 
     /// Pauses after which something that could not be read is read again, before somebody hears of it.

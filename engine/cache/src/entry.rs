@@ -21,7 +21,7 @@ pub(crate) fn encode(name: &str, payload: &[u8]) -> Vec<u8> {
     [&MAGIC[..], hash(name, payload).as_bytes(), payload].concat()
 }
 
-/// The payload, or what is wrong.
+/// The payload, or the fault.
 pub(crate) fn decode<'b>(name: &str, bytes: &'b [u8]) -> Result<&'b [u8], &'static str> {
     let Some((header, payload)) = bytes.split_at_checked(HEADER) else { return Err("it is cut off") };
     let (magic, expected) = header.split_at(MAGIC.len());

@@ -1,4 +1,4 @@
-//! Does what requests ask for, and answers them.
+//! Carries requests out, and answers them.
 
 use data_encoding::BASE64;
 use raxel_runtime::Session;
@@ -30,7 +30,7 @@ pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
     console::json(&Value::Object(object));
 }
 
-/// Does what is asked, or nothing.
+/// Carries out one request, or nothing.
 pub(super) fn answer(
     request: Request,
     session: &mut Session,

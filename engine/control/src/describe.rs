@@ -1,4 +1,4 @@
-//! Says as JSON what a session has.
+//! Describes a session as JSON.
 
 use raxel_execute::PassOutcome;
 use raxel_graph::checked::{Param, Pass, PassId, ResourceKind, Value as ParamValue};

@@ -83,7 +83,7 @@ impl Control {
         Self { lines, drive, waiting: None, middle: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
     }
 
-    /// Answers what has come, without waiting: for a window.
+    /// Answers the requests that have come, without waiting: for a window.
     pub fn poll(&mut self, session: &mut Session) -> Next {
         self.tire();
         loop {
@@ -183,22 +183,22 @@ impl Control {
         }
     }
 
-    /// Says what the session had to say as events.
+    /// Sends the session's messages as events.
     pub fn say(said: &[Diagnostic], texts: &SourceMap) {
         for diagnostic in parsed(&render::json(said, texts)) {
             console::json(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
         }
     }
 
-    /// Says what the frames of a request have printed, before its answer.
+    /// Sends the prints of the frames of a request, before its answer.
     fn say_prints(&self, session: &mut Session) {
-        // A window says it frame by frame. If the device is lost, the next frame reports it.
+        // A window sends them frame by frame. If the device is lost, the next frame reports it.
         if self.drive == Drive::Requests && (!session.has_prints() || session.wait().is_ok()) {
             Self::say_printed(&session.take_prints());
         }
     }
 
-    /// Says what passes have printed as events.
+    /// Sends the prints of passes as events.
     pub fn say_printed(printed: &[PassPrints]) {
         printed.iter().for_each(|prints| console::json(&prints::event(prints)));
     }
@@ -227,7 +227,7 @@ impl Control {
             }
             Ok(Request::Diagnostics {}) => {
                 let (generation, shown) = (self.generation, (!session.is_waiting()).then_some(self.shown));
-                // With what passes count at the moment.
+                // With the present counts of passes.
                 let counted = parsed(&render::json(&session.counted(), session.texts()));
                 let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });

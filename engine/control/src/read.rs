@@ -1,4 +1,4 @@
-//! Reads what frames have left: pictures, texels, bytes of buffers.
+//! Reads the results of frames: pictures, texels, bytes of buffers.
 
 use std::path::Path;
 

@@ -39,13 +39,13 @@ pub(super) enum Request {
         #[serde(default = "one")]
         frames: u32,
     },
-    /// Puts the next frame at so many seconds.
+    /// Puts the next frame at `seconds` seconds.
     Seek { seconds: f64 },
     /// Starts over.
     Reset {},
     /// Changes the extent of the output, in pixels.
     Resize { size: [u32; 2] },
-    /// Writes the picture of the last frame to a file: its extension says the form.
+    /// Writes the picture of the last frame to a file in the format of its extension.
     Screenshot { path: String },
     /// The picture of the last frame.
     Picture {},

@@ -49,7 +49,7 @@ impl<T> Spanned<T> {
         Self { value, span }
     }
 
-    /// If the value is the path of a file: adds this place to every error that says that the file does not exist.
+    /// If the value is the path of a file: adds this place to every error about that file missing.
     pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
         for diagnostic in found {
             if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {

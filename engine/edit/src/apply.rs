@@ -135,7 +135,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The voxel that it sets, and to what, if that is all that it does.
+    /// The voxel that it sets, and its material, if it does nothing else.
     fn set(&self) -> Option<([i32; 3], MaterialIndex)> {
         match self.kind {
             Kind::Set(cell, material) => Some((cell, material)),

@@ -27,7 +27,7 @@ pub(crate) enum Stored {
 }
 
 impl Stored {
-    /// The chunk; `None` has no solids. `pos` says in the error where it lies.
+    /// The chunk; `None` has no solids. `pos` is the place for the error.
     ///
     /// # Errors
     /// When packed bytes are no chunk. This process made them, or read them from a save whose checksums were right, so that only a save of
@@ -50,7 +50,7 @@ impl Stored {
     }
 }
 
-/// When what a change did is looked at.
+/// The moment at which a change is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     Before,

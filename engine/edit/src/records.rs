@@ -52,7 +52,8 @@ pub enum WrongRecord {
         /// The word.
         material: u32,
     },
-    /// It is a ball, and its radius is below 0. GLSL leaves open what a float that is not finite becomes; most devices make that negative, too.
+    /// It is a ball, and its radius is below 0. GLSL does not define the conversion of a float that is not finite; most devices make that
+    /// negative, too.
     #[error("a ball has a radius that is negative or not finite")]
     Radius,
     /// It is an edit that cannot be made.

@@ -1,4 +1,4 @@
-//! A target: what is fuzzed, what it may use, and where its inputs begin.
+//! A target: the code under test, its limits, and the origin of its inputs.
 
 use std::path::{Path, PathBuf};
 

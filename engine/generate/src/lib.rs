@@ -1,5 +1,5 @@
-//! Generators of voxels. Operations are plain data that says what is where, applied chunk by chunk in the order of the file: [`build`] makes a
-//! bounded world of them, a [`Generator`] makes any tile of a world without end.
+//! Generators of voxels. Operations are plain data, applied chunk by chunk in the order of the file: [`build`] makes a bounded world of
+//! them, a [`Generator`] makes any tile of a world without end.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
@@ -39,7 +39,7 @@ pub enum Operation {
     Terrain(Terrain),
     /// A model at one or more places.
     Place(Placed),
-    /// A model at random places on what was built before.
+    /// A model at random places on the earlier operations' ground.
     Scatter(Scatter),
     /// A model at random places on the land, at most one in each cell of a grid.
     Jittered(Jittered),

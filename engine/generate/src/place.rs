@@ -36,7 +36,7 @@ impl Placed {
         }
     }
 
-    /// Chunks that are touched and by what; `None` when they are more than `limit`.
+    /// Chunks that are touched, each with the placements; `None` when they are more than `limit`.
     pub(crate) fn touching(&self, limit: u64) -> Option<Touching> {
         let boxes: Vec<_> = (self.model.chunks())
             .map(|(pos, chunk)| (pos, chunk.bounds().moved(pos.origin().to_array().map(i64::from))))

@@ -58,7 +58,7 @@ impl Scattered {
     }
 }
 
-/// A number of models at random places on what was built before.
+/// A number of models at random places on the earlier operations' ground.
 pub struct Scatter {
     /// The scattered thing.
     pub scattered: Scattered,
@@ -67,7 +67,7 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// At most so many can be asked for.
+    /// The largest count.
     pub const MAX_COUNT: u64 = 1 << 20;
     /// Places tried for each one wanted.
     const TRIES: u64 = 32;
@@ -122,7 +122,7 @@ pub struct Jittered {
 }
 
 impl Jittered {
-    /// At most so many cells are looked at for a world that is built whole.
+    /// The most cells that are looked at for a world that is built whole.
     pub const MAX_CELLS: u64 = 1 << 22;
 
     /// Where a cell of the grid has one, if the land there allows it: the column, and how often it is turned.
@@ -185,7 +185,7 @@ impl Jittered {
             .is_some_and(|bounds| bounds.max[1] - 1 - self.scattered.anchor[1] < self.scattered.sink)
     }
 
-    /// Whether there are so many that they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
+    /// Whether they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
     pub(crate) fn is_dense(&self) -> bool {
         let [x, _, z] = self.scattered.model.bounds().map_or([0; 3], |bounds| bounds.size().map(u128::from));
         8 * x * z >= u128::from(self.cell.unsigned_abs()).pow(2)

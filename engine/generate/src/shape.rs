@@ -45,7 +45,7 @@ pub trait Shape: Send + Sync {
     }
 }
 
-/// A shape, what to do with its voxels, and what they become.
+/// A shape, the effect on its voxels, and their new material.
 pub struct Solid {
     /// The form.
     pub shape: Box<dyn Shape>,

@@ -10,7 +10,7 @@
 #![allow(clippy::inline_always, reason = "arrays stay in registers only where nothing is called")]
 #![allow(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 
-/// One factor for each axis: what a hash is made of.
+/// One factor of a hash for each axis.
 const PRIMES: [i32; 3] = [501_125_321, 1_136_930_381, 1_720_413_743];
 const MIX: i32 = 0x27d4_eb2d;
 
@@ -63,7 +63,7 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Coordinates below which that is so for all lattices.
 const NEAR: f64 = 1e9;
 
-/// All bits where something holds, and none elsewhere: what a comparison leaves in a register.
+/// All bits where the condition holds, and none elsewhere, as a comparison leaves them in a register.
 #[inline(always)]
 fn mask<const N: usize>(holds: impl Fn(usize) -> bool) -> [u32; N] {
     std::array::from_fn(|n| if holds(n) { u32::MAX } else { 0 })
@@ -94,7 +94,7 @@ fn are_near<const N: usize, const AXES: usize>(places: &[[f64; N]; AXES]) -> boo
     sums.iter().sum::<f64>() < NEAR
 }
 
-/// Whole parts towards zero, as 64-bit values and as whole numbers; `near` as [`are_near`] says.
+/// Whole parts towards zero, as 64-bit values and as whole numbers; `near` as in [`are_near`].
 #[inline(always)]
 fn truncated<const N: usize>(values: [f64; N], near: bool) -> ([f64; N], [i32; N]) {
     if !near {

@@ -141,9 +141,9 @@ fn added(operation: &Operation) -> Option<Bounds> {
     }
 }
 
-/// Chunks that an operation may make; none when it only changes what is there.
+/// Chunks that an operation may make; none when it only changes those that are there.
 fn chunks_reached(operation: &Operation) -> u128 {
-    // Of models, chunks are counted when it is known what they touch.
+    // Chunks of models are counted when their places are known.
     added(operation).map_or(0, |bounds| bounds.chunk_count())
 }
 

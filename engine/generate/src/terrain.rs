@@ -28,13 +28,13 @@ pub struct Band {
     pub above: Option<i64>,
     /// Surface lower than this.
     pub below: Option<i64>,
-    /// At least so many voxels between this column and its highest or lowest neighbour.
+    /// At least this many voxels between this column and its highest or lowest neighbour.
     pub slope: Option<i64>,
     /// Voxels that it is deep.
     pub depth: i64,
 }
 
-/// Fills what lies lower than a level and is not land.
+/// Fills the space below a level that is not land.
 #[derive(Clone, Debug)]
 pub struct Water {
     /// Palette index.
@@ -75,7 +75,7 @@ pub struct Terrain {
     pub river: Option<River>,
     /// The land has no voxel below this.
     pub floor: i64,
-    /// Only so many voxels below the surface, and what a neighbour's lower surface lays bare.
+    /// Only this many voxels below the surface, and those that a neighbour's lower surface lays bare.
     pub shell: Option<i64>,
     /// At least one.
     pub layers: Vec<Layer>,

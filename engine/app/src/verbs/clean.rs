@@ -1,4 +1,4 @@
-//! `raxel clean`: removes what raxel itself has put into `.raxel/`, and nothing else.
+//! `raxel clean`: removes raxel's own files from `.raxel/`, and nothing else.
 
 use std::fs;
 use std::io::ErrorKind;

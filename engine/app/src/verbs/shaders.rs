@@ -84,7 +84,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
-/// The texts of the built-in files, or what there is.
+/// The texts of the built-in files, or their names.
 fn print_library(files: &[String]) -> Result {
     if files.is_empty() {
         for (name, text) in library::FILES.iter().filter(|(name, _)| !library::is_internal(name)) {

@@ -1,4 +1,4 @@
-//! A web server over a folder that lies when a test says so.
+//! A web server over a folder that lies on request.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpListener, TcpStream};

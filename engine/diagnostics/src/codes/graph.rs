@@ -163,7 +163,7 @@ declare! {
     LOOP_COUNT = "RX0193";
     /// `loop.index` or `loop.next` where there is no loop.
     NO_LOOP = "RX0194";
-    /// An odd number of swaps of what is carried from frame to frame, or in a loop that not every frame runs.
+    /// An odd number of swaps of a carried resource, or in a loop that not every frame runs.
     SWAP_CARRIED = "RX0195";
     /// A loop over the mips of a target that has one.
     NO_ROUND = "RX0491";

@@ -158,7 +158,7 @@ fn what_is_long_is_cut() {
     assert!(out.contains("first") && out.contains("third"), "{out}");
 }
 
-/// Labels that are far apart are shown without what is between them.
+/// Labels that are far apart are shown without the lines between them.
 #[test]
 fn labels_far_apart_are_pieces() {
     let mut texts = SourceMap::default();

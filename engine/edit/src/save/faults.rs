@@ -32,7 +32,7 @@ struct Disked {
     synced: Vec<u8>,
     /// As the program sees it.
     now: Vec<u8>,
-    /// Bytes that a failed sync has dropped, which no later one brings to the disk, and what is there instead.
+    /// Bytes that a failed sync has dropped, which no later one brings to the disk, and the bytes there instead.
     dropped: BTreeMap<usize, u8>,
 }
 
@@ -336,7 +336,7 @@ fn copy(from: &Path) -> tempfile::TempDir {
     to
 }
 
-/// Opens the rest of the save, and compares it with what had been synced.
+/// Opens the rest of the save, and compares it with the synced bytes.
 fn judge(folder: &Path, promised: u64, may_name: bool, what: &str) {
     let mut game = Game::new();
     let (mut save, named) = game.adopt(folder, Arc::new(Faulty::new(None))).unwrap();

@@ -1,4 +1,4 @@
-//! The head of a file of a save: what the save belongs to, and where the file stands among the others.
+//! The head of a file of a save: the world that the save belongs to, and the place of the file among the others.
 
 use serde::{Deserialize, Serialize};
 

@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
 
-    /// A disk with room for so many bytes.
+    /// A disk with room for a number of bytes.
     struct Small {
         bytes: Mutex<Vec<u8>>,
         room: AtomicUsize,

@@ -71,7 +71,7 @@ pub(super) struct Broken {
     pub(super) short: bool,
 }
 
-/// Refuses an edit that no record can hold: the length of a payload has 32 bits. A checkpoint saves what such an edit has made.
+/// Refuses an edit that no record can hold: the length of a payload has 32 bits. A checkpoint saves the chunks of such an edit.
 pub(super) fn check_length(seq: u64, bytes: usize) -> io::Result<()> {
     if u32::try_from(bytes).is_ok() {
         return Ok(());
@@ -111,7 +111,7 @@ fn put(out: &mut Vec<u8>, before: Option<u32>, kind: Kind, seq: u64, pos: ChunkP
     sum
 }
 
-/// Reads the records of a file in order, and what is between them.
+/// Reads the records of a file in order, and the bytes between them.
 pub(super) fn read(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'_>, Broken>> {
     // The sum of the record before; none behind broken ones.
     let (mut at, mut before) = (0, Some(0));

@@ -24,7 +24,7 @@ pub struct Report {
     pub files: Vec<FileInfo>,
     /// Chunks in the last checkpoint.
     pub chunks: u64,
-    /// Records of chunks that a newer one has replaced: what [`compact`] leaves out.
+    /// Records of chunks that a newer one has replaced. [`compact`] leaves them out.
     pub replaced: u64,
     /// Edits up to here are in chunks.
     pub applied: u64,

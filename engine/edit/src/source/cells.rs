@@ -7,9 +7,9 @@ use raxel_world::{
 
 /// The cells of a chunk that have a changed voxel in them, at every level above 0.
 ///
-/// The source below has a rule of its own for coarse cells: land is solid where most of a cell is, models where they are as thick as a wall, and thin
-/// layers keep their colour. No rule that sees voxels alone agrees with it everywhere. With such a rule, one changed voxel would change its whole
-/// chunk. So a cell stays what the source has there until enough of it is otherwise.
+/// The source below has a rule of its own for coarse cells: land is solid where most of a cell is, models where they are as thick as a
+/// wall, and thin layers keep their colour. No rule that sees voxels alone agrees with it everywhere. With such a rule, one changed voxel
+/// would change its whole chunk. So a cell stays as in the source until enough of it has changed.
 ///
 /// The source may also have a cell solid that has no voxel in it: caves are no part of coarse land. Dug-out space continues through such cells, as
 /// far as they touch each other in the chunk.
@@ -22,7 +22,7 @@ pub(super) struct ChangedCells {
     whole: Option<Share>,
 }
 
-/// How many voxels of a cell are what.
+/// Counts of a cell's voxels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Share {
     /// Solid ones below the edits.
@@ -113,7 +113,7 @@ impl Share {
     ///
     /// One that is air becomes solid when half of it is, or when as many voxels have come as a wall through it has that is one voxel thick.
     /// One that is solid stays so while half of it is. In both cases half as many voxels as such a wall has must have come or gone, about
-    /// half of what is seen of it from one side: the source may have rounded a cell that is nearly half full either way. As many must be
+    /// half of its visible ones from one side: the source may have rounded a cell that is nearly half full either way. As many must be
     /// written before it changes its material.
     #[expect(
         clippy::cast_possible_truncation,
@@ -162,7 +162,7 @@ impl Written {
         other.0.iter().for_each(|(material, voxels)| self.count(*material, *voxels));
     }
 
-    /// The share of a cell with so many solid voxels before and after.
+    /// The share of a cell with these solid voxels before and after.
     fn share(&self, [before, after]: [u32; 2]) -> Share {
         let most = self.0.iter().max_by_key(|(material, count)| (*count, std::cmp::Reverse(*material)));
         let written = self.0.iter().map(|(_, count)| count).sum();
