@@ -1,5 +1,4 @@
-//! The bytes of the push-constant and uniform blocks of all passes: what stays the same while a plan runs is written once, the rest in
-//! each frame.
+//! The bytes of the push-constant and uniform blocks of all passes: constant ones are written once, the rest in each frame.
 
 use std::ops::Range;
 

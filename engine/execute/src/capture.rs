@@ -41,7 +41,7 @@ enum Part {
 }
 
 impl Capture {
-    /// For what a plan shows. `bytes` says which of a buffer. `None` where there is nothing to copy.
+    /// For the shown resource of a plan. `bytes` is the range of a buffer. `None` where there is nothing to copy.
     pub(super) fn of_shown(
         device: &Arc<Device>,
         plan: &Plan,

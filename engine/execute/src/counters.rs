@@ -81,7 +81,7 @@ impl CounterReadback {
             staging: staging.transpose()?,
             before: Barrier::default()
                 .memory((compute | copy, vk::AccessFlags2::SHADER_STORAGE_WRITE | write), (copy, read | write)),
-            // The next frame may write what is copied here.
+            // The next frame may write the copied resources.
             after: Barrier::default().memory((copy, read | write), (all | host, any)),
         })
     }

@@ -66,7 +66,7 @@ pub enum ExecuteError {
         /// Name of the resource.
         resource: String,
     },
-    /// A pass that writes the resource was culled, so it does not hold what the graph computes.
+    /// A pass that writes the resource was culled, so it does not hold the graph's result.
     #[error(
         "pass `{pass}`, which writes `{resource}`, was culled, since nothing shown depends on it; present or pin `{resource}` to \
          read it from the next frame on"
@@ -88,7 +88,7 @@ pub enum ExecuteError {
     OutOfRange {
         /// Name of the resource.
         resource: String,
-        /// The part that was asked for and what there is.
+        /// The requested part, and the existing one.
         part: String,
     },
     /// The shader that shows the debug target failed to compile.

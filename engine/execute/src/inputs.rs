@@ -151,7 +151,7 @@ impl Default for Builtins {
 }
 
 impl Builtins {
-    /// The value of one builtin, in the type that [`Builtin::ty`] says.
+    /// The value of one builtin, in the type [`Builtin::ty`].
     pub fn value(&self, builtin: Builtin) -> Value {
         match builtin {
             Builtin::CameraCell => Value::IVec3(self.camera_cell),

@@ -95,7 +95,7 @@ pub enum Mismatch {
     Absent,
 }
 
-/// How the debug target is shown, instead of as the graph says.
+/// How the debug target is shown, instead of the graph's way.
 pub(super) struct Lens {
     display: Option<Display>,
     region: Region,
@@ -104,7 +104,7 @@ pub(super) struct Lens {
     live: Option<(Present, Comparison)>,
     /// Why it cannot be.
     refused: Option<Mismatch>,
-    /// How often something else was to be shown, or a copy of it to be taken: what the memo knows of the picture no longer holds.
+    /// The number of changes of the view, and of requested copies: the memo's knowledge of the picture is stale after each.
     changes: u64,
 }
 
@@ -139,7 +139,7 @@ pub(super) struct Look<'a> {
     pub(super) sets: &'a [Descriptors],
     /// The step that fills the reference before.
     pub(super) filler: Option<&'a Filler>,
-    /// How often that has changed, where it is not, or was not always, what the plan was prepared for.
+    /// The number of changes, if the view is not, or was not always, the one that the plan was prepared for.
     pub(super) changes: Option<u64>,
 }
 
@@ -159,7 +159,7 @@ impl Lens {
         }
     }
 
-    /// Makes what compares with a live target, once for a plan.
+    /// Makes the objects that compare with a live target, once for a plan.
     pub(super) fn prepare_live(&mut self, shared: &Shared, running: &Prepared) -> Result<(), ExecuteError> {
         let Some((part, comparison)) = self.live.filter(|_| self.compared.is_none() && self.refused.is_none()) else {
             return Ok(());
@@ -294,7 +294,7 @@ impl Filler {
 }
 
 impl Executor {
-    /// Shows the debug target in another way than the graph says, from the next frame on.
+    /// Shows the debug target in another way than the graph's, from the next frame on.
     pub fn set_display(&mut self, display: Option<Display>) {
         // A plan that was prepared for the graph's own way has the key of that one.
         self.lens.changes += u64::from(self.lens.display != display);
@@ -348,13 +348,13 @@ impl Executor {
         self.lens.live = Some(live);
     }
 
-    /// Why what is shown cannot be compared with the live target; `None` where it can, or nothing runs.
+    /// Why the shown target cannot be compared with the live target; `None` where it can, or nothing runs.
     pub fn live_mismatch(&self) -> Option<Mismatch> {
         self.lens.live?;
         self.lens.refused.or_else(|| self.mismatch(&self.lens.compared.as_ref()?.reference))
     }
 
-    /// Why what is shown cannot be compared with the reference that was given; `None` where it can, or nothing runs.
+    /// Why the shown target cannot be compared with the given reference; `None` where it can, or nothing runs.
     pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
         let display = &self.running.as_ref()?.display;
         display.push.mismatch(display.variant, reference)

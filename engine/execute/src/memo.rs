@@ -1,5 +1,5 @@
-//! Skips what need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only the passes
-//! run that lead to a result which is not.
+//! Skips passes that need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only those
+//! passes run that lead to a missing result.
 //!
 //! Each mip of each physical copy of a resource carries the id of the content it holds: a hash of the pass that made it, the bytes it was
 //! pushed and the ids of all that it read. At the start of a frame the memo computes the ids that a full frame would leave behind. A copy
@@ -25,7 +25,7 @@ use super::ticks::Ticks;
 struct Content {
     /// Equal ids, equal texels.
     id: Digest,
-    /// Digest of the run that made it, without what was there before: the same run over its own result changes nothing.
+    /// Digest of the run that made it, without the contents before: the same run over its own result changes nothing.
     run: Digest,
 }
 
@@ -36,7 +36,7 @@ struct Slot {
     first: usize,
     copies: u32,
     mips: u32,
-    /// Shares memory: what it holds is lost when the frame ends.
+    /// Shares memory: its contents are lost when the frame ends.
     aliased: bool,
     /// Its contents at the start of a frame are never read.
     transient: bool,
@@ -63,7 +63,7 @@ struct SlotAccess {
 #[derive(Clone, Debug)]
 struct Node {
     step: u32,
-    /// The tick that it belongs to: it runs when so many are due.
+    /// The tick that it belongs to: it runs when at least that many are due.
     tick: Option<(ClockId, u32)>,
     maker: Maker,
     accesses: Vec<SlotAccess>,
@@ -237,7 +237,7 @@ impl Memo {
         self.forget();
     }
 
-    /// Forgets what is in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
+    /// Forgets the contents in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
     pub fn forget(&mut self) {
         for content in &mut self.content {
             self.fresh += 1;
@@ -245,7 +245,7 @@ impl Memo {
         }
     }
 
-    /// Takes over what `old` knows of a resource that keeps its contents across a swap of plans.
+    /// Takes over the entries of `old` for a resource that keeps its contents across a swap of plans.
     pub fn carry(&mut self, slot: usize, old: &Memo, old_slot: usize) {
         let (to, from) = (&self.slots[slot], &old.slots[old_slot]);
         if (to.copies, to.mips) == (from.copies, from.mips) && !to.aliased && !from.aliased {
@@ -331,7 +331,7 @@ impl Memo {
                 for (mip, content) in self.wanted[access.contents()].iter_mut().enumerate() {
                     let run = result(run, i, mip);
                     if content.run != run || access.reads {
-                        // A store to all of it leaves nothing of what was there.
+                        // A store to all of it replaces the contents before.
                         let kept = !access.whole || access.reads;
                         let id = if kept { digest::of(0, &[run, content.id]) } else { run };
                         *content = Content { id, run };
@@ -365,7 +365,7 @@ impl Memo {
         }
         loop {
             let mut stable = true;
-            // Backwards: most of what must run is found by following inputs to their makers.
+            // Backwards: most nodes that must run are found by following inputs to their makers.
             for (node, _) in self.nodes.iter().zip(&self.active).rev().filter(|(_, active)| **active) {
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
                 let dirty = |access: &SlotAccess| access.writes && self.dirty[access.base];
@@ -467,8 +467,8 @@ impl Maker {
     }
 }
 
-/// The id of what a run stores by one of its accesses in one mip. Digests of runs are spread evenly over 128 bits, so those with a small
-/// number added to them are no likelier to meet.
+/// The id of a run's store by one of its accesses in one mip. Digests of runs are spread evenly over 128 bits, so those with a small number
+/// added to them are no likelier to meet.
 fn result(run: Digest, access: usize, mip: usize) -> Digest {
     run.wrapping_add((access as Digest + 1) << 32 | mip as Digest)
 }

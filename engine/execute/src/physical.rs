@@ -26,7 +26,7 @@ pub(super) struct Physical {
     pub(super) copies: Copies,
     /// The source that it is filled from, if it is a copy of one.
     pub(super) filling: Option<Filling>,
-    /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
+    /// Has its `init` contents, or contents of frames. Resources in shared memory have no contents to begin with.
     pub(super) initialized: AtomicBool,
     /// Some pass of some plan that it was made or taken over for writes it.
     written: AtomicBool,
@@ -144,7 +144,7 @@ impl Physical {
         !self.is_placed() && self.source().is_none() && !self.initialized.load(Ordering::Relaxed)
     }
 
-    /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that is off
+    /// Whether it fits a plan; the contents stay. Not if no pass of that plan writes it and passes wrote it before: a pass that is off
     /// leaves its outputs at `init`. A history that passes begin to write starts over, as if it had not been there before.
     fn suits(
         &self,

@@ -128,7 +128,7 @@ impl Pipelines {
             }
             let others: Vec<_> = (1..cores.min(unknown)).map(|_| scope.spawn(work)).collect();
             let mut made = work();
-            // A thread that panicked leaves what it did not make to the one that asks for it.
+            // Pipelines that a panicking thread did not make are left to the pass that asks for them.
             made.extend(others.into_iter().filter_map(|other| other.join().ok()).flatten());
             made
         })

@@ -43,7 +43,7 @@ pub struct Pipelined {
 
 /// A plan with everything it needs on the device.
 pub struct Prepared {
-    /// Number of the swap after which it was prepared: it shares resources with what ran then.
+    /// Number of the swap after which it was prepared: it shares resources with the plan that ran then.
     pub(super) swaps_before: u64,
     pub(super) replay: Replay,
     pub(super) resources: Vec<Arc<Physical>>,
@@ -147,8 +147,8 @@ impl Builder {
         self.shared.pipelines.compiling()
     }
 
-    /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;
-    /// what cannot be made is its error.
+    /// Has the driver compile a plan's shaders, several at a time. They are there for [`Self::prepare`] as long as the result is held; a
+    /// failed pipeline is its error.
     pub fn compile_pipelines(&self, plan: &Plan) -> Pipelined {
         if tracing::enabled!(tracing::Level::DEBUG) {
             self.shared.pipelines.tell_reused(plan);
@@ -393,7 +393,7 @@ impl Builder {
     }
 }
 
-/// The descriptor sets of the display shader, one for each copy of what it reads.
+/// The descriptor sets of the display shader, one for each copy of its inputs.
 pub(super) fn display_sets(
     device: &Arc<Device>,
     pipeline: &ComputePipeline,

@@ -32,7 +32,7 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) filler: Option<&'a Filler>,
     /// The copy that is taken of it.
     pub(super) capture: Option<&'a Capture>,
-    /// Thumbnails that are made of what passes write.
+    /// Thumbnails of the outputs of passes.
     pub(super) thumbnails: Option<&'a mut Making<'t>>,
     /// Why the uniform blocks could not be written: then the frame must not be submitted.
     pub(super) failed: Option<raxel_gpu::Error>,

@@ -65,7 +65,7 @@ struct Pass {
     due: bool,
     /// Digest of everything but the values: pipeline, workgroups, bindings.
     base: Digest,
-    /// The same with the sizes of what is bound: a shader can ask for them.
+    /// The same with the sizes of bound resources: a shader can ask for them.
     sized: Digest,
 }
 
@@ -87,7 +87,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// For a plan whose `init` contents are in place. `display` says how the debug target is shown: equal numbers, equal pictures.
+    /// For a plan whose `init` contents are in place. `display` is a digest of the display of the debug target: equal numbers, equal
+    /// pictures.
     pub fn new(plan: &Arc<Plan>, display: u128) -> Replay {
         let pass = |planned: &PassPlan| {
             let pass = plan.graph.pass(planned.pass);
@@ -165,7 +166,7 @@ impl Replay {
         }
     }
 
-    /// Writes the frame's values and decides what runs. `frame` is the number that rotates histories. `false`: nothing need run.
+    /// Writes the frame's values and decides which passes run. `frame` is the number that rotates histories. `false`: nothing need run.
     pub fn decide(&mut self, frame: u64, inputs: &FrameInputs<'_>) -> bool {
         self.ticks.advance(inputs.clock);
         self.schedule(inputs);

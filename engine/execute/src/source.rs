@@ -68,7 +68,7 @@ pub enum WriteError {
     OutOfRange {
         /// Name of the source.
         name: String,
-        /// The part, and what there is.
+        /// The part, and the existing size.
         part: String,
     },
     /// Too many bytes wait already.
@@ -222,7 +222,7 @@ impl WriteQueue {
         Ok(())
     }
 
-    /// Takes the oldest writes, whole ones, of about so many bytes; always one, if there is one, and those that belong to its frame.
+    /// Takes the oldest writes, whole ones, of about `most` bytes; always one, if there is one, and those that belong to its frame.
     pub(super) fn take(&self, most: usize, taken: &mut Vec<Write>) {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut bytes, mut joined) = (0, false);
@@ -261,7 +261,7 @@ impl Sources {
         self.by_resource.get(resource)
     }
 
-    /// Sizes by the names that the planner knows: what is supplied may be read and copied.
+    /// Sizes by the planner's names: supplied resources may be read and copied.
     pub fn sizes(&self) -> BTreeMap<String, SourceSize> {
         let sources = self.by_resource.values();
         sources

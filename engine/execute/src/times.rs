@@ -48,7 +48,7 @@ impl Times {
         // The first and the last time of the frame.
         let mut ends: Option<[u64; 2]> = None;
         self.passes.iter_mut().for_each(|time| time.nanoseconds = None);
-        // Some drivers call the times of a frame before available still: only what was dispatched in this one counts.
+        // Some drivers call the times of a frame before available still: only passes that were dispatched in this one count.
         for &pass in &slot.ran {
             let (Some(time), Some([begin, end])) =
                 (self.passes.get_mut(pass as usize), self.ticks.get(2 * pass as usize..2 * pass as usize + 2))
@@ -74,7 +74,7 @@ impl Times {
         Ok(())
     }
 
-    /// Tells who listens to traces where the passes of a frame lie in it.
+    /// Reports the places of a frame's passes in it to traces.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

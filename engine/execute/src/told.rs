@@ -22,14 +22,14 @@ impl Executor {
         std::mem::take(&mut self.told.counted)
     }
 
-    /// The prints of passes in frames that the device has finished, since the last call; frame after frame. Also what a plan has printed
-    /// that runs no more.
+    /// The prints of passes in frames that the device has finished, since the last call; frame after frame. Also the prints of a plan that
+    /// no longer runs.
     pub fn take_prints(&mut self) -> Vec<PassPrints> {
         self.read_finished();
         std::mem::take(&mut self.told.printed)
     }
 
-    /// Reads what finished frames have counted and printed.
+    /// Reads the counts and prints of finished frames.
     fn read_finished(&mut self) {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {

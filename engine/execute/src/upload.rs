@@ -58,7 +58,7 @@ impl Uploads {
         Ok(true)
     }
 
-    /// Records the copies of what was staged, with the barriers that the plan has for them: before, between and after.
+    /// Records the copies of staged data, with the barriers that the plan has for them: before, between and after.
     pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, [before, between, after]: &[Barrier; 3]) {
         let Some(staging) = self.staging[slot].as_ref().filter(|_| !self.writes.is_empty()) else { return };
         recording.barrier(before);

@@ -116,7 +116,7 @@ impl Buffer {
         );
     }
 
-    /// Whether its memory is the device's own, so that the device reads what the host writes at full speed.
+    /// Whether its memory is the device's own, so that the device reads the host's writes at full speed.
     pub fn is_device_local(&self) -> bool {
         let Held::Own(memory) = &self.held else { return true };
         memory.allocation().memory_properties().contains(vk::MemoryPropertyFlags::DEVICE_LOCAL)

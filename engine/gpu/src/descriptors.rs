@@ -42,7 +42,7 @@ pub struct Descriptors {
     pub(crate) sets: Vec<vk::DescriptorSet>,
     /// The layout that they were made for.
     pub(crate) layout: u64,
-    /// The upload buffers among what they point to.
+    /// The upload buffers among their targets.
     pub(crate) uses: UploadUses,
     pool: vk::DescriptorPool,
     device: Arc<Device>,

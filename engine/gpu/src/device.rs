@@ -1,4 +1,4 @@
-//! The logical device: one queue, its timeline, its memory, and what it can do.
+//! The logical device: one queue, its timeline, its memory, and its capabilities.
 
 mod open;
 
@@ -114,7 +114,7 @@ impl Device {
         Self::with_cache(options, raxel_cache::of_process())
     }
 
-    /// As [`Device::new`], but keeps what the driver compiles in this cache, and not in that of the process. `None` keeps nothing.
+    /// As [`Device::new`], but keeps the driver's compiled shaders in this cache, and not in that of the process. `None` keeps nothing.
     pub fn with_cache(options: &DeviceOptions, cache: Option<Arc<Cache>>) -> Result<Arc<Device>> {
         let instance = Instance::new(options.validation)?;
         let wanted = options
@@ -158,7 +158,7 @@ impl Device {
         &self.capabilities
     }
 
-    /// A number that no other device of this process has: what is kept for a device is kept under it.
+    /// A number that no other device of this process has: caches of a device use it as their key.
     pub fn id(&self) -> u64 {
         self.id
     }
@@ -190,7 +190,8 @@ impl Device {
         self.pipelines.counts()
     }
 
-    /// Keeps what the driver has compiled so far for the next process, if this one has a cache (`raxel_cache`). Closing the device does so, too.
+    /// Keeps the driver's compiled shaders so far for the next process, if this one has a cache (`raxel_cache`). Closing the device does
+    /// so, too.
     pub fn keep_pipelines(&self) {
         self.pipelines.keep(&self.raw);
     }

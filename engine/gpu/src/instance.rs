@@ -45,7 +45,7 @@ const HOMEBREW: [&str; 2] = ["/opt/homebrew/lib/libvulkan.1.dylib", "/usr/local/
 
 /// The functions of the Vulkan loader.
 fn load() -> Result<ash::Entry> {
-    // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, as in every Vulkan program.
     let by_name = unsafe { ash::Entry::load() };
     by_name.or_else(|error| {
         let mut others = HOMEBREW.iter().filter(|_| cfg!(target_os = "macos"));

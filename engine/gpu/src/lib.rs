@@ -5,9 +5,9 @@
 //! timeline has passed it (`retire`), so a handle that the device sees is alive. The host writes a buffer only while no submitted work uses
 //! it (`last_use`), or word by word ([`SharedWords`]). Commands check that the parts they name exist.
 //!
-//! The caller decides in which order the device accesses memory: [`Barrier`]s say which access comes after which. A wrong order
-//! gives wrong bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). This is
-//! why the library `raxel` does not re-export what records commands.
+//! The caller decides in which order the device accesses memory: [`Barrier`]s say which access comes after which. A wrong order gives wrong
+//! bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). So the library `raxel` does
+//! not re-export the types that record commands.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]

@@ -119,7 +119,7 @@ pub(crate) enum Held {
 }
 
 impl Held {
-    /// Finds memory for an object; gives what to hold, the memory, and the offset to bind at.
+    /// Finds memory for an object; returns the object to hold, the memory, and the offset to bind at.
     pub(crate) fn find(
         device: &Arc<Device>,
         name: &str,

@@ -35,7 +35,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// With what `disk` holds for this device and this version of its driver.
+    /// With the entry of `disk` for this device and this version of its driver.
     pub(crate) fn new(
         raw: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,
@@ -80,7 +80,7 @@ impl PipelineCache {
         PipelineCounts { made: self.made.load(Ordering::Relaxed), found: self.found.load(Ordering::Relaxed) }
     }
 
-    /// Writes what the driver has, if it compiled anything since the last time.
+    /// Writes the driver's data, if it compiled anything since the last time.
     pub(crate) fn keep(&self, raw: &ash::Device) {
         let Some((cache, name)) = &self.disk else { return };
         let counts = self.counts();

@@ -42,7 +42,7 @@ impl ReadbackRing {
         ReadbackRing { device: device.clone(), slots: Vec::new() }
     }
 
-    /// Asks for `size` bytes of a buffer from `offset` on (both multiples of 4), as everything submitted so far leaves them.
+    /// Asks for `size` bytes of a buffer from `offset` on (both multiples of 4), after everything submitted so far.
     ///
     /// # Errors
     /// [`Error::ReadbacksInFlight`] when too many tickets are held. Any error of the driver.

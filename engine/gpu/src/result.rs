@@ -150,7 +150,7 @@ pub enum Error {
         /// The returned code.
         result: vk::Result,
     },
-    /// Anything else a Vulkan call says.
+    /// Any other error of a Vulkan call.
     #[error("{call}: {result}")]
     Vulkan {
         /// Name of the call.

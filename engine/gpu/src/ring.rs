@@ -74,7 +74,7 @@ impl UploadRing {
         Ok(())
     }
 
-    /// Submits what was taken, without waiting for it.
+    /// Submits the taken copies, without waiting for them.
     pub fn flush(&self) -> Result<()> {
         self.submit(&mut self.state())
     }
@@ -99,7 +99,7 @@ impl UploadRing {
             };
             self.device.wait(oldest.finished_at, self.timeout)?;
         };
-        // SAFETY: the place was just reserved: the device has finished with what lay there, and other writers wait for the state.
+        // SAFETY: the place was just reserved: the device has finished with the bytes there, and other writers wait for the state.
         unsafe { self.staging.write_part(place, bytes) }?;
         state.waiting.insert(offset, (place, size));
         Ok(())
@@ -146,7 +146,7 @@ impl UploadRing {
 }
 
 impl State {
-    /// A place for so many bytes in one piece; `None` while there is none.
+    /// A place for `bytes` bytes in one piece; `None` while there is none.
     fn reserve(&mut self, bytes: u64, size: u64) -> Option<u64> {
         let bytes = bytes.next_multiple_of(ALIGNMENT);
         let place = self.taken % size;

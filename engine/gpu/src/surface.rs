@@ -67,7 +67,7 @@ pub struct Surface {
     chain: Option<Chain>,
     acquires: Vec<AcquireSemaphore>,
     turn: usize,
-    /// Acquired and not presented: the image of the chain, and the semaphore that says when it may be drawn to.
+    /// Acquired and not presented: the image of the chain, and the semaphore that is signalled when it may be drawn to.
     held: Option<(u32, usize)>,
     /// Longest wait for the device when the swapchain is made again.
     patience: Duration,
@@ -220,7 +220,7 @@ impl Surface {
         }
     }
 
-    /// Makes the `VkSurfaceKHR` of the window, and learns what it can do.
+    /// Makes the `VkSurfaceKHR` of the window, and asks for its capabilities.
     fn connect(&mut self) -> Result<()> {
         let device = self.device.clone();
         let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };

@@ -1,5 +1,5 @@
-//! Phase 5, check: compares the graph with what its shaders declare, and its parts with each other. Each file holds one family of checks.
-//! Every disagreement is reported once and names both places.
+//! Phase 5, check: compares the graph with the declarations of its shaders, and its parts with each other. Each file holds one family of
+//! checks. Every disagreement is reported once and names both places.
 
 mod bindings;
 mod blocks;

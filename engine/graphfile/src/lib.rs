@@ -76,7 +76,7 @@ pub fn compile_with(
     variants::write_out(&mut loaded.model, &mut found);
     // Names become indices, words become types, literals become values.
     let mut resolved = resolve::resolve(loaded, sources, &mut found);
-    // Each distinct shader is compiled once; its interface says what it must be given.
+    // Each distinct shader is compiled once; its interface lists its needs.
     let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
     // The image of a source goes with its buffer.
     layout_images::add(&mut resolved, &reflected, sources);

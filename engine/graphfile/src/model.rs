@@ -1,5 +1,5 @@
-//! The file model: what graph files say, word for word, each value with its place. Nothing is looked up yet, and every key may be
-//! missing, because a file that `extends` another says only what differs. [`crate::extends`] lays such files over each other.
+//! The file model: the contents of graph files, word for word, each value with its place. Nothing is looked up yet, and every key may be
+//! missing, because a file that `extends` another has only the differences. [`crate::extends`] lays such files over each other.
 
 mod passes;
 
@@ -309,7 +309,7 @@ pub struct Buffer {
     /// the binding. With it, their shaders see `RX_BINDS_` and the name of the binding. Always bound when left out.
     #[keys(shape = facts_of_worlds())]
     pub when: Option<Spanned<String>>,
-    /// Warnings while a word of it is not 0: passes count there what should not happen, e.g. a full queue. None when left out.
+    /// Warnings while a word of it is not 0: passes count unwanted events there, e.g. a full queue. None when left out.
     #[keys(read = warnings, shape = listed_warnings())]
     pub warnings: Option<Vec<Warning>>,
 }

@@ -58,7 +58,7 @@ pub struct Resolved {
     pub files: Vec<String>,
 }
 
-/// Something declared in the file. When it is not `sound`, parts of it are stand-ins for what is reported as wrong.
+/// Something declared in the file. When it is not `sound`, parts of it are stand-ins for parts with reported mistakes.
 #[derive(Clone, Debug)]
 pub struct Declared<T> {
     /// The thing.
@@ -91,7 +91,7 @@ pub struct Pass {
     pub dispatch: Option<Spanned<checked::Dispatch>>,
     /// The queue that is dispatched.
     pub queue: Option<Queue>,
-    /// The mip that the dispatch covers, where the round says it.
+    /// The mip that the dispatch covers, where the round decides it.
     pub dispatch_mip: Option<Spanned<RoundIndex>>,
     /// `loop`; `None` when it is missing or unknown.
     pub in_loop: Option<Spanned<LoopId>>,
@@ -111,7 +111,7 @@ pub struct Pass {
     pub when: Vec<Condition>,
     /// `every`.
     pub every: Option<Every>,
-    /// Whether the file's entries are all known, so that what is absent is meant to be absent.
+    /// Whether the file's entries are all known, so that an absent one is meant to be absent.
     pub sound: bool,
 }
 

@@ -83,7 +83,7 @@ pub fn reference(definition: &str) -> Shape {
     Shape::Schema(definition_of(definition))
 }
 
-// A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
+// A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: a shape that needs one is
 // written out.
 
 fn described(about: &str, shape: &Shape) -> Value {

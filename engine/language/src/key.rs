@@ -1,4 +1,4 @@
-//! Keys as data: what schemas, reference pages, completion and hover texts are made from.
+//! Keys as data: the source of schemas, reference pages, completion and hover texts.
 
 use std::fmt;
 use std::ops::{Bound, RangeBounds};
@@ -97,7 +97,7 @@ impl Form {
     }
 }
 
-/// In a line: the name, what the value is, and what it means.
+/// In a line: the name, the shape of the value, and the meaning.
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.shape)?;

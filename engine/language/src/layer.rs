@@ -17,7 +17,7 @@ pub trait Layer {
     /// Whether it takes its equal out of the base.
     fn removed(&self) -> bool;
 
-    /// Checks what is new over the base.
+    /// Checks a table that is new over the base.
     fn added(&self, _: &mut Vec<Diagnostic>) {}
 
     /// Puts `above` over this.

@@ -74,7 +74,7 @@
 //!
 //! The variants of an enum without fields are words; `rename` gives one another word. Of an enum with fields each variant is a form of one
 //! table; `Name(Type)` is a form with the keys of another declaration. Without a `tag`, a variant with `key = "pass"` is meant where that
-//! key is there, and the last one otherwise; `excludes = "…"` says why the other forms' keys cannot stand beside it.
+//! key is there, and the last one otherwise; `excludes = "…"` is the reason why the other forms' keys cannot stand beside it.
 //!
 //! # What does not compile
 //!

@@ -14,12 +14,12 @@ impl Form {
         with_defaults(schema)
     }
 
-    /// The schema of the table, which says what the table is.
+    /// The schema of the table, with its description.
     pub fn definition(&self) -> Value {
         described(self.about, self.schema())
     }
 
-    /// The schema of the table; of one with several forms, of each, which says what the form is.
+    /// The schema of the table; of one with several forms, of each, with its description.
     pub fn schema(&self) -> Value {
         if self.forms.is_empty() {
             return table(self.keys.iter());
@@ -45,7 +45,7 @@ fn table<'k>(keys: impl Iterator<Item = &'k Key> + Clone) -> Value {
 }
 
 impl Key {
-    /// The schema of its value, with what it means.
+    /// The schema of its value, with its meaning.
     pub fn schema(&self) -> Value {
         let mut schema = self.shape.schema();
         if schema.get("$ref").is_none() {

@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 use crate::schema::number;
 use crate::{Form, Shape};
 
-/// A type that says what its values are.
+/// A type with a description of its values.
 pub trait Describe: Sized {
     /// The limits that `range` sets; `()` where nothing can be limited.
     type Limits: Default;
@@ -28,7 +28,7 @@ pub trait Describe: Sized {
     }
 }
 
-/// Says of types what their values are, where a reader is written by hand: `Color => Shape::Text;`.
+/// Describes the values of types whose reader is written by hand: `Color => Shape::Text;`.
 #[macro_export]
 macro_rules! describe {
     ($($value:ty => $shape:expr;)*) => {$(
@@ -42,7 +42,7 @@ macro_rules! describe {
     )*};
 }
 
-/// A type that can be read. `C` is what reading needs to know besides the text.
+/// A type that can be read. `C` is the context of reading besides the text.
 pub trait Value<C: ?Sized = ()>: Describe {
     /// Reads a value. Reports everything that is wrong with it, and then gives `None`.
     fn read(node: &Node<'_, '_>, limits: &Self::Limits, context: &C) -> Option<Self>;

@@ -95,9 +95,9 @@ pub enum LayoutError {
 pub struct EncodedImage {
     /// Texels of mip 0.
     pub size: [u32; 3],
-    /// Every mip down to one texel, x first, then y, then z, without padding. A texel of mip k is 0 when its cube of 2^k voxels is
-    /// empty, else the material of one of its voxels. Along each axis mip k has ⌊size / 2^k⌋ texels, at least 1, as images have them:
-    /// what is left over at the far end has no texel.
+    /// Every mip down to one texel, x first, then y, then z, without padding. A texel of mip k is 0 when its cube of 2^k voxels is empty,
+    /// else the material of one of its voxels. Along each axis mip k has ⌊size / 2^k⌋ texels, at least 1, as images have them: the
+    /// remainder at the far end has no texel.
     pub mips: Vec<Vec<MaterialIndex>>,
 }
 

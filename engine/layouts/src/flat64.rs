@@ -328,7 +328,7 @@ fn fill_records(
     }
 }
 
-/// For each octant of directions, mirrored so that its rays go up: what is added to the bits of a cell (mirrored ones inverted), with
+/// For each octant of directions, mirrored so that its rays go up: the number to add to the bits of a cell (mirrored ones inverted), with
 /// the mirror of a packed cell; the first and the last cells of the solids.
 fn fill_octants(extent: &Extent, words: &mut [u32]) {
     for (octant, words) in words.chunks_mut(3 * QUAD).enumerate() {

@@ -87,7 +87,7 @@ impl Layout {
         (self.0.block)()
     }
 
-    /// Encodes a world for a buffer of at most so many bytes, or for a device of these limits.
+    /// Encodes a world for a buffer with a limit of bytes, or for a device of these limits.
     pub fn encode(self, world: &World, limits: impl Into<EncodingLimits>) -> Result<Encoded, LayoutError> {
         (self.0.encode)(world, limits.into(), Access::Read)
     }
@@ -97,7 +97,8 @@ impl Layout {
         self.0.has_set
     }
 
-    /// Whether its buffer follows edits of the world by writing what they touched ([`LiveLayout`](super::LiveLayout)). The others are encoded again.
+    /// Whether edits of the world write only the touched parts of its buffer ([`LiveLayout`](super::LiveLayout)). The others are encoded
+    /// again.
     pub const fn follows_edits(self) -> bool {
         !matches!(self.0.edits, Edits::Encode)
     }

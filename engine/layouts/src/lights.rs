@@ -66,7 +66,7 @@ pub(crate) fn lights_by(world: &World, powers: &[f32]) -> Vec<Light> {
     found
 }
 
-/// Luminance of what a material gives off; 0 where it is no number.
+/// Luminance of a material's emission; 0 where it is no number.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"

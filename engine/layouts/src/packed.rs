@@ -47,7 +47,7 @@ impl Packing {
         words(self.kind, self.voxels)
     }
 
-    /// Writes it into so many words, which are 0.
+    /// Writes it into `words`, which are 0.
     pub fn write(&self, materials: impl Iterator<Item = MaterialIndex>, words: &mut [u32]) {
         let (palette, indices) = words.split_at_mut(palette_words(self.kind));
         for (word, pair) in palette.iter_mut().zip(self.palette.chunks(2)) {

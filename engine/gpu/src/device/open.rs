@@ -1,4 +1,4 @@
-//! Opens a logical device: what it offers, what of that raxel enables, and what raxel makes on it.
+//! Opens a logical device: its offer, the part of it that raxel enables, and raxel's own objects on it.
 
 use std::ffi::{CStr, CString, c_void};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -174,7 +174,7 @@ impl Chosen {
     }
 }
 
-/// Makes the device with what was chosen.
+/// Makes the device with the chosen features.
 fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Device> {
     let optional = [
         (!seen.core13, khr::synchronization2::NAME),
@@ -215,7 +215,8 @@ fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Devi
     Ok(raw)
 }
 
-/// Makes what every device has: its memory, its pipeline cache, its queue. If one fails, all of it is destroyed, and so is the device.
+/// Makes the objects of every device: its memory, its pipeline cache, its queue. If one fails, all of it is destroyed, and so is the
+/// device.
 fn equip(
     instance: &Instance,
     raw: &ash::Device,

@@ -168,7 +168,7 @@ impl<'s> AcquiredImage<'s> {
 }
 
 impl Surface {
-    /// A copy of the picture whose format says that its bytes are sRGB-encoded.
+    /// A copy of the picture with an sRGB format.
     fn encode(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<Arc<Image>> {
         let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
         let wanted = ImageInfo {

@@ -219,7 +219,7 @@ mod tests {
         place.offset / page..(place.offset + resource.memory.size).div_ceil(page)
     }
 
-    /// Says what is wrong with a packing, by trying every two resources.
+    /// Finds faults of a packing, by trying every two resources.
     fn check(resources: &[ResourcePlan], lives: &[Life], granularity: u64, alias: &Alias) {
         let image = |index: usize| matches!(resources[index].desc, ResourceDesc::Image(_));
         let mut used = vec![(u64::MAX, 0, 0); alias.blocks.len()];
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!((packed, shared, blocks), (8_913_536, 109_186, 10_449));
     }
 
-    /// Bytes of blocks and of what has memory of its own.
+    /// Bytes of blocks and of resources with memory of their own.
     fn total(resources: &[ResourcePlan], alias: &Alias) -> u64 {
         let own = resources.iter().zip(&alias.places).filter(|(_, place)| place.is_none());
         own.map(|(resource, _)| resource.memory.size).sum::<u64>() + alias.blocks.iter().map(|b| b.size).sum::<u64>()

@@ -1,8 +1,8 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
 //!
-//! A pass that leaves something for later frames is never culled for being unused. So what an accumulator, a history or a kept target
-//! holds does not depend on what was shown or pinned in the frames before, and culling cannot be seen.
+//! A pass that leaves something for later frames is never culled for being unused. So the contents of an accumulator, a history or a kept
+//! target do not depend on earlier shown or pinned resources, and culling cannot be seen.
 
 use std::ops::Range;
 
@@ -24,14 +24,14 @@ pub(crate) struct Cull {
     pub used: Vec<ResourceId>,
     /// By resource: a pass that would write it is off, so that (a part of) it stays at `init`.
     pub switched_off: Vec<bool>,
-    /// By resource: later frames find in (a part of) it what this one leaves, whether or not a live pass looks.
+    /// By resource: later frames read in (a part of) it contents of this one, whether or not a live pass looks.
     pub carried: Vec<bool>,
 }
 
 /// Which parts of every resource matter at one point of the frame.
 type Needs = Vec<Vec<bool>>;
 
-/// Decides what runs.
+/// Decides which passes run.
 pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     let on: Vec<bool> = graph.passes.iter().map(|pass| pass.runs_where(input.facts)).collect();
     let parts = parts(graph, sizes, input.present);
@@ -78,7 +78,7 @@ struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// By pass: something needs what it writes, in this frame or in a later one. Which parts later frames read is not known before the passes
+    /// By pass: something needs its output, in this frame or in a later one. Which parts later frames read is not known before the passes
     /// that read them are, so `at_end` grows until it stays the same.
     fn live(&self, mut at_end: Needs) -> Vec<bool> {
         let mut live = vec![false; self.graph.passes.len()];
@@ -201,7 +201,7 @@ fn catches_up(graph: &Graph, pass: &Pass) -> bool {
     matches!(pass.every, Some(Every::Clock(clock)) if graph.clock(clock).most > 1)
 }
 
-/// The parts in which later frames find what this one leaves, as the graph is written: those that are kept, those that the first pass to
+/// The parts in which later frames read contents of this one, as the graph is written: those that are kept, those that the first pass to
 /// touch them loads, and those that a pass stores to only now and then. Neither the present point nor the pins have a say.
 fn carried(
     graph: &Graph,

@@ -1,4 +1,4 @@
-//! Limits: what only an output size and a device can show to be wrong.
+//! Limits: mistakes that only an output size and a device can show.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
@@ -40,7 +40,7 @@ pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) ->
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
-/// Checks what is created and run against the limits of the device.
+/// Checks the created resources and the dispatches against the limits of the device.
 pub(crate) fn check(
     graph: &Graph,
     sizes: &[Size],

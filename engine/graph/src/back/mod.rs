@@ -87,7 +87,7 @@ fn bake(
     limits::check(&graph, &sizes, &materials, input, &cull)?;
     let mut resources = describe(&graph, &sizes, &cull.used, input.memory);
 
-    // A frame is what the file says in the order of the file; clears and the present step find their places.
+    // A frame is the file's passes in the order of the file; clears and the present step find their places.
     let mut ordered = order(&graph, &sizes, input, &cull, &[]);
     // A resource that no later frame reads is transient: it matters from its first to its last step only.
     let mut lives = lifetimes(&graph, input, &cull, &ordered);

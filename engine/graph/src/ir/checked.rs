@@ -1,4 +1,4 @@
-//! The checked graph: what the front end (parse → resolve → reflect → check) hands to the back end (cull → order → lifetimes → alias →
+//! The checked graph: the front end (parse → resolve → reflect → check) hands it to the back end (cull → order → lifetimes → alias →
 //! barriers). Names are gone but for messages; every reference is a typed index; every access is known. It depends only on the files, not
 //! on the output size, the device or the state of conditions.
 
@@ -155,7 +155,7 @@ impl Graph {
         !self.materials.is_empty() || self.resources.iter().any(resource) || self.passes.iter().any(pass)
     }
 
-    /// Whether conditions of passes ask what the world contains.
+    /// Whether conditions of passes depend on the world.
     pub fn asks_the_world(&self) -> bool {
         let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets | Fact::DeviceBallots);
         let condition = |pass: &Pass| pass.when.iter().any(|when| of_world(&when.fact));
@@ -319,9 +319,9 @@ pub enum Dispatch {
         /// The buffer, which has elements.
         buffer: ResourceId,
     },
-    /// At least so many threads.
+    /// At least these threads.
     Threads([u32; 3]),
-    /// Exactly so many workgroups.
+    /// Exactly these workgroups.
     Groups([u32; 3]),
     /// Three `uint`s read from a buffer.
     Indirect {

@@ -23,7 +23,7 @@ pub struct PlanInput<'a> {
     pub facts: &'a dyn Fn(&Fact) -> bool,
     /// Rounds of the loops that follow a param; a param that is not here has its default.
     pub counts: &'a [(ParamId, u32)],
-    /// Sizes of each source, e.g. `world.tree64`, and of what copies of a source need, under [`copy_name`].
+    /// Sizes of each source, e.g. `world.tree64`, and of the needs of copies of a source, under [`copy_name`].
     pub sources: &'a BTreeMap<String, SourceSize>,
     /// The world that sizes follow.
     pub world: WorldInput<'a>,
@@ -89,7 +89,7 @@ pub fn copy_name(source: &str) -> String {
     format!("copy of {source}")
 }
 
-/// Sizes of what is supplied from outside under one name.
+/// Sizes of the supply from outside under one name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SourceSize {
     /// Bytes of its buffer.
@@ -206,7 +206,7 @@ pub struct Requirements {
     pub type_bits: u32,
 }
 
-/// Answers what an image or buffer needs: the device in a session, an estimate in `raxel graph`.
+/// The memory of an image or buffer: the device answers in a session, an estimate in `raxel graph`.
 pub trait MemoryModel {
     /// Requirements of one copy of an image.
     fn image(&self, image: &ImageDesc) -> Requirements;

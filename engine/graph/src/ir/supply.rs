@@ -1,4 +1,4 @@
-//! Supply: what can come into a graph from outside, as far as the compiler must know it.
+//! Supply: the resources that can come into a graph from outside, as far as the compiler must know them.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,12 +15,12 @@ pub struct SourceLayout {
     pub name: String,
     /// How the bytes of its buffer are laid out; a shader's block must agree member by member.
     pub block: Block,
-    /// The texels of its 3-D image, if it has one besides: what a target with this source is.
+    /// The texels of its 3-D image, if it has one besides: the format of a target with this source.
     pub image: Option<Format>,
     /// The accesses that passes may have.
     pub access: Access,
-    /// Bytes of a buffer that works the other way round: passes fill it, and after the frame the runtime takes what is in it. The memory
-    /// is the graph's own, and zero when a frame begins.
+    /// Bytes of a buffer that works the other way round: passes fill it, and after the frame the runtime takes its contents. The memory is
+    /// the graph's own, and zero when a frame begins.
     pub collected: Option<u64>,
 }
 
@@ -168,7 +168,7 @@ impl fmt::Debug for FileImage {
 /// The prefix of the path of a file in a source's name.
 pub const FILE: &str = "file.";
 
-/// The source of a target with the spectrum and the waveform of what a microphone hears.
+/// The source of a target with the spectrum and the waveform of a microphone's sound.
 pub const MICROPHONE: &str = "input.microphone";
 
 /// Whether the texels of a source have a shape that is known before anything runs, and may be brought into another: those of a file, and the

@@ -243,7 +243,7 @@ fn bound(
     (errors(found) == before).then_some(access)
 }
 
-/// A partial store lets what was there before show through: to every later phase it is a load as well as a store.
+/// A partial store lets earlier contents show through: to every later phase it is a load as well as a store.
 fn partial(
     context: &Context<'_>,
     binding: &Binding,
@@ -297,7 +297,7 @@ fn writes(binding: &Binding) -> bool {
     matches!(binding.kind, BindingKind::StorageImage { .. } | BindingKind::StorageBuffer(_)) && binding.access.writes()
 }
 
-/// Whether a buffer has the bytes that a block needs, in the layout that the block says.
+/// Whether a buffer has the bytes that a block needs, in the layout of the block.
 fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind, found: &mut Vec<Diagnostic>) {
     let Some(target) = &entry.target else { return };
     let declared = &context.graph.resources[target.value.0.0 as usize];

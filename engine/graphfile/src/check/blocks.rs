@@ -311,7 +311,7 @@ fn extra(context: &Context<'_>, what: &str, block: &Block, member: &Member, mean
     }
 }
 
-/// One member of the shader and what messages about it need.
+/// One member of the shader and the facts for messages about it.
 struct Slot<'a> {
     context: &'a Context<'a>,
     /// `push constant` or `uniform`.
@@ -320,7 +320,7 @@ struct Slot<'a> {
 }
 
 impl Slot<'_> {
-    /// Checks what the graph says about the member, and adds the values that it makes.
+    /// Checks the graph's values of the member, and adds them.
     fn whole(&self, member: &Member, fills: &mut Vec<Fill>, found: &mut Vec<Diagnostic>) {
         let leaf = self.leaf;
         self.offset(member, found);

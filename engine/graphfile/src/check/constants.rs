@@ -86,7 +86,7 @@ fn of_workgroup<'i>(interface: &'i Interface, name: &str) -> Option<&'i SpecCons
     interface.specialization.iter().find(|constant| constant.id == id)
 }
 
-/// A constant is built into the pipeline; what changes from frame to frame cannot be one.
+/// A constant is built into the pipeline; a value that changes from frame to frame cannot be one.
 fn not_fixed(context: &Context<'_>, name: &Spanned<String>, source: &ValueOrigin, place: &Span) -> Diagnostic {
     let what = match source {
         ValueOrigin::Param(_) => "a param",

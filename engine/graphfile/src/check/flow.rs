@@ -9,8 +9,8 @@ use raxel_graph::index32;
 use super::{given, loops};
 use crate::resolve::Resolved;
 
-/// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
-/// what a mistake fails to use.
+/// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, a mistake may be the reason that
+/// something seems unused.
 pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut flow = Vec::new();
@@ -77,7 +77,7 @@ fn reader(graph: &Graph, id: ResourceId) -> Option<&Pass> {
     graph.passes[at..].iter().find(|pass| !pass.made)
 }
 
-/// The resource, and those that change places with it in a loop: what is written under one name is read under another.
+/// The resource, and those that change places with it in a loop: a pass writes it under one name, and another reads it under another.
 fn exchanged(graph: &Graph, id: ResourceId) -> Vec<ResourceId> {
     let mut names = vec![id];
     let mut at = 0;

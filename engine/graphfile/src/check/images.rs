@@ -228,7 +228,7 @@ fn out_of_range(
     );
 }
 
-/// The sampler of a sampled image: nearest and clamped unless the file says more.
+/// The sampler of a sampled image: nearest and clamped by default.
 fn sampler(
     context: &Context<'_>,
     entry: &Bind,

@@ -1,4 +1,4 @@
-//! Loops: their passes stand together, and what follows the round is inside of a loop and of its targets.
+//! Loops: their passes stand together, and keys that follow the round are inside of a loop and of its targets.
 
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};

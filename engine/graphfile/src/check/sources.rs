@@ -8,8 +8,8 @@ use raxel_shader::interface::{Binding, Block, Member, Type};
 use super::Context;
 use crate::resolve::Declared;
 
-/// Compares the shader's block with the layout of the source. The first member that differs is reported: what follows it is
-/// nearly always a consequence.
+/// Compares the shader's block with the layout of the source. The first member that differs is reported: differences behind it are nearly
+/// always a consequence.
 pub fn check(
     context: &Context<'_>,
     binding: &Binding,

@@ -220,8 +220,8 @@ fn collect(table: &Table<'_, '_>, prefix: &str, depth: usize, members: &mut Vec<
     }
 }
 
-/// Whether a table says the value of one member, and is not a struct with members of its own: it has one of a member's keys, and
-/// that key's value is no table.
+/// Whether a table has the value of one member, and is not a struct with members of its own: it has one of a member's keys, and that key's
+/// value is no table.
 fn is_member(table: &Table<'_, '_>) -> bool {
     let keys = ["from", "value", "type", "offset", "remove"];
     table.entries().iter().any(|(key, node)| keys.contains(&key.as_str()) && !node.is_table())

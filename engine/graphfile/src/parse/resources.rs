@@ -37,7 +37,7 @@ pub fn supplied_target(
     let all = ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"];
     let before = table.reporter().count();
     if let Some(source) = source {
-        // Such texels may be brought into a shape that the graph says.
+        // Such texels may be brought into a shape of the graph.
         for key in &all[..if has_shape(&source.value) { 7 } else { all.len() }] {
             table.conflict("source", key, "the source gives the size and the contents");
         }

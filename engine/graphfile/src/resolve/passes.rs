@@ -1,4 +1,4 @@
-//! Resolves `[[passes]]`: the shader to compile, what it binds, how it is dispatched, when it runs.
+//! Resolves `[[passes]]`: the shader to compile, its bindings, its dispatch, and when it runs.
 
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
@@ -48,7 +48,7 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, arguments: Option<ResourceId>
             .chain(pass.also_when.iter().cloned())
             .collect(),
         every,
-        // By which clock it runs decides what it may write.
+        // Its clock decides which resources it may write.
         sound: !pass.flawed && every.is_some() == pass.every.is_some(),
     }
 }
@@ -164,7 +164,7 @@ fn reference(
     let history = declared.item.history;
     match age {
         Some(age) if age <= history => return Some(Spanned::new((id, age), name.span.clone())),
-        // A history that could not be read says nothing.
+        // A history that could not be read decides nothing.
         Some(_) if !declared.sound => {}
         Some(_) if declared.item.kind.supplied_by().is_some() => found.push(
             Diagnostic::error(codes::graph::HISTORY, format!("`{plain}` comes from outside and has no earlier frames"))
@@ -203,7 +203,7 @@ fn dispatch(
         model::Dispatch::ThreadsOf { target, .. } if target.value == "world" => checked::Dispatch::ThreadsOfWorld,
         model::Dispatch::ThreadsOf { target, mip } => match (counted(target, mip.value, scope, found)?, mip.value) {
             ((id, true), Mip::Level(mip)) => checked::Dispatch::ThreadsOf { target: id, mip },
-            // Which one a round covers, the loop says.
+            // The loop decides which one a round covers.
             ((id, true), Mip::Round(index)) => checked::Dispatch::ThreadsOf { target: id, mip: index.at(0) },
             ((id, false), _) => checked::Dispatch::ElementsOf { buffer: id },
         },

@@ -14,7 +14,7 @@ pub struct Container {
     /// Its name, with its parameters.
     pub ident: TokenStream,
     pub about: String,
-    /// `context = Type`: what reading needs to know.
+    /// `context = Type`: the context of reading.
     pub context: Option<Type>,
     /// `check = function(field, field)`.
     pub checks: Vec<Check>,
@@ -24,9 +24,9 @@ pub struct Container {
     pub layer: Option<Layer>,
     /// `layer`: a whole file, which is laid over another.
     pub file: bool,
-    /// `over = function`: what a layer does to the base before its keys replace those of the base.
+    /// `over = function`: the effect of a layer on the base before its keys replace those of the base.
     pub over: Option<Path>,
-    /// `added = function`: what is checked of a table that the base does not have.
+    /// `added = function`: the checks of a table that the base does not have.
     pub added: Option<Path>,
     /// `tag = "op"`.
     pub tag: Option<LitStr>,
@@ -85,7 +85,7 @@ pub enum Role {
     Flatten,
     /// The name of the table.
     Entry,
-    /// The key that says the name of the table.
+    /// The key that is the name of the table.
     Name,
     /// The place of the table.
     Span,

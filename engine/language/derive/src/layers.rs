@@ -113,7 +113,7 @@ pub fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
 
         #[automatically_derived]
         impl #ident {
-            /// Puts `above` over this: of each key, what the file on top says counts.
+            /// Puts `above` over this: the keys of the file on top win.
             pub(crate) fn cover(&mut self, __above: Self, __found: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
                 #merged
             }

@@ -15,7 +15,7 @@ use crate::parts::{Octant, child_of};
 use crate::table::{LiveTable, Table};
 use crate::{LayoutError, check_size};
 
-/// Blocks of room besides a quarter of what the world takes.
+/// Spare blocks besides a quarter of the world's.
 const ROOM: usize = 64;
 
 /// A world in a buffer of 32³ chunks that follows edits.
@@ -28,7 +28,7 @@ pub struct LiveHashedChunks {
     blocks: Vec<Option<Held>>,
     /// Blocks without a use.
     free: Vec<usize>,
-    /// Blocks by what they hold.
+    /// Blocks by their contents.
     known: HashMap<(usize, u32), usize>,
     /// The block of each 32³ chunk with solids, by its cell.
     places: HashMap<[u32; 3], usize>,
@@ -207,7 +207,7 @@ impl LiveHashedChunks {
         self.table.insert(cell, address as u32)
     }
 
-    /// Makes a block that is used once hold another octant, by what is different.
+    /// Makes a block that is used once hold another octant, by its differences.
     fn rewrite(&mut self, block: usize, next: Held, changed: &mut Changed) -> Option<()> {
         let held = self.blocks[block].as_mut()?;
         let different = held.octant().different_blocks(&next.octant());

@@ -13,7 +13,7 @@ const BINS: usize = 16;
 /// Smallest voxel and last voxel.
 pub(super) type Box3 = [[i64; 3]; 2];
 
-/// With at least so many boxes, two threads make the sides of a node.
+/// With at least this many boxes, two threads make the sides of a node.
 const SHARED: usize = 1024;
 
 /// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and
@@ -32,7 +32,7 @@ pub(super) fn build(boxes: &[Box3]) -> Vec<u32> {
     words
 }
 
-/// Nodes of a tree over so many boxes.
+/// Nodes of a tree over `boxes` boxes.
 fn nodes(boxes: usize) -> usize {
     (2 * boxes).saturating_sub(1)
 }

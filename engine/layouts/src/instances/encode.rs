@@ -58,7 +58,7 @@ impl InstanceBuffer {
             models.push(ModelTree { header, at: trees.len() / QUAD });
             let first = trees.len();
             trees.extend_from_slice(body);
-            // The unused word of a material says which one of the world's it is. Behind the palette are the nodes.
+            // The unused word of a material is the index of the world's material. Behind the palette are the nodes.
             for (index, &of_world) in model.materials.iter().take(model.voxels.materials().len()).enumerate() {
                 trees[first + 8 * index + 7] = u32::from(of_world);
             }

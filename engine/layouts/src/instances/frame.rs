@@ -9,7 +9,7 @@ const ONE: i64 = 1 << 24;
 /// Steps of an entry of a rotation: 2²³, so that it is exact in `f32`.
 const ROTATION_ONE: f64 = (1 << 23) as f64;
 
-/// A ray is brought into a free frame if it starts at most so many voxels away from it along each axis.
+/// A ray is brought into a free frame if it starts at most this many voxels away from it along each axis.
 pub const REACH: i64 = 1 << 29;
 
 /// A pose in whole numbers.
@@ -181,7 +181,7 @@ mod tests {
                     reached[1][i] = reached[1][i].max(at);
                 }
             }
-            // With a voxel of room, and what rounding to cells adds.
+            // With a voxel of room, and the part that rounding to cells adds.
             let wide = (0..3).any(|i| reached[0][i] - min[i] as f64 > 3.0 || max[i] as f64 - reached[1][i] > 3.0);
             assert!(!wide, "{yaw}: {reached:?} in {min:?} {max:?}");
             let Rotation::Free(_) = frame.turn else { panic!("{frame:?}") };

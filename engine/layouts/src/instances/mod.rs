@@ -18,7 +18,7 @@ use raxel_world::{Material, MaterialIndex};
 
 use crate::LayoutError;
 
-/// Most instances of a world: what the stack of the shader holds for the deepest tree of boxes.
+/// Most instances of a world: the deepest tree of boxes fits the shader's stack.
 pub const MAX_INSTANCES: usize = 16_384;
 
 /// Coordinates that voxels of instances may have, in either direction.

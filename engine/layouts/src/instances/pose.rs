@@ -1,4 +1,4 @@
-//! Where an instance stands, and what moves it.
+//! The pose of an instance, and its motions.
 
 use std::ops::RangeInclusive;
 
@@ -45,7 +45,7 @@ pub struct Motion {
 pub enum MotionKind {
     /// Moves it by the value times this vector, in voxels.
     Slide([f64; 3]),
-    /// Turns it by so many degrees, to the left as seen from the end of the axis.
+    /// Turns it by that many degrees, to the left as seen from the end of the axis.
     Rotation {
         /// The axis.
         axis: Axis,

@@ -17,7 +17,7 @@ use crate::header::{Extent, buffer};
 use crate::live::{Patch, roomy};
 use crate::{Layout, LayoutError, check_size};
 
-/// Quads of room besides a quarter of what the world takes: 4 MiB.
+/// Spare quads besides a quarter of the world's: 4 MiB.
 const ROOM: u64 = 1 << 18;
 
 /// A world in a buffer of the layout `tree64` that follows edits.
@@ -42,7 +42,7 @@ struct Block {
     uses: usize,
     node: Node,
     size: ChunkSize,
-    /// A chunk that its node says everything about has none.
+    /// A chunk that its node describes completely has none.
     place: Option<Allocation>,
 }
 
@@ -240,7 +240,7 @@ fn quads_of(size: &ChunkSize) -> u32 {
     words.div_ceil(QUAD) as u32
 }
 
-/// Quads that the nodes above so many chunks take, and more.
+/// An upper bound of the quads of the nodes above `chunks` chunks.
 fn upper_quads(chunks: usize) -> u64 {
     2 * chunks as u64 + 128
 }

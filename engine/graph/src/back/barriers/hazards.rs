@@ -103,7 +103,7 @@ fn same_resource(
     }
 }
 
-/// Of the hazards of one access, keeps those with nothing in between: a store hides what came before it on the same parts.
+/// Of the hazards of one access, keeps those with nothing in between: a store hides earlier accesses of the same parts.
 fn explain(
     frame: &Frame,
     parts: &SubresourcePartition,
@@ -162,7 +162,7 @@ fn shared_memory(
             users.push((access.mask, access.action));
         }
     }
-    // An image follows itself too: what it held in the last frame was stored to the same memory.
+    // An image follows itself too: its contents of the last frame were stored to the same memory.
     let itself = image.then_some(index32(resource));
     let mut previous_users: Vec<(AccessMask, u32)> = Vec::new();
     let mut nearest: Option<(u32, u32)> = None;

@@ -81,7 +81,7 @@ impl Resource {
     }
 }
 
-/// A warning while a word of a buffer is not 0. Passes count there what should not happen, for example elements that found no room.
+/// A warning while a word of a buffer is not 0. Passes count unwanted events there, for example elements that found no room.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
     /// Byte offset of the `uint`, a multiple of 4.
@@ -107,7 +107,7 @@ pub enum Origin {
     File(Arc<FileContents>),
     /// It is a copy of a source that passes may write: filled when the source changes, at creation and on reset.
     Copy,
-    /// From the graph, zero when a frame begins; what passes write goes outside under this name, e.g. `world.edits`.
+    /// From the graph, zero when a frame begins; the output of passes goes outside under this name, e.g. `world.edits`.
     Collected(String),
 }
 
@@ -146,7 +146,7 @@ impl ResourceKind {
         }
     }
 
-    /// Whether the file says what it holds at creation.
+    /// Whether the file has its contents at creation.
     pub fn is_initialised(&self) -> bool {
         match self {
             ResourceKind::Target(target) => target.init.is_some(),
@@ -343,7 +343,7 @@ impl BufferSize {
         }
     }
 
-    /// Bytes of an element, where the file says how many elements there are.
+    /// Bytes of an element, where the file has a number of elements.
     pub fn stride(&self) -> Option<u32> {
         match self {
             BufferSize::Elements { stride, .. } | BufferSize::Of { stride, .. } | BufferSize::World { stride, .. } => {
