@@ -1,4 +1,4 @@
-//! Times of a demo's frames and of their passes: what `raxel bench --demo` prints, and what the checks of `raxel test` are about.
+//! Times of a demo's frames and of their passes, for `raxel bench --demo` and the checks of `raxel test`.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! How long an edit takes from the end of the save to the finished picture: what `raxel bench reload` prints.
+//! The time of an edit from the end of the save to the finished picture: `raxel bench reload`.
 
 use std::fs;
 use std::io;
@@ -21,7 +21,7 @@ pub struct LatencyOptions {
     pub scratch: PathBuf,
     /// Edits of each kind.
     pub edits: usize,
-    /// The shader to edit: its project path, or the end of it. Without one, that of the last pass that makes what is shown.
+    /// The shader to edit: its project path, or the end of it. Without one, that of the last pass that makes the shown target.
     pub shader: Option<String>,
 }
 
@@ -55,7 +55,7 @@ pub struct ShaderStages {
     pub plan: Times,
     /// Images, buffers and descriptors were made, and the plan swapped in.
     pub swap: Times,
-    /// The first frame, on the device; with what the driver puts off until a pipeline is used.
+    /// The first frame, on the device; with the driver's work that waits until a pipeline is used.
     pub frame: Times,
 }
 

@@ -12,7 +12,7 @@ pub struct Answer {
     /// The first hit, if there is one.
     pub hit: Option<ExactHit>,
     /// Another rule for ties may give another hit: on its way the ray touches an edge or a corner of a solid voxel that it does not go
-    /// through, or enters what it hits by one, or begins on the surface of a solid, or lies in a plane of the lattice.
+    /// through, or enters its hit by one, or begins on the surface of a solid, or lies in a plane of the lattice.
     pub tie: bool,
 }
 

@@ -31,7 +31,7 @@ pub struct Light {
     pub sun_strength: f64,
     /// Multiplies the sky.
     pub sky_strength: f64,
-    /// Multiplies what lamps give off.
+    /// Multiplies the emission of lamps.
     pub lamp_strength: f64,
 }
 

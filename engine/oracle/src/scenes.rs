@@ -17,7 +17,7 @@ pub struct Scene {
     solid: Solid,
 }
 
-/// Where a scene is solid, and of what.
+/// The solid cells of a scene, and their material.
 #[derive(Clone, Copy, Debug)]
 enum Solid {
     /// Cell by cell.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why an output could not be written, or what is wrong with the argument that names it.
+/// Why an output could not be written, or the fault of the argument that names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputError {
     /// The message, with the path.

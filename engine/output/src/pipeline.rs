@@ -114,7 +114,7 @@ impl Pipeline {
         Ok(Busy { encode: busy(&self.shared.encode), write: busy(&self.shared.write) })
     }
 
-    /// Lets all threads come to their end, and gives what the writer says.
+    /// Lets all threads come to their end, and returns the writer's result.
     fn end(&mut self) -> Result {
         drop(self.jobs.take());
         for worker in self.workers.drain(..) {

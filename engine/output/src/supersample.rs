@@ -148,7 +148,7 @@ mod tests {
         sum.add(&shot(0)).unwrap();
         sum.add(&shot(255)).unwrap();
         let Shot::Picture(picture) = sum.average(shot(255)) else { panic!() };
-        // Half the light of white is 188, not 128; what is equal stays.
+        // Half the light of white is 188, not 128; equal samples stay.
         assert_eq!(picture.rgba, [188, 188, 7, 255]);
     }
 

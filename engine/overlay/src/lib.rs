@@ -23,7 +23,7 @@ pub fn patch(delta: &ImageDelta) -> TexturePatch<'_> {
     }
 }
 
-/// The triangles of what was tessellated, in order. egui's callbacks are left out.
+/// The tessellated triangles, in order. egui's callbacks are left out.
 pub fn meshes(painted: &[ClippedPrimitive]) -> Vec<OverlayMesh<'_>> {
     painted.iter().filter_map(mesh).collect()
 }

@@ -54,7 +54,7 @@ impl Pinhole {
     }
 }
 
-/// 8 × 8 pixels of a picture: what one beam is for (`shaders/include/raxel/beam.glsl`).
+/// 8 × 8 pixels of a picture, for one beam (`shaders/include/raxel/beam.glsl`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tile {
     /// Who looks.

@@ -97,7 +97,7 @@ pub(super) fn period_bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Per
         .unzip()
 }
 
-/// Compares what period rays hit with the truth.
+/// Compares the hits of period rays with the truth.
 pub(super) fn judge_periods(oracle: &Oracle<'_>, rays: &[PeriodRay], found: &[HitTexel]) -> Errors {
     let judged = rays.par_iter().zip(found).map(|(ray, texel)| {
         let mut errors = Errors::default();

@@ -244,8 +244,8 @@ impl Frames<'_> {
         times
     }
 
-    /// Runs everything, then again from elsewhere with the memo on: what it leaves out then, a session would leave out of every frame
-    /// (a table that is baked, say), and so do we from here on. Those passes with the time that they took.
+    /// Runs everything, then again from elsewhere with the memo on: a pass that it skips then, a session would skip in every frame (a table
+    /// that is baked, say), and so do we from here on. Those passes with the time that they took.
     fn settle(&mut self) -> Result<Vec<PassSpread>, ExecuteError> {
         let mut elsewhere = *self.camera;
         elsewhere.frac.x = if elsewhere.frac.x < 0.5 { elsewhere.frac.x + 0.25 } else { elsewhere.frac.x - 0.25 };

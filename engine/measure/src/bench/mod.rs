@@ -24,7 +24,7 @@ use raxel_runtime::world::LayoutCost;
 /// Bytes for each solid voxel of a world in a layout.
 #[derive(Clone, Copy, Debug)]
 pub struct BytesPerVoxel {
-    /// Of what says where voxels are.
+    /// Of the words with the places of voxels.
     pub geometry: f64,
     /// Of that and of materials.
     pub all: f64,
@@ -56,7 +56,7 @@ pub struct Effort {
     pub warmup: u32,
     /// Frames that are timed.
     pub frames: u32,
-    /// After so many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
+    /// After this many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
     pub seconds: f64,
 }
 

@@ -123,8 +123,8 @@ impl Runner {
         broken
     }
 
-    /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row that says
-    /// why.
+    /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row with the
+    /// reason.
     pub fn run(
         &mut self,
         matrix: &Matrix,
@@ -240,7 +240,7 @@ impl Runner {
     }
 }
 
-/// Where a case looks from, and what is to be seen there.
+/// The viewpoint of a case, and the voxels to be seen there.
 struct Place<'a> {
     world: &'a SessionWorld,
     oracle: &'a Oracle<'a>,

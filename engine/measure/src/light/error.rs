@@ -51,7 +51,7 @@ pub struct Judged {
     pub error: f64,
     /// Its standard error.
     pub error_se: f64,
-    /// Square of the relative bias: what more frames do not mend.
+    /// Square of the relative bias: the part that more frames do not mend.
     pub bias2: f64,
     /// Its standard error.
     pub bias2_se: f64,

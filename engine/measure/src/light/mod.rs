@@ -68,7 +68,7 @@ pub enum CameraMotion {
     /// To the right or the left, from the side with more room.
     #[default]
     Sideways,
-    /// By so many voxels a second.
+    /// By this many voxels a second.
     By([f64; 3]),
 }
 
@@ -189,7 +189,7 @@ pub struct Outcome {
     pub first_ms: f64,
     /// GPU milliseconds of a later frame: the sum of the medians of its passes, each by how often it ran.
     pub frame_ms: f64,
-    /// Change from the last frame but one to the last, weighted as an error: what flickers under a still camera.
+    /// Change from the last frame but one to the last, weighted as an error: flicker under a still camera.
     pub flicker: f64,
     /// Mean HDR-FLIP of the last picture.
     pub flip: Option<f64>,
@@ -205,7 +205,7 @@ pub struct Outcome {
     pub lag: Option<Lag>,
 }
 
-/// The picture after so many frames.
+/// The picture after a number of frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     /// Frames since the start.

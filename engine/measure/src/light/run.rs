@@ -25,7 +25,7 @@ use super::{
 const SEEDS: [u32; 2] = [1, 2];
 /// Milliseconds of GPU work that wake a GPU before it is timed.
 const WAKING: f64 = 300.0;
-/// Frames a second of what moves.
+/// Frames a second of motions.
 const RATE: f64 = 60.0;
 /// Voxels a second of a camera that moves sideways.
 const SPEED: f64 = 53.0;
@@ -162,7 +162,7 @@ impl Bench {
                 session.set_param_text(name, text)?;
             }
         }
-        // A system with a sky and surfaces of its own says by this param how it can be compared.
+        // A system with a sky and surfaces of its own has this param, to be compared.
         if let Ok(Value::Bool(_)) = session.param("judged") {
             session.set_param("judged", Value::Bool(true))?;
         }
@@ -215,7 +215,7 @@ impl Times {
         Ok(report.dispatched > 0)
     }
 
-    /// Of the first frame, which also makes what stays.
+    /// Of the first frame, which also makes the constant resources.
     fn first(&self) -> f64 {
         self.frames.first().map_or(0.0, |frame| frame.values().sum())
     }

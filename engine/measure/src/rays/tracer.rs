@@ -154,7 +154,7 @@ impl Tracer {
         &self.method
     }
 
-    /// Encodes a world and brings it to the device. An error says the size and the limit, before anything big is allocated.
+    /// Encodes a world and brings it to the device. An error has the size and the limit, before anything big is allocated.
     pub fn upload(&self, world: &World) -> Result<DeviceWorld, RayError> {
         self.upload_as(self.method.layout, world)
     }

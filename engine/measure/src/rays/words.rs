@@ -222,7 +222,7 @@ impl HitWords {
         (self.state() == State::Hit).then_some(Hit { voxel, face, material, t, uv, steps })
     }
 
-    /// The outcome to judge; `hit` is what [`HitWords::hit`] gives.
+    /// The outcome to judge; `hit` is that of [`HitWords::hit`].
     pub fn outcome<'h>(&self, hit: Option<&'h Hit>) -> Outcome<'h> {
         match (self.state(), hit) {
             (State::Hit, Some(hit)) => Outcome::Hit(hit),

@@ -1,4 +1,4 @@
-//! Instances at random poses in a site, and what is right about rays through them.
+//! Instances at random poses in a site, and the right answers about rays through them.
 
 use std::sync::Arc;
 

@@ -151,7 +151,7 @@ struct Prepared {
     /// Its publications, or why there are none.
     stages: Vec<Stage>,
     not_streamed: Option<String>,
-    /// The voxels that a shader sets, and what they leave.
+    /// The voxels that a shader sets, and the world afterwards.
     stored: Option<Stored>,
 }
 
@@ -186,7 +186,7 @@ pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
     }
 }
 
-/// Runs a plan. Errors of a row or a site are in its report. An error is one of the device; the report then has what was judged before.
+/// Runs a plan. Errors of a row or a site are in its report. An error is one of the device; the report then has the results before it.
 pub fn run(
     plan: &Plan,
     device: &Arc<Device>,
@@ -476,9 +476,9 @@ fn blocks(plan: &Plan) -> Vec<(usize, u64)> {
 struct Block {
     rays: Vec<Ray>,
     tiles: Vec<Tile>,
-    /// As many that are aimed at what each publication shows.
+    /// As many that are aimed at the voxels of each publication.
     aimed: Vec<Vec<Ray>>,
-    /// As many that are aimed at what a shader has left.
+    /// As many that are aimed at the voxels that a shader has left.
     stored: Vec<Ray>,
 }
 
@@ -524,12 +524,12 @@ fn fill(
             (begin + first, Tile::RAYS.min(block.rays.len() - first))
         }));
         tiles.extend(block.tiles);
-        // Half of these are aimed at what was there before.
+        // Half of these are aimed at the voxels before.
         stored
             .rays
             .extend(block.stored.iter().enumerate().map(|(i, aimed)| if i % 2 == 0 { block.rays[i] } else { *aimed }));
         stored.sets.resize(stored.rays.len(), set as u16);
-        // Publications take turns. Half of the rays through each are aimed at what was there before the edits, half at what is there now.
+        // Publications take turns. Half of the rays through each are aimed at the voxels before the edits, half at those after them.
         for (i, ray) in block.rays.iter().enumerate().filter(|_| !stages.is_empty()) {
             let place = begin + i;
             let number = place / 2 % stages.len();

@@ -28,7 +28,7 @@ const UNDO: usize = 2;
 const MOST_REACH: i64 = 2048;
 /// Bytes of tiles of the site that are kept packed: coarse ones are made of many chunks.
 const KEPT: u64 = 64 << 20;
-/// Words that a pool has beside twice what the site takes: for edits, and for what earlier publications still hold.
+/// Words of a pool besides twice the site's: for edits, and for tiles of earlier publications.
 const SPARE: u64 = 1 << 18;
 /// Longer than a streamer takes that ends at all.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -43,8 +43,8 @@ pub(super) struct Stage {
     pub targets: RayTargets,
 }
 
-/// The publications of a site that rays are traced through: one that is still in flight while later edits are made, and the newest one.
-/// The pool has at most so many bytes.
+/// The publications of a site that rays are traced through: one that is still in flight while later edits are made, and the newest one. The
+/// pool has at most `most_bytes` bytes.
 pub(super) fn stages(world: &Arc<World>, seed: u64, most_bytes: u64) -> Result<Vec<Stage>, RayError> {
     let honest = |source: Arc<EditedChunks>| source as Arc<dyn ChunkProvider>;
     stages_over(world, seed, most_bytes, &honest, &|_| true)
@@ -155,7 +155,7 @@ impl Editing<'_> {
                 self.edit(round * STEPS + number)?;
             }
             self.settle()?;
-            // A frame with the publication before may not have finished: what it reaches is not free yet.
+            // A frame with the publication before may not have finished: its tiles are not free yet.
             if round == IN_FLIGHT {
                 stages.extend(before.map(|publication| self.stage(&publication, shown)));
             }
@@ -252,7 +252,7 @@ mod tests {
         Site::scene(Solids::find(scene).expect("a scene"), at).build(1)
     }
 
-    /// Rays of all sets through words, judged by a world. They are aimed at what is there, and at what was there before the edits.
+    /// Rays of all sets through words, judged by a world. They are aimed at the voxels now, and at those before the edits.
     fn judge(words: &[u32], stage: &Stage, before: &World) -> Errors {
         let (tree, oracle, mut errors) = (Tree64::new(words), Oracle::new(&stage.world), Errors::default());
         let aims = [&stage.targets, &RayTargets::of(before)];

@@ -151,7 +151,7 @@ pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
     ray
 }
 
-/// Distances of what is far away, in voxels.
+/// Distances of far targets, in voxels.
 const AWAY: [f64; 5] = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0];
 
 /// An origin at one of several distances from a target, as far as coordinates reach.
@@ -293,7 +293,7 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     let first = random.index(3);
     let axes = [first, (first + 1 + random.index(2)) % 3];
     for (axis, (distance, size)) in axes.into_iter().zip(distances.into_iter().zip([p, q])) {
-        // The plane that is so far away, and whether the solid is behind it.
+        // The plane at that distance, and whether the solid is behind it.
         let plane = (distance + CELL - 1) / CELL;
         let place = (plane * CELL - distance) as f32 / CELL as f32;
         let cells = plane - random.below(2).cast_signed();

@@ -64,7 +64,8 @@ pub(super) fn range_end_tile(targets: &RayTargets, random: &mut Random) -> Tile 
     view_of(random, cell, target)
 }
 
-/// Views of a solid voxel and what is around it, from farther away than tiles are traced together or than beams reach: along one axis, or in any direction.
+/// Views of a solid voxel and its surroundings, from farther away than tiles are traced together or than beams reach: along one axis, or in
+/// any direction.
 pub(super) fn far_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let (target, distance) = (targets.solid(random), [9e3, 2e4, 1e5, 1e6, 16_777_216.0][random.index(5)]);
     let axis = random.index(3);
@@ -265,7 +266,7 @@ pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), view, size, half_height, first)
 }
 
-/// 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
+/// 8 × 8 places: the first, relative to a cell, and the distances to the next one of a row, and of a column.
 fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2]) -> [([i64; 3], [f32; 3]); Tile::RAYS] {
     std::array::from_fn(|i| {
         let (x, y) = (f64::from(i as u32 % Tile::SIDE), f64::from(i as u32 / Tile::SIDE));

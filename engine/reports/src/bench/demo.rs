@@ -1,4 +1,4 @@
-//! `raxel bench --demo FILE`: what each frame of a demo takes, and each of its passes.
+//! `raxel bench --demo FILE`: the time of each frame of a demo, and of each of its passes.
 
 use std::fmt::Write;
 use std::path::Path;

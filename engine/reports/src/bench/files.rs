@@ -116,7 +116,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<S
     Ok(written)
 }
 
-/// Counts of a judgement with their names, in the order of the columns; what needs depths only where there are some.
+/// Counts of a judgement with their names, in the order of the columns; some need depths.
 fn errors(errors: &Errors, depths: bool) -> Vec<(&'static str, Option<f64>)> {
     let counts = [
         ("wrong", errors.wrong()),

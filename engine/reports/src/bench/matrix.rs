@@ -1,4 +1,4 @@
-//! `raxel bench [GRAPHS…]`: what is asked for, found in the project and run.
+//! `raxel bench [GRAPHS…]`: finds the requested graphs, worlds and layouts in the project, and runs them.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     warmup: u32,
 
-    /// Stop after so many seconds of timed frames, if there are three; after four times as many seconds in any case.
+    /// Stop after that many seconds of timed frames, if there are three; after four times as many seconds in any case.
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     seconds: f64,
 

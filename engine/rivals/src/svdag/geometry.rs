@@ -138,7 +138,7 @@ fn distinct<'a, S: Sync, T: Copy + Ord + Send, I: Iterator<Item = T>>(
         values
     };
     let merged = sources.par_iter().fold(Vec::new, |mut known: Vec<T>, source| {
-        // Duplicates go when they are as many as what is known, so that memory stays near what is different.
+        // Duplicates go when they are as many as the known values, so that memory stays near that of the distinct ones.
         let before = known.len();
         known.extend(values(source));
         if known.len() > 2 * before.max(1 << 16) { sorted(known) } else { known }

@@ -239,7 +239,7 @@ fn model(draw: &mut Draw) -> Vec<u8> {
     vox::export(&World::from_voxels(materials, voxels)).unwrap_or_default()
 }
 
-/// The first lines of a world file: what moves, how to look at it, its name.
+/// The first lines of a world file: its motions, its camera, its name.
 fn head(scene: &Scene) -> String {
     let mut set = String::new();
     for (name, value) in &scene.params {

@@ -1,4 +1,4 @@
-//! The camera of a random world: in air, before things at several distances, and some of what it sees is lit.
+//! The camera of a random world: in air, before things at several distances, with some lit voxels in view.
 
 use glam::{DVec3, Vec2};
 use raxel_edit::Base;

@@ -102,7 +102,7 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     Some(svg)
 }
 
-/// Breaks the foot of the page between words into two lines at most; what has no room there is left out.
+/// Breaks the foot of the page between words into two lines at most; the rest is left out.
 pub(super) fn foot_lines(foot: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in foot.split_whitespace() {

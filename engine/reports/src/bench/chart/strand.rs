@@ -43,7 +43,7 @@ pub(super) struct Strand<'d, 'r> {
 }
 
 impl<'d, 'r> Strand<'d, 'r> {
-    /// `y` says how high a dot stands; `graphs` are all there are, in order of name, for their colours.
+    /// `y` is the height of a dot; `graphs` are all there are, in order of name, for their colours.
     pub fn new(dots: Vec<&'d Dot<'r>>, scale: &Scale, y: impl Fn(&Dot<'_>) -> f64, graphs: &[&str]) -> Self {
         let points = dots.iter().map(|dot| [scale.x(dot.time), y(dot)]).collect();
         let graph = dots.first().map_or("", |dot| dot.row.case.graph.as_str());

@@ -83,8 +83,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
 
-    /// Moves something besides the scenes' own motion: a param by so much a second, or `camera=X,Y,Z` by so many voxels a second; may be
-    /// repeated.
+    /// Moves something besides the scenes' own motion: a param by that much a second, or `camera=X,Y,Z` by that many voxels a second; may
+    /// be repeated.
     #[arg(long = "move", value_name = "NAME=RATE", allow_hyphen_values = true)]
     moves: Vec<String>,
 
@@ -177,7 +177,7 @@ struct Judgement {
 }
 
 impl Judgement {
-    /// Error times milliseconds of the path tracer, by its last picture: what every system must beat.
+    /// Error times milliseconds of the path tracer, by its last picture: every system must beat it.
     fn brute_force(&self) -> Option<f64> {
         let last = self.rows.first()?.outcome.as_ref().ok()?.still.last()?;
         Some(last.judged.error * last.ms).filter(|product| *product > 0.0)

@@ -18,7 +18,7 @@ use raxel_terminal::session::{assigned, named_camera};
 
 use super::Args;
 
-/// A scene that has a name: world, camera (position and what it looks at) where it is not the world's, params.
+/// A scene that has a name: world, camera (position and target) where it is not the world's, params.
 type Known = (&'static str, &'static str, Option<[[f64; 3]; 2]>, &'static [(&'static str, f32)]);
 
 /// Open land by day, the same at eye level, a closed room with one lamp, streets with ten thousand, bars of all sizes, and a dark room under a light as bright as can be.
@@ -125,7 +125,7 @@ impl Changes {
         Ok(changes)
     }
 
-    /// Names must be params of a system, of the path tracer, or of what moves the instances of a world. Those that move must be numbers.
+    /// Names must be params of a system, of the path tracer, or of the motions of a world's instances. Those that move must be numbers.
     fn check(&mut self, systems: &[String], scenes: &[Scene], offline: &OfflineProject) -> Result {
         if self.set.is_empty() && self.moves.is_empty() {
             return Ok(());
