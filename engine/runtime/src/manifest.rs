@@ -1,4 +1,4 @@
-//! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
+//! The manifest of a project, `raxel.toml` in its root: the files that run by default.
 
 use raxel_diagnostics::table::{Node, read_document};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, codes, files};

@@ -298,7 +298,7 @@ mod tests {
         write("worlds/x.demo.toml");
         assert!(project.default_world().is_err());
 
-        // The manifest comes first; one with a mistake says nothing, and has its own errors.
+        // The manifest comes first; one with a mistake has no defaults, and has its own errors.
         write("worlds/w.toml");
         write("worlds/valley.toml");
         std::fs::write(folder.path().join("raxel.toml"), "graph = 'y.toml'\nworld = 'w.toml'\n").unwrap();

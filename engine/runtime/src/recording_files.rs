@@ -1,4 +1,4 @@
-//! Remembers which files a build asked for, and what it found: exactly the files whose change makes another build worthwhile.
+//! Remembers which files a build asked for, and their contents: exactly the files whose change makes another build worthwhile.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub enum Content {
     Empty,
     /// BLAKE3 of the bytes.
     Bytes(blake3::Hash),
-    /// Another one each time it was read: what was built of it is of no state of the file, and must be built again.
+    /// Another one each time it was read: a build of it is of no state of the file, and must be made again.
     Mixed,
 }
 

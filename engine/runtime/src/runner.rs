@@ -12,7 +12,7 @@ use crate::build_error::BuildError;
 use crate::params::Params;
 use crate::world::SessionWorld;
 
-/// An executor, with what the graphs that it ran have left on its device: a world is encoded and uploaded once for each layout.
+/// An executor, with the sources of its graphs on the device: a world is encoded and uploaded once for each layout.
 pub struct GraphRunner {
     executor: Executor,
     context: DeviceContext,

@@ -1,4 +1,4 @@
-//! The world of a session: its voxels, what conditions and cameras ask about them, and their encodings.
+//! The world of a session: its voxels, the facts about them for conditions and cameras, and their encodings.
 
 mod baked;
 mod generator;
@@ -26,7 +26,7 @@ use crate::editing::misplaced;
 /// would each be made up to seven times.
 const LAMP_NEIGHBOURS: u64 = 8 << 20;
 
-/// A world, and what its encodings took.
+/// A world, and the costs of its encodings.
 pub struct SessionWorld {
     /// Project path of its file; `None` for the empty world of a session without one.
     pub path: Option<String>,
@@ -94,7 +94,7 @@ impl SessionWorld {
             Arc::new(ChunkCache::new(streamed.generator.clone(), bytes))
         });
         let tiles = kept.as_ref().map(|kept| {
-            // The palette of a streamed world never changes: what models may bring is in it from the beginning.
+            // The palette of a streamed world never changes: materials that models may bring are in it from the beginning.
             materials = Scene::new(&materials, &loaded.models).materials;
             Arc::new(EditedChunks::new(kept.clone(), materials.clone()))
         });
@@ -200,8 +200,8 @@ impl SessionWorld {
         }
     }
 
-    /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world. Of a world that was not built, the box
-    /// that its operations reach over.
+    /// Smallest voxel and one past the largest, within `i32`; zero for an empty world. Of a world that was not built, the box that its
+    /// operations reach over.
     pub fn bounds(&self) -> Bounds {
         let bounds = match self.loaded.unbuilt {
             Some(reach) => reach.bounds,
@@ -210,7 +210,7 @@ impl SessionWorld {
         bounds.map_or(NOWHERE, clamped)
     }
 
-    /// As [`Self::bounds`]; of a streamed world, the box around a voxel that has what is `near`, to whole chunks.
+    /// As [`Self::bounds`]; of a streamed world, the box around a voxel with the tiles within `near`, to whole chunks.
     pub fn bounds_around(&self, cell: glam::IVec3) -> Bounds {
         let Some(streamed) = self.streamed() else { return self.bounds() };
         let near = i64::from(streamed.settings.near);
@@ -272,7 +272,7 @@ impl SessionWorld {
             attribute_bytes: encoded.attribute_bytes,
             encode_seconds: began.elapsed().as_secs_f64(),
         };
-        // A copy may be encoded more loosely than what is only read.
+        // A copy may be encoded more loosely than a source that is only read.
         if !copied {
             self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
         }

@@ -50,7 +50,7 @@ pub(crate) fn compile(
         }
         Ok(Outcome::Mistakes(output)) => {
             let found = messages::diagnostics(&output, sources);
-            // After a missing include all else is doubtful: what it declares is missing too.
+            // After a missing include all else is doubtful: its declarations are missing too.
             let include_failed = sources.diagnostics.iter().any(Diagnostic::is_error);
             sources.diagnostics.extend(found.into_iter().filter(|found| !include_failed || !found.is_error()));
             if !sources.diagnostics.iter().any(Diagnostic::is_error) {

@@ -200,7 +200,7 @@ struct Finish {
     checked: bool,
 }
 
-/// Checks a module, reads its interface, and makes of it what the driver is given.
+/// Checks a module, reads its interface, and makes the driver's module of it.
 fn finish(
     words: &[u32],
     request: &Request,
@@ -231,7 +231,7 @@ fn finish(
     Ok(Finished { spirv: module.without_debug_text(), interface, said })
 }
 
-/// A compiled shader, and what it depends on.
+/// A compiled shader, and its dependencies.
 struct Entry {
     /// It checks the bounds of its accesses.
     checked: bool,

@@ -11,7 +11,7 @@ use crate::prints::Prints;
 /// Everything the outside must supply to a compute shader.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Interface {
-    /// Entry point, `main` unless the module says otherwise.
+    /// Entry point, `main` by default.
     pub entry: String,
     /// Workgroup size per axis.
     pub local_size: [LocalSize; 3],
@@ -36,7 +36,7 @@ pub struct Interface {
     pub capabilities: Vec<String>,
 }
 
-/// Declarations without a use in the entry point and in what it calls.
+/// Declarations without a use in the entry point and in the functions that it calls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Unused {
     /// Bindings, ordered as those in use.

@@ -1,5 +1,5 @@
-//! Modules on disk: what the front end made of a text, with the includes that it asked for on the way. As long as each of them has the
-//! same answer, it would ask for the same ones again and make the same module. An answer counts as the same when comments or white space differ.
+//! Modules on disk: the front end's module of a text, with the includes that it asked for on the way. As long as each of them has the same
+//! answer, it would ask for the same ones again and make the same module. An answer counts as the same when comments or white space differ.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -40,8 +40,8 @@ impl TextForm {
     }
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right. Warnings go to `sources.diagnostics`. `afresh` forgets what was
-/// included.
+/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right.
+/// Warnings go to `sources.diagnostics`. `afresh` forgets the includes.
 pub(crate) fn find<'f>(
     cache: &Cache,
     job: &Job,
@@ -72,7 +72,7 @@ fn read(cache: &Cache, job: &Job, form: TextForm) -> Option<Kept> {
     kept.ok()
 }
 
-/// Listens to what the front end asks, and keeps what it makes.
+/// Listens to the front end's requests, and keeps its module.
 pub(crate) struct Keeper<'c> {
     cache: &'c Cache,
     /// The module is to be checked: its lines count.

@@ -99,7 +99,7 @@ fn first_word(text: &str) -> &str {
 pub(crate) const WORLD_TEMPLATE: &str = "raxel/world/NAME.glsl";
 const PLACEHOLDER: &str = "NAME";
 
-/// The binding `pine` of `raxel/world/pine.glsl`, if that is what an include names.
+/// The binding `pine` of `raxel/world/pine.glsl`, if the include is one of these.
 pub(crate) fn world_binding(name: &str) -> Option<&str> {
     let (before, after) = WORLD_TEMPLATE.split_once(PLACEHOLDER)?;
     let binding = name.strip_prefix(before)?.strip_suffix(after)?;

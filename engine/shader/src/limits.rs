@@ -16,8 +16,8 @@ const MAX_EXPANSION: u64 = 1 << 20;
 /// much for each doubling.
 const MAX_MEMBERS: u64 = 1 << 16;
 
-/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only what is
-/// used is ever backed by memory.
+/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only used pages are
+/// ever backed by memory.
 pub(crate) const STACK: usize = 256 << 20;
 
 /// The declarations of the texts seen so far.
@@ -30,7 +30,7 @@ pub(crate) struct TextLimits {
 }
 
 impl TextLimits {
-    /// Looks at one more text in the order of inclusion. On failure: where, and what is too large.
+    /// Looks at one more text in the order of inclusion. On failure: the place, and the excess.
     pub fn check(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
         for line in lines(text) {
             if let Some((name, body)) = definition(&line) {

@@ -1,5 +1,5 @@
-//! Turns what the shader compiler prints into diagnostics. It names a file and a line, and often a word in quotes, but no column:
-//! the word is looked for on its line.
+//! Turns messages of the shader compiler into diagnostics. It names a file and a line, and often a word in quotes, but no column: the word
+//! is looked for on its line.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -42,8 +42,8 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
         .filter_map(Message::parse)
         .filter(|message| !message.is_noise())
         .collect();
-    // The compiler reads on behind an `#error`, without what its author was missing. Its messages about the text there are no mistakes of
-    // their own.
+    // The compiler reads on behind an `#error`, without the thing that its author was missing. Its messages about the text there are no
+    // mistakes of their own.
     if let Some(first) = messages.iter().position(Message::is_directive) {
         let mut at = 0..;
         messages.retain(|message| {
@@ -169,7 +169,7 @@ impl<'t> Message<'t> {
         self.text.contains("compilation terminated") || self.text.ends_with("compilation errors.  No code generated.")
     }
 
-    /// Whether an `#error` says it.
+    /// Whether it is an `#error`.
     fn is_directive(&self) -> bool {
         self.token == Some("#error")
     }
@@ -232,7 +232,7 @@ impl<'t> Message<'t> {
         sources.with_chain(diagnostic, self.file)
     }
 
-    /// Where the token stands that the grammar did not expect: the compiler says its kind and its line.
+    /// The place of the token that the grammar did not expect: the compiler prints its kind and its line.
     fn unexpected(&self, text: &str) -> Option<Range<usize>> {
         let kind = self.text.strip_prefix("syntax error, unexpected ")?.split(',').next()?;
         let word = match kind {
@@ -332,7 +332,7 @@ fn tidy(text: &str) -> String {
 }
 
 fn glsl_type(words: &[&str]) -> String {
-    // `layout( std430 push_constant) uniform block{layout( offset=0) uniform highp float fog}`: the kind says enough, the text has the rest.
+    // `layout( std430 push_constant) uniform block{layout( offset=0) uniform highp float fog}`: the kind suffices, the text has the rest.
     if let Some((kind, _)) = words.iter().find_map(|word| word.split_once('{')) {
         return kind.to_owned();
     }

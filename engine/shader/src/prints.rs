@@ -50,7 +50,7 @@ pub struct OutOfBounds {
     pub count: u32,
     /// The invocation that was the first: `gl_GlobalInvocationID`.
     pub invocation: [u32; 3],
-    /// Where it went, and what there is: `index 70 of 64 elements`.
+    /// The index, and the size: `index 70 of 64 elements`.
     pub beyond: String,
 }
 

@@ -44,7 +44,7 @@ pub struct Shader {
     pub files: Vec<String>,
     /// BLAKE3 of the request, the texts that went in, and the compiler's version: equal keys, equal modules.
     pub key: [u8; 32],
-    /// BLAKE3 of what a driver is given: the module and the name of its entry point. Texts that differ in comments, in functions that nothing
+    /// BLAKE3 of the driver's input: the module and the name of its entry point. Texts that differ in comments, in functions that nothing
     /// calls, or in defines that change nothing have the same one.
     pub module: [u8; 32],
 }

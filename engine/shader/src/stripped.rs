@@ -1,5 +1,5 @@
-//! Texts without what no module follows from: comments, and white space beyond what separates. Texts that are equal without these give the same
-//! module, as long as the number of a line is not asked for.
+//! Texts without the parts that no module follows from: comments, and white space beyond separators. Texts that are equal without these
+//! give the same module, as long as the number of a line is not asked for.
 
 /// The stand-in for a comment of several lines. It is in no text that compiles.
 const LINES: char = '\u{1}';

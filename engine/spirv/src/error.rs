@@ -17,7 +17,7 @@ pub enum ModuleError {
         /// The largest size.
         limit: u64,
     },
-    /// There is no such entry point; the second value lists what there is.
+    /// There is no such entry point; the second value lists the existing ones.
     #[error("there is no compute entry point `{entry}`")]
     NoEntry {
         /// The requested entry point.

@@ -96,7 +96,7 @@ impl Constants {
         known
     }
 
-    /// The operation and what is wrong with its arguments, if something is.
+    /// The operation and the fault of its arguments, if there is one.
     fn judge(&self, instruction: &Instruction<'_>) -> Option<(&'static str, String)> {
         let lanes = |id: &u32| self.lanes.get(id);
         let zero = |id: &u32| lanes(id).is_some_and(|lanes| lanes.contains(&0.0));

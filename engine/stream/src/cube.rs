@@ -22,8 +22,8 @@ const MOST_LOG2_SIZE: u32 = 30;
 const ROOM: i64 = 4;
 
 impl Cube {
-    /// A cube around a camera, and all of what the camera wants. It is the smallest with `ROOM`: rays walk through one four times as large
-    /// more slowly, where the same land is in it.
+    /// A cube around a camera, and all tiles that the camera wants. It is the smallest with `ROOM`: rays walk through one four times as
+    /// large more slowly, where the same land is in it.
     #[expect(clippy::cast_possible_truncation, reason = "the corner is clamped to 32 bits")]
     pub fn around(camera: IVec3, reach: &StreamingRange) -> Self {
         let tile = TileKey::edge(reach.top());

@@ -27,7 +27,7 @@ const RING_FRAMES: u64 = 4;
 const LEAST_RING: u64 = 1 << 20;
 const MOST_RING: u64 = 64 << 20;
 
-/// Chunks that an edit touches at most which the next frame waits for, and how long: what is dug by hand is seen in the very next picture.
+/// The most chunks of an edit that the next frame waits for, and how long: a hole that is dug by hand is in the very next picture.
 const SMALL_EDIT: usize = 8;
 const SOON: Duration = Duration::from_millis(4);
 
@@ -329,7 +329,7 @@ impl WorldStream {
         Ok(frames.version)
     }
 
-    /// After a frame that was submitted: `before` is what had been submitted before it.
+    /// After a frame that was submitted: `before` is the last submission before it.
     pub fn end(&self, before: TimelineValue) {
         let began = Instant::now();
         let mut frames = self.frames();
@@ -379,7 +379,7 @@ impl WorldStream {
             match result {
                 Ok(()) => return Ok(()),
                 Err(StreamError::NoRoom { .. } | StreamError::TooManyLamps { .. }) if found && failed => {
-                    // Room is what earlier places took: no frame needs that any more once all have finished.
+                    // Earlier places hold the room: no frame needs them any more once all have finished.
                     self.device.wait_idle(PATIENCE).map_err(ExecuteError::from)?;
                     if let Some(taken) = &frames.taken {
                         self.streamer.released(taken.version);
@@ -402,7 +402,7 @@ impl std::fmt::Debug for WorldStream {
     }
 }
 
-/// Which tiles of a world are wanted: those of its file, and what is edited.
+/// The wanted tiles of a world: those of its file, and edited ones.
 pub fn streaming_range(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRange {
     let mut reach = StreamingRange::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
     tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));

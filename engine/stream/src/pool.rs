@@ -104,7 +104,7 @@ impl std::fmt::Debug for Held {
 }
 
 impl Pool {
-    /// A pool in a buffer of `words` words, which has room for the header and the palette at least. `poison` overwrites what is freed.
+    /// A pool in a buffer of `words` words, which has room for the header and the palette at least. `poison` overwrites freed words.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
         let palette = palette(materials);
@@ -153,7 +153,7 @@ impl Pool {
         Self { memory, allocator: Mutex::new(account), form, full_run: 0, capacity, poison }
     }
 
-    /// Bytes of a pool with room for so many bytes of tiles, and so many materials.
+    /// Bytes of a pool with room for `tiles` bytes of tiles, and `materials` materials.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn bytes_for(tiles: u64, materials: usize) -> u64 {
         let before =
@@ -169,7 +169,7 @@ impl Pool {
         account.count(block)
     }
 
-    /// A block of at least so many words for a part of a directory, or a table; `None` when there is no room for it.
+    /// A block of at least `words` words for a part of a directory, or a table; `None` when there is no room for it.
     pub fn allocate(&self, words: u32) -> Option<PoolBlock> {
         let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
         let block = account.directories.take(units).or_else(|| account.tiles.take(units));
@@ -244,7 +244,7 @@ impl Account {
         self.tiles.used + self.directories.used
     }
 
-    /// Notes what became of an attempt.
+    /// Notes the result of an attempt.
     fn count(&mut self, block: Option<PoolBlock>) -> Option<PoolBlock> {
         self.peak = self.peak.max(self.used());
         self.failed += u64::from(block.is_none());

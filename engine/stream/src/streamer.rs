@@ -93,7 +93,7 @@ pub enum StreamError {
         /// The system's reason.
         reason: String,
     },
-    /// One of its threads has ended. Nothing is loaded from then on; what was published stays.
+    /// One of its threads has ended. Nothing is loaded from then on; the last publication stays.
     #[error("the thread `{thread}` has ended: {reason}")]
     Ended {
         /// The thread.
@@ -184,7 +184,7 @@ struct Job {
 
 impl Shared {
     /// Locks the shared state. A thread that panics while it holds the lock ends the streamer, so that no thread goes on with half-changed
-    /// state. Frames then still read what is complete by itself: a publication and the figures.
+    /// state. Frames then still read the parts that are complete by themselves: a publication and the figures.
     fn state(&self) -> MutexGuard<'_, SharedState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

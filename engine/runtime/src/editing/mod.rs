@@ -130,7 +130,7 @@ impl Editing {
         self.edits.positions().collect()
     }
 
-    /// Saves what [`Editing::apply`] did. A fault of the save is reported once.
+    /// Saves the step of [`Editing::apply`]. A fault of the save is reported once.
     pub(crate) fn commit(&mut self, operations: &[Operation], change: &Change) {
         if let Some(save) = &mut self.save
             && let Err(error) = save.commit(operations, change)
@@ -142,7 +142,7 @@ impl Editing {
         }
     }
 
-    /// Does what is due for the save. To be called once a frame.
+    /// Does the due work for the save. To be called once a frame.
     pub(crate) fn poll_save(&mut self) {
         if let Some(save) = &mut self.save {
             let events = save.poll(&self.edits);
@@ -263,7 +263,7 @@ impl Editing {
     }
 }
 
-/// A world with what is in its save, without a device.
+/// A world with the contents of its save, without a device.
 pub struct SavedWorld(Editing);
 
 impl SavedWorld {

@@ -35,7 +35,7 @@ fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
     }
 }
 
-/// How a save is kept, as the world's file says.
+/// The options of a save, from the world's file.
 fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
     SaveOptions {
         sync: Duration::from_secs_f64(settings.sync),
@@ -46,7 +46,7 @@ fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
 }
 
 impl Editing {
-    /// Opens the save of the world's file and takes over what is in it. Returns messages: an error when it cannot be used.
+    /// Opens the save of the world's file and takes over its contents. Returns messages: an error when it cannot be used.
     pub(crate) fn open_save(&mut self, root: &Path, files: &dyn Files, saves: Saves) -> Vec<Diagnostic> {
         let base = Arc::clone(&self.base);
         let Some(settings) = base.loaded().save.clone().filter(|_| saves != Saves::Ignore) else { return Vec::new() };

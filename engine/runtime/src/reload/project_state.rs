@@ -36,7 +36,7 @@ pub struct ProjectState {
     pub named: Named,
 }
 
-/// A file of the project that takes the place of what runs.
+/// A file of the project that replaces the running one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ProjectFile {
     /// A graph, over the world that runs.
@@ -96,7 +96,7 @@ impl ProjectState {
         true
     }
 
-    /// Loads another file in place of what runs. A demo that runs ends.
+    /// Loads another file in place of the running one. A demo that runs ends.
     pub fn open(&mut self, file: &ProjectFile, loader: &Loader) {
         (self.demo, self.demo_path, self.named) = (None, None, Named::default());
         self.other_graphs.clear();
@@ -122,8 +122,8 @@ impl ProjectState {
         paths(self) != paths(before)
     }
 
-    /// Loads what the demo names and is not there yet or wrong, and drops what it names no longer. True for graphs and for the world when there
-    /// are others.
+    /// Loads the files that the demo names and that are not there yet or wrong, and drops those that it names no longer. True for graphs
+    /// and for the world when there are others.
     pub fn follow_demo(&mut self, loader: &Loader) -> Named {
         let mut changed = Named::default();
         let Some(demo) = self.demo.as_ref().and_then(|part| part.result.as_ref().ok()).cloned() else { return changed };
@@ -158,7 +158,7 @@ impl ProjectState {
         changed
     }
 
-    /// Every file with what was found in it.
+    /// Every file with its content.
     pub(super) fn files(&self) -> BTreeMap<String, Content> {
         let mut files = self.graph.files.clone();
         let others = self.other_graphs.values().map(|graph| &graph.files);

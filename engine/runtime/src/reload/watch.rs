@@ -65,7 +65,7 @@ impl Names {
 }
 
 impl Watcher {
-    /// Watches nothing yet. `poll` asks for polling; it is also what is left when the system's own means fail.
+    /// Watches nothing yet. `poll` asks for polling; it is also the fallback when the system's own means fail.
     pub fn new(root: &Path, poll: bool, tell: Tell) -> Self {
         let names = Arc::new(Mutex::new(Names::default()));
         let (watcher, means) = if poll { None } else { system(&names, &tell) }
@@ -142,7 +142,7 @@ fn polling(names: &Arc<Mutex<Names>>, tell: &Tell) -> Box<dyn notify::Watcher + 
     }
 }
 
-/// Turns the events of `notify` into file activities. `closes`: the system says when a writer closes a file.
+/// Turns the events of `notify` into file activities. `closes`: the system reports when a writer closes a file.
 fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(notify::Result<Event>) + Send + use<> {
     let (names, tell) = (names.clone(), tell.clone());
     move |event| {
@@ -157,7 +157,7 @@ fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(n
             | EventKind::Remove(_)
             | EventKind::Modify(ModifyKind::Name(_)) => FileActivity::Finished,
             EventKind::Access(_) => return,
-            // Rights and times. Polling says no more of a change of contents.
+            // Rights and times. Polling has no other event for a change of contents.
             EventKind::Modify(ModifyKind::Metadata(_)) if closes => return,
             _ if closes => FileActivity::Open,
             _ => FileActivity::Unknown,

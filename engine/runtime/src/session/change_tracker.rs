@@ -50,8 +50,8 @@ impl Reads {
         }
     }
 
-    /// The builtins whose change changes the picture. Time does not count, nor does what earlier frames have left. An input that the graph
-    /// does not read does not count either: a key that moves no camera must not restart a sum.
+    /// The builtins whose change changes the picture. Time does not count, and contents of earlier frames do not count either. An input
+    /// that the graph does not read does not count either: a key that moves no camera must not restart a sum.
     fn counted(&self, builtins: &Builtins) -> Builtins {
         let mut counted = Builtins {
             // The camera of the frame before follows the camera.
@@ -88,7 +88,8 @@ pub(super) struct Changes {
 /// The inputs of a picture besides the time.
 pub(super) struct Inputs<'a> {
     pub(super) world: &'a Arc<SessionWorld>,
-    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and what videos and sounds show.
+    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and the present texels of videos
+    /// and sounds.
     pub(super) versions: [u64; 4],
     pub(super) graph: &'a Arc<Graph>,
     /// Those of the frame without the tracker's own.

@@ -24,7 +24,7 @@ struct Word {
 }
 
 impl CounterWarnings {
-    /// Takes what a frame has counted.
+    /// Takes the counts of a frame.
     pub(super) fn note(&mut self, counted: CounterReading) {
         let CounterReading { resource, warning, count } = counted;
         let known = |word: &Word| (word.resource, word.warning) == (resource, warning);

@@ -1,4 +1,4 @@
-//! One frame, and what can be read of it.
+//! One frame, and reading its results.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -110,7 +110,7 @@ impl Session {
         self.recover(lost)
     }
 
-    /// Brings everything to the time of the next frame; gives what has changed with it.
+    /// Brings everything to the time of the next frame; returns the changes.
     fn begin(&mut self) -> Result<(FrameTime, Changes), FrameError> {
         let before = self.playback.clock.now();
         let time = self.playback.clock.tick(Instant::now());

@@ -17,7 +17,7 @@ use crate::manifest::Manifest;
 use crate::project::Project;
 use crate::reload::Waker;
 
-/// The files of a session, and its settings. Start from [`Options::default`] and change what you need.
+/// The files of a session, and its settings. Start from [`Options::default`] and change some fields.
 #[derive(Clone)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own, named where it is set")]
 pub struct Options {

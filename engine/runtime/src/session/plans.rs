@@ -19,7 +19,7 @@ pub(super) struct Plans {
     kept: Vec<(Selection, Arc<Plan>)>,
     /// The selection that has no possible plan; reported once, and not tried again unless the device refused it.
     refused: Option<Selection>,
-    /// When what the device refused is tried again.
+    /// The time of the next try after a refusal of the device.
     retry: Retry,
     /// The graph of the demo that has no possible plan; reported once, and not tried again until an edit.
     pub refused_graph: Option<String>,
@@ -58,12 +58,12 @@ impl Plans {
         self.kept.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone())
     }
 
-    /// Plans that were made for other sizes of what they bind hold no longer.
+    /// Plans for other sizes of their bound resources are stale.
     pub fn forget(&mut self) {
         self.kept.clear();
     }
 
-    /// On another device, what was refused may be possible.
+    /// On another device, a refused plan may be possible.
     pub fn allow(&mut self) {
         self.refused = None;
     }

@@ -18,7 +18,7 @@ use crate::world::SessionWorld;
 
 use super::members::find_member;
 
-/// The clock, and what follows it.
+/// The clock, and everything that follows it.
 pub(super) struct Playback {
     pub clock: Clock,
     pub view: CameraView,
@@ -59,7 +59,7 @@ pub(super) struct DemoPlayback {
     pub taken_over: bool,
     /// The resource that it showed in the last frame.
     pub target: Option<DebugTarget>,
-    /// It does not change what is shown.
+    /// It does not change the shown target.
     pub target_held: bool,
     /// The param that it does not drive at the moment: somebody moves it.
     pub released: Option<String>,
@@ -106,7 +106,7 @@ impl Playback {
             self.params.shown[id.0 as usize] = value;
         }
         followed.cut = before.is_some_and(|before| demo.cuts_between(before, time));
-        // A demo changes what is shown at its keys, not in between: a choice of the user's stays until the next key.
+        // A demo changes the shown target at its keys, not in between: a choice of the user's stays until the next key.
         let target = demo.debug_target(time);
         if self.demo.target.as_ref() != target && !self.demo.target_held {
             let target = target.cloned();
@@ -116,7 +116,7 @@ impl Playback {
         followed
     }
 
-    /// Brings the inputs to a time: what a demo drives, over what is held. `before` is the time of the last frame.
+    /// Brings the inputs to a time: the demo's, over the live ones. `before` is the time of the last frame.
     pub fn follow_inputs(&mut self, before: Option<Moment>, time: Moment, output: [u32; 2]) {
         let fixed = matches!(self.clock.pace(), Pace::Fixed(_)) || self.demo.drives();
         self.inputs.advance(fixed.then(|| time.seconds()));
@@ -131,7 +131,7 @@ impl Playback {
         inputs.lay_over(&mut self.inputs.shown, before, local, scale);
     }
 
-    /// Brings the microphone to a time: to the file of a demo that drives, or to what else it hears.
+    /// Brings the microphone to a time: to the file of a demo that drives, or to its other source.
     pub fn follow_microphone(&mut self, time: Moment) {
         let demo = self.demo.driving().and_then(|demo| Some((&demo.heard.as_ref()?.samples, demo.local_time(time))));
         self.microphone.follow(time.seconds(), demo);

@@ -81,7 +81,7 @@ impl Prints {
         self.frames.push_back((executed, frame));
     }
 
-    /// Takes what a pass has printed in a frame.
+    /// Takes the prints of a pass in a frame.
     pub(super) fn note(&mut self, mut prints: PassPrints) {
         let executed = prints.frame;
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);

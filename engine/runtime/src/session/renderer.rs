@@ -42,7 +42,7 @@ pub(super) struct Shown {
     pub viewport: Viewport,
     /// The resource that the user shows.
     pub debug_target: DebugTarget,
-    /// How, instead of as the graph says.
+    /// How, instead of the graph's way.
     pub display: Option<Display>,
     /// Which part of it.
     pub region: Region,
@@ -129,7 +129,7 @@ impl Renderer {
     }
 }
 
-/// How many times the watchdog's limit a device is given. A software device honestly takes as long for what would be a hang of a GPU.
+/// How many times the watchdog's limit a device is given. A software device may honestly take as long as a GPU that hangs.
 pub(super) fn patience(device: &raxel_gpu::Device) -> u32 {
     if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 }
 }

@@ -40,7 +40,7 @@ impl Session {
 }
 
 impl Renderer {
-    /// Notes what finished frames have counted and printed. Waits for none.
+    /// Notes the counts and prints of finished frames. Waits for none.
     pub(super) fn note_reports(&mut self) {
         for counted in self.executor.take_counted() {
             self.counters.note(counted);
@@ -58,7 +58,7 @@ impl Renderer {
         found
     }
 
-    /// Another graph runs, or the session starts over: what passes still report is reported again.
+    /// Another graph runs, or the session starts over: present reports are made again.
     pub(super) fn forget_reports(&mut self) {
         self.counters.forget();
         self.prints.forget();

@@ -1,4 +1,4 @@
-//! The world of a session: its newest voxels, its edits, and what passes make of it.
+//! The world of a session: its newest voxels, its edits, and the output of passes for it.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(super) struct WorldState {
 
 /// The change of its plan that a change of the world requires.
 pub(super) enum Edited {
-    /// Nothing: what is bound stays.
+    /// Nothing: bound resources stay.
     InPlace,
     /// To look whether another one is needed.
     Checked,

@@ -13,7 +13,7 @@ use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use super::SourceName;
 use super::file::FileSources;
 
-/// The name under which graphs declare what their passes do to the world.
+/// The name under which graphs declare their edits of the world.
 pub const EDITS: &str = "world.edits";
 
 /// The name under which graphs declare where their passes put instances.

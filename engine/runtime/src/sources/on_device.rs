@@ -233,8 +233,8 @@ impl OnDevice {
         }
     }
 
-    /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes.
-    /// `microphone` is what the frame hears. Gives a number that differs where other texels are shown, and what has gone wrong.
+    /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding
+    /// takes. `microphone` is the sound that the frame hears. Returns a number that differs where other texels are shown, and messages.
     pub fn play(&self, seconds: f64, waits: bool, microphone: &Heard<'_>) -> (u64, Vec<Diagnostic>) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut shown, mut wrong) = (0_u64, Vec::new());
@@ -256,13 +256,13 @@ impl OnDevice {
         (shown, wrong)
     }
 
-    /// Drops what there is of a world.
+    /// Drops everything of a world.
     pub fn forget(&self, world: &SessionWorld) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         entries.retain(|entry| !matches!(&entry.key, Key::Voxels { world: of, .. } if is(of, world)));
     }
 
-    /// Sizes of what is there of a world, by the names that the planner knows.
+    /// Sizes of a world's sources that are there, by the planner's names.
     pub fn sizes(&self, world: &SessionWorld) -> BTreeMap<String, SourceSize> {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let named = |entry: &Entry| match &entry.key {
@@ -292,11 +292,11 @@ impl OnDevice {
 }
 
 impl Entry {
-    /// Writes what an edit changed, if that is possible before one frame.
+    /// Writes the changes of an edit, if that is possible before one frame.
     fn follow(&mut self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
         let Some(Live::Edits(live)) = &mut self.live else { return false };
         let Some(patches) = live.update(world.voxels(), changes.iter().cloned()) else { return false };
-        // A part of an edit alone must never be in a frame: its nodes would lead to what is not there yet.
+        // A part of an edit alone must never be in a frame: its nodes would lead to missing ones.
         let bytes: usize = patches.iter().map(|patch| 4 * patch.words.len()).sum();
         if self.source.waiting_bytes() + bytes > FRAME_BYTES {
             return false;

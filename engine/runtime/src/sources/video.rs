@@ -1,4 +1,4 @@
-//! Videos that play: a thread decodes ahead, and each frame of the session takes what its time asks for.
+//! Videos that play: a thread decodes ahead, and each frame of the session takes the video's frame of its time.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
@@ -27,7 +27,7 @@ pub(super) struct Player {
     next: u64,
     /// The number of the frame that the source holds.
     shown: u64,
-    /// A frame that found no room in what the next frame uploads.
+    /// A frame that found no room in the uploads of the next frame.
     unwritten: Option<(u64, FileImage)>,
     ended: bool,
     /// Nothing more is decoded.
@@ -171,7 +171,7 @@ mod tests {
 
     use super::*;
 
-    /// Three frames, of a file that says five.
+    /// Three frames, of a file that claims five.
     fn short(folder: &tempfile::TempDir) -> Player {
         let disk = folder.path().join("a.mkv");
         let mut ffmpeg = Command::new("ffmpeg");

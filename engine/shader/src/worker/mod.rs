@@ -40,7 +40,7 @@ pub const MAX_WAIT: Duration = Duration::from_secs(120);
 /// The only argument of a child.
 const ARGUMENT: &str = "--raxel-shader-compiler";
 
-/// Which program the children are, and what they may take.
+/// The program of the children, and their limits.
 struct Isolation {
     program: PathBuf,
     limits: CompileLimits,

@@ -11,7 +11,7 @@ use crate::reach::TileKey;
 pub(super) struct LightTable {
     /// Blocks of lamps and of tables that no publication from this version on reaches.
     retired: VecDeque<(u64, PoolBlock)>,
-    /// The groups that are shown, their table, and what stands in front of the list.
+    /// The shown groups, their table, and the header in front of the list.
     groups: Vec<LightGroup>,
     table: Option<PoolBlock>,
     header: [u32; HEADER_WORDS],
@@ -61,7 +61,7 @@ impl LightTable {
         self.again.remove(&key);
     }
 
-    /// There was no room for the lamps of a tile, which take so many words.
+    /// There was no room for the lamps of a tile, which take `words` words.
     pub(super) fn leave_out(&mut self, key: TileKey, words: u32) {
         self.left_out.insert(key, words);
         self.refused = true;

@@ -43,8 +43,8 @@ impl Drop for Begun<'_> {
 }
 
 impl NeighborFaceCache {
-    /// The cached face of a chunk, or the one that `make` returns. `make` also says whether to cache it: a face that could not be loaded is not
-    /// cached.
+    /// The cached face of a chunk, or the one that `make` returns. `make` also decides whether to cache it: a face that could not be loaded
+    /// is not cached.
     pub(super) fn get(&self, pos: ChunkPos, face: u32, make: impl FnOnce() -> (Side, bool)) -> Arc<Side> {
         let begun = {
             let mut known = self.known();

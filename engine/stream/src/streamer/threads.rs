@@ -14,7 +14,7 @@ use super::{Shared, StreamError};
 /// The work of a thread.
 pub(super) type Run = Box<dyn FnOnce() + Send>;
 
-/// Starts a thread with a name: [`spawn`], or what a test has in its place.
+/// Starts a thread with a name: [`spawn`], or a test's function.
 pub(super) type Spawn<'s> = &'s dyn Fn(&str, Run) -> std::io::Result<JoinHandle<()>>;
 
 /// Starts a thread of the system.
@@ -61,8 +61,8 @@ fn words(payload: &(dyn Any + Send)) -> &str {
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
 }
 
-/// Whether a test has asked for a fault at a place, so that what a user sees of a thread that fails can be tested from outside. Builds for users have no
-/// debug assertions, and nothing of this.
+/// Whether a test has planted a fault at a place, so that a user's view of a failing thread can be tested from outside. Builds for users
+/// have no debug assertions, and nothing of this.
 #[cfg(debug_assertions)]
 pub(super) fn planted(place: &str) -> bool {
     std::env::var_os("RAXEL_FAULT_STREAM").is_some_and(|planted| planted == place)

@@ -138,7 +138,7 @@ fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps
     (MadeLamps { block: Some(place), ..made }, groups.into())
 }
 
-/// Waits until a frame may bring so many bytes; what was edited is brought at once.
+/// Waits until a frame may bring `bytes` bytes; edited tiles are brought at once.
 fn wait_for_frame(shared: &Shared, bytes: u64, stale: bool) {
     let mut state = shared.state();
     while !stale && !shared.stop.load(Ordering::Acquire) {

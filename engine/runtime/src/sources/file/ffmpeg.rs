@@ -9,7 +9,7 @@ use std::time::Duration;
 /// How long a file may take until it is decoded.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Most bytes that ffprobe says.
+/// Longest answer of ffprobe, in bytes.
 const MOST_SAID: u64 = 1 << 16;
 
 /// Options that read a file: no file leads to another one or to the network, as a list of files would.
@@ -51,11 +51,11 @@ pub(super) fn missing(program: &str, error: &std::io::Error) -> String {
 /// The output of a program.
 struct Output {
     bytes: Vec<u8>,
-    /// The end of the first line on stderr, without what stands before its last colon.
+    /// The end of the first line on stderr, behind its last colon.
     error: String,
 }
 
-/// Runs a program until it ends, has written so many bytes, or has taken too long.
+/// Runs a program until it ends, has written `most` bytes, or has taken too long.
 fn run(program: &str, mut command: Command, most: u64, patience: Duration) -> Result<Output, String> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|error| missing(program, &error))?;

@@ -1,4 +1,4 @@
-//! Sound files: ffmpeg decodes all of a sound when what names it is loaded.
+//! Sound files: ffmpeg decodes all of a sound when its graph is loaded.
 
 use std::path::Path;
 use std::sync::Arc;

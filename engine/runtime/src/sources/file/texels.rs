@@ -56,7 +56,7 @@ impl Channel {
         }
     }
 
-    /// Appends a number; what it cannot hold is clamped. Of unorm channels, 1 is the largest number.
+    /// Appends a number; one out of range is clamped. Of unorm channels, 1 is the largest number.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
