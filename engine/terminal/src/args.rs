@@ -5,7 +5,7 @@ use raxel_runtime::present::Viewport;
 
 use crate::console::Format;
 
-/// The form of messages and of what a verb prints.
+/// The form of messages and of a verb's output.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Messages {
     /// The form of messages and results.

@@ -5,7 +5,7 @@ use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 
 use crate::console::{Console, To};
 
-/// Lets this process use the cache that the environment says.
+/// Lets this process use the cache of the environment.
 pub fn open(console: &Console) {
     let CacheLocation::Folder(folder) = CacheLocation::of_environment() else { return };
     let console = console.clone();

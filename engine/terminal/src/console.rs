@@ -82,7 +82,7 @@ impl Console {
         self.verbose
     }
 
-    /// Whether to colour what goes there.
+    /// Whether to colour that stream.
     pub fn colored(&self, to: To) -> bool {
         match self.color {
             Color::Always => true,
@@ -110,7 +110,7 @@ impl Console {
         }
     }
 
-    /// A message for who asked for more (`--verbose`).
+    /// A message for `--verbose`.
     pub fn detail(&self, text: &str) {
         if self.verbose {
             self.message(text);

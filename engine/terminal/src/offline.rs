@@ -22,7 +22,7 @@ use raxel_worldfile::Effort;
 use crate::console::{Console, To};
 use crate::failure::Result;
 
-/// Limits that no Vulkan 1.3 device in use exceeds by much: what does not fit these fits nowhere.
+/// Limits that no Vulkan 1.3 device in use exceeds by much: a graph that does not fit these fits nowhere.
 pub const LARGEST: DeviceLimits = DeviceLimits {
     image_2d: 32768,
     image_3d: 16384,
@@ -60,7 +60,7 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// By the name of a file that somebody named: the folder it lies in decides what is no demo and no .vox.
+    /// By the name of a named file: the folder it lies in decides for a file that is no demo and no .vox.
     pub fn of_named(path: &Path) -> Self {
         let folder = path.parent().and_then(Path::file_name).is_some_and(|folder| folder == "worlds");
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -91,7 +91,7 @@ impl FileKind {
     }
 }
 
-/// A project and what loads its files.
+/// A project and the loader of its files.
 pub struct OfflineProject {
     /// The project.
     pub project: Project,
@@ -167,7 +167,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// How many errors it has; what else was found are warnings.
+    /// Its number of errors; the rest are warnings.
     pub fn errors(&self) -> usize {
         self.found.iter().filter(|d| d.severity == Severity::Error).count()
     }
@@ -199,7 +199,7 @@ impl OfflineProject {
         Self { project, loader, worlds: RefCell::default() }
     }
 
-    /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for what checks files.
+    /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for verbs that check files.
     #[must_use]
     pub fn for_checks(self) -> Self {
         let loader = self.loader.with_effort(Effort::UpTo(CHECKED_CHUNKS));
@@ -264,7 +264,7 @@ impl OfflineProject {
         self.whole(&world, path, None, console).map(|()| world)
     }
 
-    /// Stops at a world that never has all of its voxels. `instead` says what can be done with it as it is.
+    /// Stops at a world that never has all of its voxels. `instead` is the advice for a use of it as it is.
     pub fn whole(&self, world: &SessionWorld, path: &str, instead: Option<&str>, console: &Console) -> Result<()> {
         let Some(streamed) = world.streamed() else { return Ok(()) };
         let mut diagnostic = Diagnostic::error(
@@ -279,7 +279,7 @@ impl OfflineProject {
         Err(console.stop_in(&[diagnostic], &self.text(path)))
     }
 
-    /// The text of a file that was loaded, for what points into it.
+    /// The text of a loaded file, for places in it.
     fn text(&self, path: &str) -> SourceMap {
         let mut texts = SourceMap::default();
         // A file that cannot be read any more is named all the same.
@@ -287,7 +287,7 @@ impl OfflineProject {
         texts
     }
 
-    /// Loads a world with what is in its save.
+    /// Loads a world with the contents of its save.
     pub fn saved_world(&self, path: &str, saves: Saves, console: &Console) -> Result<SavedWorld> {
         let world = self.world(path, console)?;
         let (saved, found) = SavedWorld::open(&world, self.project.root(), &**self.loader.files(), saves)

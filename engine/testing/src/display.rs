@@ -52,7 +52,7 @@ impl Display {
         (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
     }
 
-    /// Runs xdotool on it, and gives what it wrote.
+    /// Runs xdotool on it, and returns its output.
     pub fn xdotool(&self, arguments: &[&str]) -> String {
         // ./raxel test installs it.
         let output = output(Command::new("xdotool").args(arguments).env("DISPLAY", &self.name));

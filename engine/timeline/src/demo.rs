@@ -1,4 +1,4 @@
-//! A demo as data, and what it drives at a time.
+//! A demo as data, and its values at a time.
 
 use glam::DVec3;
 use raxel_diagnostics::{Span, Spanned};
@@ -263,7 +263,7 @@ pub struct Looked {
 }
 
 impl Demo {
-    /// The frame at so many seconds, headless.
+    /// The frame at `seconds` seconds, headless.
     pub fn frame_at(&self, seconds: f64) -> u64 {
         Moment::from(seconds).nearest(Fraction::of(self.fps))
     }

@@ -178,7 +178,7 @@ fn presses<T: Copy + Default>(
     })
 }
 
-/// The pixel of an output that has so many pixels for one of the demo's.
+/// The pixel of an output with `scale` pixels for one of the demo's.
 #[expect(clippy::cast_possible_truncation, reason = "a cast of a float saturates")]
 fn scaled(pixel: [f64; 2], scale: [f64; 2]) -> [i32; 2] {
     [0, 1].map(|axis| ((pixel[axis].round() + 0.5) * scale[axis]).floor() as i32)

@@ -1,4 +1,4 @@
-//! Reads a demo file: what its declaration in `demo.rs` leaves to functions, which is mostly about time.
+//! Reads the parts of a demo file that its declaration in `demo.rs` leaves to functions, mostly about time.
 
 use std::ops::RangeInclusive;
 

@@ -1,5 +1,5 @@
 //! Takes: the inputs of the frames of a session, as a demo that repeats them. A take has the camera, params, inputs and the debug target of
-//! each frame, the edits of the world between them, and what the microphone heard.
+//! each frame, the edits of the world between them, and the microphone's sound.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -78,7 +78,7 @@ pub struct Take {
     pub sound: Option<Vec<i16>>,
     /// Its length.
     pub seconds: f64,
-    /// Why it is shorter than what was asked for.
+    /// Why it is shorter than requested.
     pub ended: Option<Ended>,
 }
 
@@ -135,7 +135,7 @@ pub struct Recorder {
     sound: Vec<i16>,
     /// The last value of [`Heard::changes`].
     sound_changes: Option<u64>,
-    /// Each with the time of the frame that saw it first, as a demo's file says it.
+    /// Each with the time of the frame that saw it first, in the form of a demo's file.
     edits: Vec<(f64, String)>,
     /// Edits that no frame has seen yet.
     unseen: Vec<String>,
@@ -256,7 +256,7 @@ impl Recorder {
         self.last = Some(*told.time);
     }
 
-    /// Notes what a frame can hear and no frame before it could.
+    /// Notes the new samples of a frame.
     fn hear(&mut self, heard: &Heard<'_>) {
         self.sound_changes = Some(heard.changes);
         let over = usize::try_from(heard.over).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);

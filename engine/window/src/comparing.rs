@@ -1,4 +1,4 @@
-//! Compares what is shown with a picture that was kept (a copy of a target, or a file), or with another target of the running graph.
+//! Compares the shown target with a picture that was kept (a copy of a target, or a file), or with another target of the running graph.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub struct Comparing {
     loading: Option<Receiver<Result<Kept, String>>>,
     uploading: Option<Uploading>,
     measuring: Option<Receiver<Figures>>,
-    /// A live target and what is shown, on their way from the device to be measured.
+    /// A live target and the shown one, on their way from the device to be measured.
     copying: Option<Copying>,
 }
 
@@ -118,7 +118,7 @@ impl Default for Comparing {
 }
 
 impl Comparing {
-    /// Keeps a copy of what is shown.
+    /// Keeps a copy of the shown target.
     pub fn keep(&mut self, name: &str, texels: Texels) {
         let name = format!("{name}, {} × {}", texels.width, texels.height);
         self.replace(Kept { name, what: What::Still(Pixels::Texels(Arc::new(texels))), on_device: None });
@@ -129,7 +129,7 @@ impl Comparing {
         self.replace(Kept { name: format!("{target}, live"), what: What::Live(target), on_device: None });
     }
 
-    /// Reads a picture from a file on a thread of its own; [`Self::update`] says how that went.
+    /// Reads a picture from a file on a thread of its own; [`Self::update`] reports the result.
     pub fn load(&mut self, path: &Path, name: &str) {
         let (path, name) = (path.to_owned(), name.to_owned());
         let (send, receive) = channel();
@@ -294,15 +294,15 @@ impl Comparing {
         made.as_ref().ok().filter(|_| *device == session.device().id())
     }
 
-    /// Finds how far a copy of what is shown, of this name, is from the kept picture. `display` is how it is shown.
+    /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
     pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = &self.kept else { return };
         let pixels = pixels.clone();
         self.find_figures(pixels, name.to_owned(), texels, display);
     }
 
-    /// Asks the device for the live target and for what is shown, of this name, as the last frame left both: [`Self::update`] finds how far they are
-    /// apart. False when nothing is live.
+    /// Asks the device for the live target and for the shown one, of this name, as the last frame left both: [`Self::update`] finds how far
+    /// they are apart. False when nothing is live.
     pub fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
         let Some(live) = self.live().cloned() else { return false };
         let mut ask = |of: &DebugTarget| session.request_texels(&of.resource, of.age, of.mip, of.layer);
@@ -313,7 +313,7 @@ impl Comparing {
         true
     }
 
-    /// Takes what [`Self::measure_live`] asked for, once it is there.
+    /// Takes the copies of [`Self::measure_live`], once they are there.
     fn take_copies(&mut self) {
         /// Values are compared with values, however they are shown.
         const VALUES: Display = Display { map: DisplayMap::Raw, range: [0.0, 1.0], channel: 0 };
@@ -341,7 +341,7 @@ impl Comparing {
         self.measuring = Some(receive);
     }
 
-    /// The figures were asked for, and what is shown is being copied.
+    /// The figures were asked for, and the shown target is being copied.
     pub fn await_figures(&mut self) {
         self.figures = Figures::Awaited;
     }

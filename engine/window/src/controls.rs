@@ -38,7 +38,7 @@ pub(super) enum Command {
     Pin,
     /// Zoom or pan.
     Look(Move),
-    /// Keep what is shown, to compare with it.
+    /// Keep the shown picture, to compare with it.
     Keep,
     /// Compare with the target that is shown now, as it goes on.
     KeepLive,
@@ -138,12 +138,12 @@ impl Controls {
         }
     }
 
-    /// The wheel was turned by so many lines, away from the user where positive.
+    /// The wheel was turned by `lines` lines, away from the user where positive.
     pub fn wheel(&mut self, lines: f64) {
         self.set_speed(self.speed * 1.2_f64.powf(lines.clamp(-20.0, 20.0)));
     }
 
-    /// A key went down or up. Gives what it asks for, once a press.
+    /// A key went down or up. Returns its command, once a press.
     pub fn key(
         &mut self,
         physical: PhysicalKey,

@@ -7,10 +7,10 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Tab
 use super::recording::Recording;
 use super::write_back::{camera_values, implicit_table, literal, parsed, rounded};
 
-/// A key within so many seconds is overwritten by a new recording.
+/// A key at most this many seconds away is overwritten by a new recording.
 const SAME: f64 = 0.005;
 
-/// A key that ends what was before stands so many seconds in front of the next.
+/// A key that ends the part before it stands this many seconds in front of the next.
 const APART: f64 = 0.01;
 
 /// Why a check stays where it is.

@@ -59,7 +59,7 @@ impl Described {
     }
 }
 
-/// For each param the file that its default stands in: the first of the graph and what it extends that has one.
+/// For each param the file with its default: the first one among the graph and those that it extends.
 fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
     let mut found = HashMap::new();
     for file in graph.files.iter().filter(|file| Path::new(file).extension().is_some_and(|end| end == "toml")) {
@@ -84,7 +84,7 @@ pub(super) fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
     }
 }
 
-/// A row for each tick in which a pass may run, or the one that says why it does not.
+/// A row for each tick in which a pass may run, or one with the reason why it does not.
 fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     let pass = plan.graph.pass(id);
     let written = accesses(graph, plan, id).find(|(_, access)| access.access.writes());

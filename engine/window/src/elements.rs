@@ -3,7 +3,7 @@
 use raxel_graph::checked::{Graph, ResourceKind};
 use raxel_shader::interface::{BindingKind, Block, Scalar, Type};
 
-/// Columns of a table at most: what a struct has beyond them is left out.
+/// The most columns of a table: the rest of a struct is left out.
 const COLUMNS: usize = 64;
 
 /// How a buffer is divided into elements, and these into scalars.
@@ -83,7 +83,7 @@ impl Elements {
         self.columns.iter().map(|column| column.value(bytes, start, at).unwrap_or_default()).collect()
     }
 
-    /// Names and values of what stands before the first element, as far as it is there.
+    /// Names and values of the columns before the first element, as far as they are there.
     pub fn head(&self, bytes: &[u8], start: u64) -> Vec<[String; 2]> {
         self.head.iter().filter_map(|column| Some([column.title(), column.value(bytes, start, 0)?])).collect()
     }

@@ -85,7 +85,7 @@ impl Viewer<'_> {
         self.long = [false, self.long[0]];
         let report = match self.next_report() {
             Ok(report) => report,
-            // Said once; what ran before runs on.
+            // Reported once; the old plan runs on.
             Err(error @ FrameError::Plan { .. }) => {
                 self.reloads.refused(&error);
                 if let FrameError::Plan { diagnostics, texts } = &error {
@@ -191,12 +191,12 @@ impl Viewer<'_> {
         Some(self.last + Duration::from_secs(1) / cap.max(1))
     }
 
-    /// Does what is to be done since files have changed.
+    /// Handles the events since files have changed.
     pub(super) fn take_events(&mut self) -> Result {
         self.session.poll_reload().into_iter().try_for_each(|event| self.note(event))
     }
 
-    /// Notes what happened to the files.
+    /// Notes an event of the files.
     fn note(&mut self, event: ReloadEvent) -> Result {
         self.reloads.tell(&event);
         if let Some(control) = &mut self.control {
@@ -225,7 +225,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Draws the panels over the next picture and does what the user asks for in them.
+    /// Draws the panels over the next picture and carries out the user's requests in them.
     fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
         let over_panels = self.is_over_panels();
         let (magnified, region) = (self.magnified(), self.magnifier.region());
@@ -346,7 +346,7 @@ impl Viewer<'_> {
         }
         let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
         let visible = self.panels.are_drawn();
-        // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
+        // With a pass that is off, the picture is incomplete: the last whole one stays where it is kept.
         let whole = !self.session.outcomes().contains(&PassOutcome::Off);
         let presented = match open.pictures {
             Pictures::Same if open.presenter.device().id() != self.session.device().id() => {
@@ -421,7 +421,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Whether the device has finished what was waited for. Says what it works on when that takes long, once until a frame is quick again.
+    /// Whether the device has finished the awaited work. Names its work when that takes long, once until a frame is quick again.
     pub(super) fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
         match progress.map_err(|error| frame_failure(error, self.console))? {
             Progress::Done => {

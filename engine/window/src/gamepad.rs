@@ -28,7 +28,7 @@ pub enum Gamepads {
 }
 
 impl Gamepads {
-    /// Tells the inputs what happened since the last call, once a graph reads a gamepad. Gives what a user should know.
+    /// Passes events since the last call to the inputs, once a graph reads a gamepad. Returns a message for the user.
     pub fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
         match self {
             Self::Unasked if is_read(graph) => {
@@ -77,7 +77,7 @@ mod of_system {
         Trigger(usize, f64),
     }
 
-    /// Tells the inputs what happened.
+    /// Passes an event to the inputs.
     fn note(inputs: &mut Inputs, happened: Happened) {
         let gamepad = inputs.gamepad();
         match happened {
@@ -109,7 +109,7 @@ mod of_system {
             }
         }
 
-        /// Tells the inputs what happened since the last call. Gives what a user should know.
+        /// Passes events since the last call to the inputs. Returns a message for the user.
         pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
             let mut said = None;
             while let Some(event) = self.gilrs.next_event() {

@@ -466,7 +466,7 @@ impl<'a> Viewer<'a> {
         Ok(viewer)
     }
 
-    /// The session runs from here on: it is set up as the command line says, and what was kept for its project is read.
+    /// The session runs from here on: the command line's options are applied, and the files kept for its project are read.
     fn begin(&mut self) -> Result {
         self.args.what.set_up(&mut self.session, self.console)?;
         self.console.message(&format!(

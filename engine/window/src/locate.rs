@@ -1,4 +1,4 @@
-//! Where in a picture the texels are that its numbers speak of, and what lies around one.
+//! The places of the texels behind a picture's figures, and the surroundings of one.
 
 use raxel_execute::{Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
@@ -6,7 +6,7 @@ use raxel_panels::view::{Sought, WrittenTexel, Zoom};
 use raxel_shader::interface::ScalarKind;
 use raxel_world::srgb_from_linear;
 
-/// The texel after another, or the one before, whose channel has what is looked for: in order of rows, and from the last to the first. The
+/// The texel after another, or the one before, with a sought value in its channel: in order of rows, and from the last to the first. The
 /// texel itself when there is no other; `None` when there is none.
 pub fn next(texels: &Texels, channel: u32, sought: Sought, from: Option<[u32; 2]>, forward: bool) -> Option<[u32; 2]> {
     let channel = channel.min(3) as usize;

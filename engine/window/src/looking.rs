@@ -27,7 +27,7 @@ pub(super) enum Move {
     Out,
     /// The whole picture.
     Whole,
-    /// To what lies left, right, above or below.
+    /// To the neighbour on the left, on the right, above or below.
     Step { right: i8, down: i8 },
 }
 
@@ -39,7 +39,7 @@ impl Viewer<'_> {
             || self.panels.layout.is_open(Panel::Inspect)
     }
 
-    /// Magnifies about the cursor by so many lines of the wheel.
+    /// Magnifies about the cursor by `lines` lines of the wheel.
     pub(super) fn magnify(&mut self, lines: f64) {
         self.zoom(WHEEL.powf(lines.clamp(-20.0, 20.0)));
     }
@@ -70,7 +70,7 @@ impl Viewer<'_> {
         self.notice(format!("magnified {:.1} times{whole}", self.magnifier.zoom()));
     }
 
-    /// Extents of what is shown in texels, and of the window in pixels. A buffer has as many texels as the output has pixels.
+    /// Extents of the shown target in texels, and of the window in pixels. A buffer has as many texels as the output has pixels.
     fn extents(&self) -> Extents {
         Extents {
             picture: self.shown_extent().unwrap_or(self.session.size()),
@@ -98,7 +98,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Whether texels are so large that their values are written on them.
+    /// Whether texels are large enough for their values to be written on them.
     pub(super) fn writes_values(&self) -> bool {
         let Extents { picture, window } = self.extents();
         let texel = |axis: usize| f64::from(window[axis]) / f64::from(picture[axis]) * self.magnifier.zoom();

@@ -23,7 +23,7 @@ use raxel_world::{Bounds, Material, srgb_from_linear};
 
 use super::described::{Described, Row, accesses, place, state};
 
-/// Times of frames and passes, and what the running plan is made of.
+/// Times of frames and passes, and the parts of the running plan.
 #[derive(Default)]
 pub struct PanelData {
     /// Milliseconds from frame to frame.
@@ -49,7 +49,7 @@ pub struct PanelData {
 }
 
 impl PanelData {
-    /// Notes what a frame took.
+    /// Notes the times of a frame.
     pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
         self.held = self.held.take().filter(|_| self.peeking);
         self.ran = [report.dispatched, report.skipped, report.idle];
@@ -73,7 +73,7 @@ impl PanelData {
         }
     }
 
-    /// An edit runs: times of what ran before say nothing of it.
+    /// An edit runs: times before it no longer count.
     pub fn forget(&mut self) {
         let interval = std::mem::take(&mut self.interval);
         *self = PanelData { interval, peeking: self.peeking, ..PanelData::default() };
@@ -322,7 +322,7 @@ pub fn under(session: &Session, hit: &CastHit) -> String {
     format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance)
 }
 
-/// The demo. `looped` is what the user has chosen.
+/// The demo. `looped` is the user's choice.
 pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
     let now = session.clock().now().map_or(Moment::START, |now| now.time);

@@ -48,9 +48,10 @@ pub(super) fn present_with(text: &str) -> std::result::Result<PresentWith, Strin
 }
 
 impl Open {
-    /// For a window that shows what `device` makes. A device that computes on the processor has one queue, and its presenting waits for all that
-    /// is in it: another one presents there, so that the panels answer while the first one works. A GPU presents by itself where it can; where
-    /// it cannot (it has no display, and the window is on a server that knows nothing of it), the best device that can does.
+    /// For a window that shows the pictures of `device`. A device that computes on the processor has one queue, and its presenting waits
+    /// for all that is in it: another one presents there, so that the panels answer while the first one works. A GPU presents by itself
+    /// where it can; where it cannot (it has no display, and the window is on a server that knows nothing of it), the best device that can
+    /// does.
     pub fn on(
         device: &Arc<Device>,
         with: Option<&PresentWith>,

@@ -88,7 +88,7 @@ impl Recording {
         }
     }
 
-    /// Its keys: as few as come close to what was seen. Whole numbers and switches have one where they change.
+    /// Its keys: as few as come close to the seen values. Whole numbers and switches have one where they change.
     pub fn keys(&self) -> Vec<Key> {
         let last = self.samples.len().saturating_sub(1);
         let mut kept = vec![false; self.samples.len()];
@@ -114,7 +114,7 @@ impl Recording {
         is_integer(&self.before) || matches!(self.before, Value::Bool(_))
     }
 
-    /// Keeps both ends of a part, and what is farthest from the line between them, as long as that is too far (Douglas and Peucker).
+    /// Keeps both ends of a part, and the point farthest from the line between them, as long as that is too far (Douglas and Peucker).
     fn thin(&self, [from, to]: [usize; 2], tolerance: f64, kept: &mut [bool]) {
         let (Some((t0, a)), Some((t1, b))) = (self.samples.get(from), self.samples.get(to)) else { return };
         (kept[from], kept[to]) = (true, true);

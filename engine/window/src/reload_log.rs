@@ -8,7 +8,7 @@ use serde_json::json;
 /// The effect of the loss of a device on the state of a graph.
 pub(super) const STARTED_OVER: &str = "targets and buffers start over at `init`, histories and simulations with them";
 
-/// Says what happened and keeps what the title shows of it.
+/// Reports the events and keeps the title's part of them.
 pub struct ReloadLog<'a> {
     console: &'a Console,
     /// Generation that runs.

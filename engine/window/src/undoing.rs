@@ -1,4 +1,4 @@
-//! Undo and redo of what the window has changed, and keys of params that are recorded.
+//! Undo and redo of the window's changes, and keys of params that are recorded.
 
 use std::sync::Arc;
 
@@ -139,7 +139,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Before a frame: writes what was recorded, once the param is let go of.
+    /// Before a frame: writes the recording, once the param is released.
     pub(super) fn record_frame(&mut self) {
         let (time, held) = (self.seconds(), self.is_held());
         if let Some(recording) = self.recorder.frame(time, held) {
@@ -173,7 +173,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Makes a demo of what runs with the keys of a recording, and gives its project path.
+    /// Makes a demo of the running files with the keys of a recording, and returns its project path.
     fn new_demo(&mut self, recording: &Recording) -> Result<String, String> {
         let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
         let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;

@@ -23,7 +23,7 @@ pub struct Written {
 }
 
 impl Written {
-    /// A text that was written over what was there before.
+    /// A text that replaces the one before.
     pub fn of(file: &str, path: &Path, before: Option<String>, after: String) -> Self {
         Self { file: file.to_owned(), path: path.to_owned(), before, after: Some(after) }
     }

@@ -355,7 +355,7 @@ impl Packed {
         }
     }
 
-    /// Of a working copy with so many solids. Most blocks are of one material, and full.
+    /// Of a working copy with `solids` solids. Most blocks are of one material, and full.
     #[expect(clippy::cast_possible_truncation, reason = "materials have 16 bits, and this palette at most 256 entries")]
     fn of_blocks(dense: &DenseChunk, solids: usize) -> Self {
         let mut seen = vec![0u64; (1 << MaterialIndex::BITS) / 64];

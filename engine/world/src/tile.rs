@@ -27,7 +27,7 @@ pub const fn cell_edge(level: u32) -> i64 {
     1 << (2 * level)
 }
 
-/// A source of the contents of tiles. An answer depends on nothing but the tile: not on what was asked before, nor on the thread.
+/// A source of the contents of tiles. An answer depends on nothing but the tile: earlier requests and the thread do not matter.
 pub trait ChunkProvider: Send + Sync {
     /// The palette of all its tiles; index 0 is air.
     fn materials(&self) -> &[Material];
@@ -68,7 +68,7 @@ pub struct Unavailable {
     pub pos: ChunkPos,
     /// The type of failure.
     pub cause: Cause,
-    /// Why, in words: where the bytes should be, and what is wrong with them.
+    /// The reason in words: the place of the bytes, and their fault.
     pub reason: Arc<str>,
 }
 
@@ -160,9 +160,9 @@ impl World {
     }
 }
 
-/// Writes what a tile looks like one level above into its 16³ cells of the tile around it: `place`, each in 0…3, is where it lies in
-/// that. A cell is solid if any of the 4³ below is, so that no ray passes through a coarse tile that a finer one would have stopped; it
-/// is of the material that most of them are of, of equally many the one with the lowest index.
+/// Writes a tile, as it looks one level above, into its 16³ cells of the tile around it: `place`, each in 0…3, is where it lies in that. A
+/// cell is solid if any of the 4³ below is, so that no ray passes through a coarse tile that a finer one would have stopped; it is of the
+/// material that most of them are of, of equally many the one with the lowest index.
 pub fn reduce(content: &Content, place: [u32; 3], coarse: &mut DenseChunk) {
     let node = crate::chunk::child_index(place[0], place[1], place[2]) as usize;
     for block in node * 64..node * 64 + 64 {

@@ -34,7 +34,7 @@ pub enum Aim {
     },
 }
 
-/// Coordinates that a camera may have, and what it looks at, in voxels.
+/// Coordinates of a camera and of its target, in voxels.
 pub const CAMERA_COORDINATES: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
 /// Vertical fields of view that a camera may have, in degrees.

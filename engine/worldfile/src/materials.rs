@@ -23,7 +23,7 @@ impl Default for Palette {
     }
 }
 
-/// A material as the file says it.
+/// A material, as in the file.
 #[derive(Keys)]
 struct Look {
     /// "#rrggbb" in sRGB, or three linear numbers from 0 to 1.

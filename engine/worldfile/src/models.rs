@@ -34,7 +34,7 @@ pub(super) struct Model {
     pub(super) materials: Arc<[MaterialIndex]>,
 }
 
-/// A model as the file says it.
+/// A model, as in the file.
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct ModelFile {

@@ -1,4 +1,4 @@
-//! `[[build]]`: which operation a table describes, and what all of them share.
+//! `[[build]]`: the operation of a table, and the keys that all of them share.
 
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, Span, codes};
@@ -117,7 +117,7 @@ impl Site<'_> {
         self.reading.seed(own, self.index)
     }
 
-    /// Reports what leaves the world.
+    /// Reports a part outside of the world.
     pub(super) fn inside_world(&self, bounds: &Bounds) -> Option<()> {
         inside_world(self.table, bounds)
     }
@@ -128,7 +128,7 @@ impl Site<'_> {
     }
 }
 
-/// Whether an operation says where it ends.
+/// Whether an operation has an end.
 pub(super) fn bounded<const N: usize>(table: &Table<'_, '_>, _: &Reading<'_>, extent: &Extent<N>) -> bool {
     extent.corners(table, false).is_some()
 }

@@ -1,5 +1,5 @@
 //! Mouse, keyboard, gamepad, microphone and time of day, as frames see them. A frame's inputs follow from those of the frame before and
-//! from what is held now, or from the tracks of a demo.
+//! from the live ones, or from the tracks of a demo.
 
 mod gamepad;
 mod keys;
@@ -68,7 +68,7 @@ impl Inputs {
         }
     }
 
-    /// The wheel was turned by so many lines, to the right and away from the user. Numbers that are not finite turn nothing.
+    /// The wheel was turned by `lines` lines, to the right and away from the user. Numbers that are not finite turn nothing.
     pub fn turn(&mut self, lines: [f64; 2]) {
         if lines.iter().all(|lines| lines.is_finite()) {
             self.wheel = [0, 1].map(|axis| (self.wheel[axis] + lines[axis]).clamp(-1e6, 1e6));

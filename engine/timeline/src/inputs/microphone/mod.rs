@@ -49,7 +49,7 @@ pub struct Microphone {
 }
 
 impl Microphone {
-    /// Where a device feeds what it captures.
+    /// Where a device feeds its samples.
     pub fn line(&self) -> Line {
         self.line.clone()
     }
