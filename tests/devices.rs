@@ -1,5 +1,5 @@
-//! Devices that can less than the one that the tests run on (`common/lesser.rs`): a graph that fits is drawn, and what does not fit is
-//! refused with the limit's name. The driver never sees a request beyond its limits, and the validation layer stays silent.
+//! Devices that can less than the one that the tests run on (`common/lesser.rs`): a graph that fits is drawn, and what does not fit is refused with
+//! the limit's name. Never does the driver see what it says it cannot do, and the validation layer stays silent.
 //!
 //! `cargo test --profile checked --test devices -- --ignored` tries every graph that ships.
 #![cfg(target_os = "linux")]
@@ -16,8 +16,8 @@ use common::{
 };
 use raxel_testing::Random;
 
-/// The limits that a device can lack: a format, a feature or memory; texels, layers, bytes of a buffer; workgroups, threads in one, pushed
-/// bytes, bytes of a block, shared bytes, bindings.
+/// What a device lacks: a format, a feature or memory; texels, layers, bytes of a buffer; workgroups, threads in one, pushed bytes, bytes of a block,
+/// shared bytes, bindings.
 const REFUSED: [&str; 10] =
     ["RX0410", "RX0170", "RX0171", "RX0173", "RX0174", "RX0175", "RX0176", "RX0177", "RX0180", "RX0183"];
 
@@ -62,7 +62,7 @@ fn assert_refused(graph: &str, run: &Run) {
     assert_eq!(run.stderr.matches("\nhelp: ").count(), errors, "{graph}: {}", run.stderr);
 }
 
-/// Graphs that run on every device with Vulkan 1.3.
+/// Graphs that run on whatever has Vulkan 1.3.
 const EVERYWHERE: [&str; 4] =
     ["graphs/primary.toml", "graphs/inspect.toml", "graphs/examples/queue.toml", "graphs/examples/world_size.toml"];
 
@@ -96,8 +96,8 @@ fn vulkan_1_2_with_extensions_is_enough() {
     assert!(devices.contains("Vulkan 1.2): chosen"), "{devices}");
 }
 
-/// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane. With wider ones it
-/// names sizes of 32 and 64, and runs subgroups of 16: a driver with a false claim, in the votes and ballots of packets.
+/// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane. With wider ones it names sizes
+/// of 32 and 64, and runs subgroups of 16: a driver that claims what it does not do, in the votes and ballots of packets.
 #[test]
 fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
     let project = Project::shipped();
@@ -116,7 +116,7 @@ fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
         let said = on(&["doctor"]).exits(0).stdout;
         assert!(said.contains(rays), "{said}");
         if rays.starts_with("in packets") {
-            // The rows that use votes and ballots; the others take minutes at these widths.
+            // What votes and ballots decide; the other rows take minutes at these widths.
             let packets = "tree64:packet,tree64:parallel,tree64:parallel_any,flat64:refill";
             on(&["stress", "--rays", "1e4", "--scenes", "dust@near", "--layouts", packets]).exits(0);
         } else {
@@ -141,8 +141,7 @@ fn times_go_on_when_the_clock_begins_again() {
     assert!(!times.is_empty() && times.iter().all(|time| *time > 0.0), "{rendered:?}");
 }
 
-/// A window over a driver of Vulkan 1.2 shows what `render` writes. A queue that does not draw cannot bring a picture to a window, and the
-/// message is about that.
+/// A window over a driver of Vulkan 1.2 shows what `render` writes. A queue that does not draw cannot bring a picture to a window, and says so.
 #[test]
 fn a_window_opens_on_a_device_of_vulkan_1_2_and_not_where_nothing_is_drawn() {
     let display = Display::start();
@@ -199,12 +198,12 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     assert_eq!(state("storage images"), "bad", "{poor:?}");
     assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
-    // Mistakes in its files are printed once.
+    // What is wrong in its files is said once.
     let none = run(&shipped, &["doctor", "--graph", "graphs/none.toml"]).exits(3).stderr;
     assert_eq!(none.matches("`graphs/none.toml` does not exist").count(), 1, "{none}");
 }
 
-/// A driver that compiles for long is reported with the pass that it compiles for. In a log, half a minute may pass.
+/// Nobody waits for a driver that compiles for long without knowing for what. Where nobody watches, half a minute may pass.
 #[test]
 fn a_pipeline_that_takes_long_is_named() {
     let slow = behind(&SLOW_DRIVER);
@@ -229,7 +228,7 @@ fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
     assert!(run.stdout.contains(", all hit alike"), "{}", run.stdout);
 }
 
-/// Only the version is too old, and the error names each device that the loader lists.
+/// Nothing but the version is amiss, and the error says so for each device that the loader lists.
 #[test]
 fn a_device_that_is_too_old_is_refused_by_its_version() {
     for lesser in TOO_OLD {
@@ -242,7 +241,7 @@ fn a_device_that_is_too_old_is_refused_by_its_version() {
     }
 }
 
-/// The rays of a camera are traced in a way that fits each device's subgroups, and the picture is the same.
+/// The rays of a camera are traced by what each device says of its subgroups, and the picture is the same.
 #[test]
 fn the_picture_is_the_same_on_every_device() {
     let mut first = None;
@@ -302,7 +301,7 @@ fn refused(lesser: &Lesser) -> Vec<String> {
 }
 
 /// `docs/devices.md` has the graphs that some device refuses. `RAXEL_WRITE_DOCS=1` writes the table; without, it is compared.
-/// `RAXEL_LESSER=Mali` tries only the devices whose names contain that word, and leaves the rows of the others.
+/// `RAXEL_LESSER=Mali` tries only the devices whose names contain that word, and leaves what the table says of the others.
 #[test]
 #[ignore = "an hour: every shipped graph on every device"]
 fn every_graph_runs_or_is_refused_on_every_device() {

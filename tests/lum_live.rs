@@ -1,5 +1,5 @@
-//! Moving things in Lum's world (`graphs/rivals/light/views/lum_live.toml`): models that are drawn into the voxels leave no trail, grass,
-//! waves and smoke are there on request, the wind moves the grass, and the same frames give the same bytes.
+//! What moves in Lum's world (`graphs/rivals/light/views/lum_live.toml`): models that are drawn into the voxels leave no trail, grass, waves and smoke are there
+//! when they are asked for, the wind moves the grass, and the same frames give the same bytes.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -62,7 +62,7 @@ pub fn parse<'t>(text: &'t str, reporter: &Reporter) -> Option<Spanned<DeTable<'
         return None;
     }
     let (table, errors) = DeTable::parse_recoverable(text);
-    // The parser reports the same for each level that a missing bracket leaves open.
+    // The parser says the same of each level that a missing bracket leaves open.
     let mut said = None;
     for error in &errors {
         let at = error.span().unwrap_or(0..0);
@@ -176,7 +176,7 @@ impl<'a, 't> Table<'a, 't> {
             .label(self.span.clone(), "missing here")
     }
 
-    /// Reads a value ahead of its turn. Its own reader reports what is wrong with it.
+    /// Reads a value ahead of its turn: whatever is wrong with it, its own reader reports.
     pub fn peek<T>(&self, key: &str, read: impl FnOnce(&Node<'a, 't>) -> Option<T>) -> Option<T> {
         let (name, value) = self.entries.get_key_value(key)?;
         let before = self.reporter.count();
@@ -532,7 +532,7 @@ mod tests {
         assert_eq!(found[0].labels[0].span.file.as_ref(), "g.toml");
     }
 
-    /// A reader that returns nothing without a message would leave the key at its default.
+    /// A reader that gives nothing and says nothing would leave the key at its default.
     #[test]
     fn no_number_is_passed_over() {
         for value in ["9223372036854775808", "-9223372036854775809", "0xffff_ffff_ffff_ffff", "inf", "nan", "1e999"] {

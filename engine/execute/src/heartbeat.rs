@@ -1,5 +1,5 @@
-//! Waits for a device for as long as it goes on finishing passes. A slow device is not taken for one that hangs: the watchdog's time starts
-//! over with each pass that has finished.
+//! Waits for a device for as long as it goes on finishing passes. A slow device is not taken for one that hangs: the watchdog's time begins anew with
+//! each pass that has finished.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use super::{FRAMES, SLOW};
 /// How often the device is asked whether it has finished another pass; more often where the watchdog is impatient.
 const ASKED_EACH: Duration = Duration::from_millis(250);
 
-/// The seconds after which a slow pass is first reported; again after twice the time, and so on.
+/// How long a pass takes, in seconds, when that is first told; again after twice the time, and so on.
 const TOLD_AFTER: u64 = 2;
 
 /// How far a device has come: submissions, and passes of the frames in flight.

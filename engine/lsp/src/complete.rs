@@ -1,4 +1,4 @@
-//! Completions at the cursor, and the meanings of keys.
+//! What can stand at the cursor, and what a key means.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -98,7 +98,7 @@ fn given_names(within: &Within<'_>, place: &TomlPlace) -> Option<Vec<CompletionI
 fn headers(documents: &Documents, document: &Document, schema: &Value, table: Vec<String>) -> Vec<CompletionItem> {
     let graphs = graphs(documents, document);
     let names = match table.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-        // A track can drive the params of the graphs, and a graph that extends them can change them.
+        // What the graphs declare can be driven by a track, and changed by a graph that extends them.
         ["tracks"] => inherited(&graphs, &["params"]),
         [kind @ ("params" | "clocks" | "targets" | "buffers" | "blocks" | "loops")] => inherited(&graphs, &[kind]),
         _ => Vec::new(),
@@ -133,7 +133,7 @@ fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
     found
 }
 
-/// The meaning of the word at a byte, in Markdown.
+/// What the word at a byte means, in Markdown.
 pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
     let toml = document.is_toml();
     let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
@@ -210,7 +210,7 @@ fn hover_table(documents: &Documents, document: &Document, name: &str) -> Option
     })
 }
 
-/// The key's description, which contains its default, with its range.
+/// The key's description, which tells its default, with its range.
 fn describe(key: &str, resolved: &Value, node: &Value) -> String {
     let about = node["description"].as_str().or_else(|| resolved["description"].as_str()).unwrap_or_default();
     let mut text = format!("`{key}`: {about}");
@@ -232,7 +232,7 @@ fn schema(path: &str) -> Value {
     }
 }
 
-/// The target of a reference.
+/// What a reference leads to.
 fn resolved<'s>(schema: &'s Value, node: &'s Value) -> &'s Value {
     match node["$ref"].as_str().and_then(|path| schema.pointer(path.trim_start_matches('#'))) {
         Some(found) => resolved(schema, found),
@@ -240,7 +240,8 @@ fn resolved<'s>(schema: &'s Value, node: &'s Value) -> &'s Value {
     }
 }
 
-/// The keys that can stand at a place, with their shapes. Where a table has several forms, of each form that what is written there fits.
+/// The keys that can stand at a place, with what they are. Where a table has several forms, of each form that what is written there
+/// fits.
 fn properties<'s>(schema: &'s Value, place: &TomlPlace) -> Vec<(&'s str, &'s Value)> {
     let mut node = schema;
     for name in &place.table {
@@ -281,7 +282,7 @@ fn keys(schema: &Value, place: &TomlPlace) -> Vec<CompletionItem> {
         let about = describe(key, resolved(schema, node), node);
         CompletionItem { insert_text: Some(format!("{key} = ")), ..item(key, CompletionItemKind::PROPERTY, &about) }
     };
-    // A key of several forms is offered once.
+    // What several forms have is offered once.
     let keys: BTreeMap<&str, &Value> = properties(schema, place).into_iter().rev().collect();
     keys.into_iter().map(item).collect()
 }
@@ -343,7 +344,7 @@ fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeSet<String> {
     nodes.flat_map(|node| forms(schema, node)).flat_map(words).collect()
 }
 
-/// The sources that can fill a member, in these graphs.
+/// What a member can be filled from, in these graphs.
 fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
     let mut found: Vec<CompletionItem> = Builtin::ALL
         .iter()
@@ -363,7 +364,7 @@ fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
     found
 }
 
-/// The suppliers of a resource: the session, each model of the project's worlds, files of the project.
+/// What supplies a resource: the session, each model of the project's worlds, files of the project.
 fn supplied(documents: &Documents, document: &Document, key: &str) -> Vec<CompletionItem> {
     let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
     let of_session = |source: &SourceLayout| item(&source.name, CompletionItemKind::VALUE, "supplied by the session");

@@ -112,7 +112,7 @@ struct Server {
 /// Files are checked on a thread of its own, since a check may compile every shader of a project: requests are answered meanwhile.
 enum Publishing {
     Idle(Publisher),
-    /// The thread returns the publisher, with the messages to send.
+    /// The thread sends the publisher back, with what is to be told.
     Checking(Receiver<(Publisher, Vec<Notification>)>),
 }
 
@@ -174,7 +174,7 @@ impl Server {
         let documents = self.documents.clone();
         std::thread::Builder::new().name("check".to_owned()).spawn(move || {
             let messages = publisher.check(&documents);
-            // Without a server, there is no receiver.
+            // Without a server, nobody is told.
             let _ = sender.send((publisher, messages));
         })?;
         Ok(())

@@ -1,4 +1,4 @@
-//! Mistakes in the files of the open projects, as an editor underlines them.
+//! What is wrong in the files of the projects that are open, as an editor underlines it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -22,11 +22,11 @@ use super::project_texts::{graphs_that_run, includers};
 /// The most graphs to check for the shaders that are open. All graphs of a shader that many share would take long.
 const MOST_GRAPHS: usize = 8;
 
-/// Checks files, and remembers the files with diagnostics, so that they can be cleared.
+/// Checks files, and remembers where something was said, so that it can be taken back.
 #[derive(Default)]
 pub(super) struct Publisher {
     said: BTreeSet<Url>,
-    /// By their roots. Each keeps its compiled shaders and built worlds, since one key changes one file.
+    /// By their roots. Each keeps what it has compiled and built, since one key changes one file.
     projects: BTreeMap<PathBuf, CheckedProject>,
 }
 
@@ -45,7 +45,7 @@ impl CheckedProject {
 }
 
 impl Publisher {
-    /// Checks all that is open, and the graphs that run a shader that is. Returns the messages to send.
+    /// Checks all that is open, and the graphs that run a shader that is. Gives what is to be told.
     pub fn check(&mut self, documents: &Documents) -> Vec<Notification> {
         let mut found: BTreeMap<Url, Vec<Diagnostic>> = BTreeMap::new();
         let open = documents.projects();
@@ -57,7 +57,7 @@ impl Publisher {
             check_project(&known, documents, &texts, &mut found);
             self.projects.insert(project.root().to_owned(), known);
         }
-        // A file that had mistakes and is right now gets an empty list.
+        // What was wrong and is right now is said to be right.
         for url in std::mem::take(&mut self.said) {
             found.entry(url).or_default();
         }
@@ -101,7 +101,7 @@ fn check_project(
         all.extend(checked.found);
         texts.extend(&checked.texts);
     }
-    // A file from disk may be large, such as a video, and the next key may be far away.
+    // What was read from disk may be large, such as a video, and the next key may be far away.
     files.update(open);
     for diagnostic in each_once(all) {
         let Some(first) = diagnostic.labels.first() else { continue };

@@ -8,7 +8,7 @@ use toml_parser::decoder::Encoding;
 use toml_parser::parser::{EventReceiver, RecursionGuard, parse_document};
 use toml_parser::{ErrorSink, Source, Span};
 
-/// The meaning of a name of a graph.
+/// What a name of a graph means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TomlName {
     /// A target or a buffer: they share their names.
@@ -95,7 +95,7 @@ fn declared(path: &[&str]) -> Option<TomlName> {
     }
 }
 
-/// The target of a text, and the part of it that is the name.
+/// What a text refers to, and the part of it that is the name.
 fn referred(path: &[&str], text: &str) -> Option<(TomlName, Range<usize>)> {
     let whole = 0..text.len();
     match path {

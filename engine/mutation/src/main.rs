@@ -41,7 +41,7 @@ fn judge(group: &Group) -> Result<bool> {
     let copy = Copy::new(&repository, &root, group)?;
     let gates = gates(group, &root)?;
     let faults = copy.faults();
-    // Every `EVERY`-th alone, of the files `IN`: a sample, or the files of a change.
+    // Every `EVERY`-th alone, of the files `IN`: a sample, or what a change touched.
     let files = std::env::var("RAXEL_MUTATION_IN").unwrap_or_default();
     let of_files = |path: &Path| files.split(',').any(|file| path.to_string_lossy().contains(file));
     // And of these the ones that are named, e.g. the survivors of the last run.

@@ -1,4 +1,4 @@
-//! CPU time of the panels a frame: layout, text and triangles, with no panel open and with all of them.
+//! What the panels cost a frame on the processor: layout, text and triangles, with no panel open and with all of them.
 //!
 //! `cargo bench -p raxel-panels --bench panels`
 

@@ -29,7 +29,7 @@ const GRIP: f32 = 8.0;
 /// Points of the smallest place beside the panels that shows the picture.
 const SMALLEST: f32 = 32.0;
 
-/// The opacity of panels over the picture, of 255.
+/// What lies over the picture: how opaque it is, of 255.
 const OPACITY: u8 = 236;
 
 /// The panels with what they remember from frame to frame.
@@ -39,7 +39,7 @@ pub struct Panels {
     pub layout: Layout,
     /// The panel that was opened last: in a narrow window it is in front of the others.
     recent: Option<Panel>,
-    /// The thing under the resting pointer, since when, and whether it is shown.
+    /// What the pointer rests on, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
     /// Texts of the fields of the panel of the world.
     fields: world::Fields,
@@ -180,7 +180,7 @@ impl Panels {
         actions
     }
 
-    /// A problem opens its panel by itself, once for each edit, until it is mended.
+    /// What goes wrong is shown by itself, once for each edit, until it is mended.
     fn follow_problems(&mut self, view: &View<'_>) {
         if view.status.failed == self.told {
             return;
@@ -222,7 +222,7 @@ impl Panels {
     }
 
     fn style(&mut self, ctx: &Context) {
-        // A window that is opened again, as after the loss of a device, has a context of its own.
+        // A window that is opened anew, as after the loss of a device, has a context of its own.
         let styled = Id::new("styled");
         if ctx.data(|data| data.get_temp::<bool>(styled)).is_none() {
             ctx.data_mut(|data| data.insert_temp(styled, true));
@@ -373,7 +373,7 @@ impl Panels {
                     .show(ui, |ui| self.scrolled(ui, view, panel, (&mut *actions, hovered)));
             }
         }
-        // A click there opens the inspector.
+        // What is clicked there is looked into.
         let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
         (shows && matches!(panel, Panel::Resources | Panel::Graph)).then_some(Panel::Inspect)
     }
@@ -443,7 +443,7 @@ struct Tabs<'a, 'v> {
     view: &'a View<'v>,
     actions: &'a mut Vec<Action>,
     hovered: &'a mut Option<Shown>,
-    /// The part of the window beside the docks.
+    /// What the docks leave of the window.
     free: Option<Rect>,
     /// A panel to be opened, and one that was closed.
     opened: Option<Panel>,

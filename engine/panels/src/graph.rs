@@ -15,7 +15,7 @@ use crate::passes;
 use crate::samples::Samples;
 use crate::view::{PassState, Shown, Thumbnail, View};
 
-/// Points between the centres of columns and of rows, at a zoom of 1; and between rows where targets have thumbnails.
+/// Points between the middles of columns and of rows, at a zoom of 1; and between rows where targets have thumbnails.
 const STEP: Vec2 = vec2(150.0, 44.0);
 const ROW: f32 = 100.0;
 
@@ -38,7 +38,7 @@ const LINE: Color32 = Color32::from_rgb(110, 120, 140);
 /// Which part of the picture is seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Camera {
-    /// The place at the centre of the panel and the zoom; `None` shows all of the graph.
+    /// The place in the middle of the panel and the zoom; `None` shows all of the graph.
     at: Option<(Pos2, f32)>,
 }
 
@@ -55,7 +55,7 @@ impl std::fmt::Debug for Textures {
 impl Textures {
     /// Takes what is new, and lets go of what is no longer there.
     fn update(&mut self, context: &Context, thumbnails: &[Thumbnail]) {
-        // A window that is opened again has a context of its own, without the textures of the old one.
+        // A window that is opened anew has a context of its own, without the textures of the old one.
         if self.1.replace(context.clone()).is_some_and(|before| before != *context) {
             self.0.clear();
         }
@@ -137,7 +137,7 @@ fn size(node: &Node, textures: &Textures) -> Vec2 {
     }
 }
 
-/// The centre and the zoom that show all nodes.
+/// The middle and the zoom that show all nodes.
 fn fitting(nodes: impl Iterator<Item = Rect>, area: Rect) -> (Pos2, f32) {
     let all = nodes.fold(Rect::NOTHING, Rect::union);
     let room = (area.size() - vec2(16.0, 16.0)).max(vec2(1.0, 1.0)) / all.size();
@@ -156,7 +156,7 @@ fn follow(ui: &Ui, response: &Response, camera: &mut Camera, fit: (Pos2, f32)) {
     let scroll = ui.input(|input| input.smooth_scroll_delta.y);
     if let Some(pointer) = response.hover_pos().filter(|_| scroll != 0.0) {
         let larger = (zoom * (scroll / 200.0).exp()).clamp(ZOOMS[0], ZOOMS[1]);
-        // The place under the pointer stays there.
+        // What is under the pointer stays there.
         let from_middle = pointer - response.rect.center();
         camera.at = Some((middle + from_middle / zoom - from_middle / larger, larger));
     }
@@ -181,7 +181,7 @@ struct NodePicture<'t> {
     hovered: bool,
     /// It is what the window shows.
     seen: bool,
-    /// The contents of a target.
+    /// What a target holds.
     thumbnail: Option<&'t TextureHandle>,
 }
 
@@ -219,7 +219,7 @@ fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &Node
         painter.image(texture.id(), Rect::from_min_size(corner, size), whole, tint);
         *words.top_mut() += size.y + MARGIN * zoom;
     }
-    // Letters too small to read are left out.
+    // Letters that nobody can read are left out.
     if zoom < 0.4 {
         return;
     }
@@ -248,7 +248,7 @@ fn is_shown(view: &View<'_>, drawing: &Drawing, index: usize) -> bool {
     target(view, node).is_some_and(|target| shown.is_at(&target))
 }
 
-/// The target that a click on a node shows.
+/// What a click on a node shows.
 fn target(view: &View<'_>, node: &Node) -> Option<Shown> {
     match node.of {
         Of::Pass(index) => passes::target(view, index),

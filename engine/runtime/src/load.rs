@@ -26,7 +26,7 @@ pub struct Loader {
     layout: Option<Layout>,
     /// How much work building a world may be.
     effort: Effort,
-    /// The severity of a binding of the graph that the shader does not use.
+    /// How much it matters that a shader does not use what its graph gives it.
     unused: Severity,
 }
 
@@ -39,7 +39,7 @@ pub struct LoadOutcome<T> {
     pub warnings: Vec<Diagnostic>,
     /// The texts that diagnostics point into.
     pub texts: SourceMap,
-    /// Every requested file, with its content: a change of any of them changes the thing.
+    /// Every file that was asked for, with what was found: a change of any of them changes the thing.
     pub(crate) files: BTreeMap<String, Content>,
 }
 
@@ -176,7 +176,7 @@ impl Loader {
         })
     }
 
-    /// Reads a sound for a microphone. The error has the reason why it cannot be read.
+    /// Reads a sound for a microphone. The error says why it cannot be read.
     pub fn sound(&self, path: &str) -> Result<SoundFile, String> {
         read_sound(&*self.files, path).map_err(|refusal| refusal.message)
     }

@@ -1,6 +1,6 @@
-//! Texts that are refused before the compiler sees them, because they would take its stack, its memory or an hour: glslang walks an
-//! expression by recursion, expands macros without a limit, and visits the members of a struct one by one, even if a type stands in it many
-//! times. No shader that a person wrote comes near these numbers. [`crate::worker`] catches the rest, where there is one.
+//! What is refused before the compiler sees it, because it would take its stack, its memory or an hour: glslang walks an expression by
+//! recursion, expands macros without a limit, and visits the members of a struct one by one, however often a type stands in it. No
+//! shader that a person wrote comes near these numbers. What gets past them is caught by [`crate::worker`], where there is one.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -16,11 +16,11 @@ const MAX_EXPANSION: u64 = 1 << 20;
 /// much for each doubling.
 const MAX_MEMBERS: u64 = 1 << 16;
 
-/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only used pages are
-/// ever backed by memory.
+/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only what is
+/// used is ever backed by memory.
 pub(crate) const STACK: usize = 256 << 20;
 
-/// The declarations of the texts seen so far.
+/// What the texts seen so far declare.
 #[derive(Default)]
 pub(crate) struct TextLimits {
     /// Sizes of macros, in tokens when written out.
@@ -30,7 +30,7 @@ pub(crate) struct TextLimits {
 }
 
 impl TextLimits {
-    /// Looks at one more text in the order of inclusion. On failure: the place, and the excess.
+    /// Looks at one more text in the order of inclusion. On failure: where, and what is too large.
     pub fn check(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
         for line in lines(text) {
             if let Some((name, body)) = definition(&line) {

@@ -11,18 +11,18 @@ pub enum Capture {
     /// A thread captures.
     #[cfg(feature = "microphone")]
     On(thread::Capturing),
-    /// This build captures nothing, which was reported.
+    /// This build captures nothing, which was said.
     #[cfg(not(feature = "microphone"))]
     Refused,
 }
 
 impl Capture {
-    /// Begins and ends capturing as requested. Gives what a user should know; an error is a warning.
+    /// Begins and ends capturing as it is wanted. Gives what a user should know; an error is a warning.
     pub fn follow(&mut self, wanted: bool, microphone: &Microphone) -> Option<Result<String, String>> {
         match self {
             #[cfg(feature = "microphone")]
             Self::On(capturing) if wanted => return capturing.follow(microphone),
-            // The device is released: nothing is captured that is not heard.
+            // The device is given back: nobody is listened to for nothing.
             #[cfg(feature = "microphone")]
             Self::On(_) => *self = Self::Off,
             #[cfg(feature = "microphone")]
@@ -59,7 +59,7 @@ mod thread {
     /// Most messages of a thread: a device that comes and goes must not fill a terminal.
     const MOST_SAID: usize = 16;
 
-    /// A device that captures.
+    /// What captures.
     pub trait Device: Send + 'static {
         /// Feeds a line from now on, until what it gives is dropped. Says by `gone` why it captures no more. The error says why it does not.
         fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String>;
@@ -69,7 +69,7 @@ mod thread {
     pub struct Opened {
         /// Its name.
         pub name: String,
-        /// Captures until it is dropped.
+        /// What captures until it is dropped.
         pub stream: Box<dyn Any>,
     }
 
@@ -94,7 +94,7 @@ mod thread {
     pub struct Capturing {
         said: Receiver<Result<String, String>>,
         events: Sender<Event>,
-        /// It was reported that the device is stuck.
+        /// That the device is stuck was said.
         stuck: bool,
     }
 
@@ -127,12 +127,12 @@ mod thread {
 
     impl Drop for Capturing {
         fn drop(&mut self) {
-            // It has ended already if there is no receiver.
+            // It has ended already if nobody receives it.
             let _ = self.events.send(Event::Stop);
         }
     }
 
-    /// Opens a device, and again when it is gone, until it must stop. Each message is sent once.
+    /// Opens a device, and again when it is gone, until it is told to stop. Each message is said once.
     fn capture(
         mut device: impl Device,
         line: &Line,
@@ -160,7 +160,7 @@ mod thread {
                 }
                 Err(why) => say(Err(format!("the microphone is silent: {why}"))),
             }
-            // A device reports its end more than once.
+            // What a device says of its end comes more than once.
             loop {
                 match events.recv_timeout(retry) {
                     Ok(Event::Gone(_)) => {}
@@ -182,7 +182,7 @@ mod thread {
         /// Longer than any of it takes.
         const LIMIT: Duration = Duration::from_secs(60);
 
-        /// The results of the calls of `open`, first to last.
+        /// What each call of `open` does, first to last.
         struct Script(Vec<Box<Opens>>);
 
         type Opens = dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send;
@@ -197,7 +197,7 @@ mod thread {
             Opened { name: name.to_owned(), stream: Box::new(feed) }
         }
 
-        /// The next message.
+        /// What is said next.
         fn said(capturing: &Capturing) -> Result<String, String> {
             capturing.said.recv_timeout(LIMIT).unwrap()
         }
@@ -234,7 +234,7 @@ mod thread {
             let gone = "microphone `a` is gone (it was unplugged): graphs hear silence until one is there";
             assert_eq!(said(&capturing), Err(gone.to_owned()));
             assert_eq!(said(&capturing), Ok("microphone `b`".to_owned()));
-            // The samples of `a` went with it.
+            // What `a` gave went with it.
             assert_eq!([heard(&mut microphone, 0.01), heard(&mut microphone, 0.02)], [0; 2]);
         }
 
@@ -304,7 +304,7 @@ mod of_system {
 
     impl Device for DefaultInput {
         fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
-            // ALSA would write all that it tries to the terminal, at each attempt. The error has all that matters.
+            // ALSA would write all that it tries to the terminal, at each attempt. What matters is in the error.
             #[cfg(target_os = "linux")]
             let _ = alsa::Output::local_error_handler();
             let text = |error: Error| error.to_string();

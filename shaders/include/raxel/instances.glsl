@@ -58,7 +58,7 @@ uint rx_instance_word(RxInstance instance, uint at) {
     return instances.quads[instance.tree + (at >> 2)][at & 3u];
 }
 
-// Index of the world's material of a voxel, by the leaf's entry of tree64.glsl and the packed materials of packed.glsl; see there.
+// Index of the world's material of a voxel, by what tree64.glsl says of its leaf and packed.glsl of packed materials; see there.
 uint rx_instance_material(RxInstance instance, uint material, uint rank, uvec2 leaf, uint voxel) {
     uint own = material & 0xffffu;
     if ((material & 0xc0000000u) == 0u) {
@@ -202,7 +202,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
         while (leaf == NONE && node != NONE) {
             uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
             float from = rx_boxes_time(boxes, ray, ivec3(low.xyz), ivec3(last.xyz));
-            // A ray without an end would reach even a time that never comes.
+            // A ray without an end would reach even what is never.
             bool meets = from < RX_NEVER && from <= t_end;
             if (meets && last.w != RX_INSTANCE_LEAF) {
                 bool down = dir[last.w] < 0.0;

@@ -1,5 +1,5 @@
-// The world with the water in it. A ray walks through cubes of half a voxel; where their density passes one half there is water, which
-// mirrors the sky and the world by Fresnel's law and shows the things behind it, less its loss on the way.
+// The world with the water in it. A ray walks through cubes of half a voxel; where their density passes one half there is water, which mirrors the
+// sky and the world by Fresnel's law and shows what is behind it, less what the way through takes.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -84,7 +84,7 @@ vec3 world_light(RxRay ray, vec3 sun, out float distance) {
         vec3 albedo = material.albedo * rx_grain(hit.voxel);
         color = albedo * (material.emission + 0.6 * rx_openness(hit) * rx_ambient(normal, sun));
         waiting = albedo * 2.3 * max(dot(normal, sun), 0.0) * rx_sun_color(sun);
-        // Water takes some of the sun from the ground below it.
+        // Water takes some of the sun from what is below it.
         vec3 place = vec3(hit.voxel - push.corner) + rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun).frac + vec3(rx_face_step(hit.face));
         waiting *= exp(-LOSS * walk(place, sun, 200.0).through);
         if (waiting.y <= 0.0) break;

@@ -1,4 +1,4 @@
-//! Sound files: ffmpeg decodes all of a sound when its graph is loaded.
+//! Sound files: ffmpeg decodes all of a sound when what names it is loaded.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -30,14 +30,14 @@ pub(super) fn open(path: &str, disk: &Path, request: &ImageRequest) -> Result<Fi
     plays(path, request, || samples(path, disk).map(Some))
 }
 
-/// The texels of a microphone.
+/// What a microphone brings.
 pub(super) fn microphone(request: &ImageRequest) -> Result<FileImage, Refusal> {
     plays(MICROPHONE, request, || Ok(None))
 }
 
 /// Reads a sound that a microphone hears in place of a device.
 pub(crate) fn read(files: &dyn Files, path: &str) -> Result<SoundFile, Refusal> {
-    // Reading it makes the watcher of the files count this one.
+    // Reading it tells who watches the files that this one counts.
     bytes(files, path)?;
     let root = files.root().ok_or_else(|| no_disk(path))?;
     Ok(SoundFile { path: path.to_owned(), samples: samples(path, &root.join(path))? })
