@@ -43,7 +43,7 @@ pub struct SeenChanges {
     pub seen: u64,
 }
 
-/// The world's share of a frame's thread.
+/// CPU time of the world on a frame's thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadTime {
     /// Work.
@@ -344,7 +344,7 @@ impl WorldStream {
         frames.spent += began.elapsed();
     }
 
-    /// The world's share of the last frame's thread.
+    /// CPU time of the world on the last frame's thread.
     pub fn frame_time(&self) -> ThreadTime {
         let frames = self.frames();
         ThreadTime { spent: frames.spent, waited: frames.waited }

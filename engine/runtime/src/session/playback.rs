@@ -57,7 +57,7 @@ pub(super) struct DemoPlayback {
     pub demo: Option<Arc<Demo>>,
     /// The user moved: the demo no longer drives.
     pub taken_over: bool,
-    /// The resource that it showed in the last frame.
+    /// The target that it asked for in the last frame.
     pub target: Option<DebugTarget>,
     /// It does not change the shown target.
     pub target_held: bool,
