@@ -1,4 +1,4 @@
-//! The results of a declaration: readers with all their messages, schemas, lists of keys, merges.
+//! What a declaration gives: readers with all their messages, schemas, lists of keys, merges.
 
 use raxel_diagnostics::table::read_document;
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
@@ -36,7 +36,7 @@ struct Room {
     /// Degrees to the left.
     #[keys(default = 180.0, map = f64::to_radians)]
     turn: f64,
-    /// Its purpose.
+    /// What is made here.
     #[keys(rename = "use", told = Purpose::LivingRoom)]
     purpose: Option<Purpose>,
     /// Even numbers.
@@ -82,7 +82,7 @@ struct Door {
     width: f64,
 }
 
-/// The source of its heat.
+/// What warms it.
 #[derive(Debug, PartialEq, Keys)]
 enum Heating {
     /// Fire.
@@ -243,7 +243,7 @@ fn keys_are_listed_with_all_that_is_known_of_them() {
     );
 }
 
-/// A place in a room of `N` dimensions.
+/// A place in a room of so many dimensions.
 #[derive(Debug, PartialEq, Keys)]
 #[keys(check = short(at))]
 struct At<const N: usize> {
@@ -315,7 +315,7 @@ struct Slider {
     icon: Option<String>,
 }
 
-/// The thing beside a slider is one thing in the whole, too.
+/// What stands beside a slider is one thing in the whole, too.
 fn one_beside(below: &mut Slider, above: &Slider) {
     if above.label.is_some() || above.icon.is_some() {
         (below.label, below.icon) = (None, None);
@@ -428,7 +428,7 @@ struct Board {
     flawed: bool,
     /// How wide it is.
     width: Option<f64>,
-    /// Its sliders.
+    /// What is on it.
     #[keys(read = by_name, shape = Shape::by_name(Shape::Table(Slider::form())))]
     sliders: Vec<Slider>,
     /// The large one.
@@ -507,7 +507,7 @@ struct Desk {
     /// How wide it is.
     #[keys(range = 0.0..=9.0)]
     width: Option<f64>,
-    /// Its sliders.
+    /// What is on it.
     #[keys(read = by_name, shape = Shape::by_name(Shape::Table(Slider::form())))]
     sliders: Vec<Slider>,
 }
