@@ -1,7 +1,7 @@
 //! Bounds on arrays in shared memory. An access outside an array that a workgroup shares has no defined effect, and Vulkan's robust buffer
 //! access does not cover it: a GPU may lose the device, and a software driver writes into the memory of the process. So every index into a
-//! shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index is visibly inside: a constant, `i &
-//! 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; a correct access stays as it is.
+//! shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index is visibly inside: a constant,
+//! `i & 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; a correct access stays as it is.
 
 use std::collections::HashMap;
 
