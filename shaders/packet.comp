@@ -5,7 +5,7 @@
 
 layout(local_size_x = 32) in;
 layout(rgba32i) uniform writeonly iimage2D outHit;  // voxel; face, or -1 where nothing is hit
-layout(std430) buffer RestCount { uint groups[3]; uint count; } restCount;  // what packet_rest.comp is dispatched by; pixels
+layout(std430) buffer RestCount { uint groups[3]; uint count; } restCount;  // the dispatch of packet_rest.comp; pixels
 layout(std430) writeonly buffer Rest { uvec2 pixels[]; } rest;  // pixel, time until which its ray is free
 
 layout(push_constant) uniform Push {

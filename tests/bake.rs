@@ -1,4 +1,4 @@
-//! Worlds that are baked by processes, and streamed from what they have written.
+//! Worlds that are baked by processes, and streamed from the result.
 
 #![cfg(unix)]
 
@@ -78,7 +78,7 @@ fn tasks_make_what_one_process_makes() {
     });
     assert!(files(&inside("slurm")) == whole && files(&inside("pods")) == whole);
 
-    // Eight boxes, of which one is killed and run again.
+    // Eight boxes. One is killed and run again.
     let boxes = inside("boxes");
     let mut killed = common::command(repository(), &[&LAND[..], &["--shard", "1,0,1/2", "--out"]].concat());
     let killed = common::Running::start(killed.arg(&boxes).stdout(Stdio::null()).stderr(Stdio::null()));
@@ -119,7 +119,7 @@ fn what_cannot_be_baked_is_said() {
     assert!(run(&ISLE, Path::new("ftp://worlds/isle")).exits(3).stderr.contains("RX0450"));
     run(&ISLE, &out).exits(0);
     assert!(run(&LAND, &out).exits(3).stderr.contains("RX0452"));
-    // What stands where a folder should be.
+    // A file in the place of a folder.
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert!(run(&ISLE, &folder.path().join("file")).exits(3).stderr.contains("RX0451"));
 }
@@ -154,7 +154,7 @@ fn a_world_from_a_store_looks_as_it_was_built() {
     // The world of the repository has another look for one material, and is right otherwise.
     common::raxel(&["check", "worlds/baked/from_store.toml", "worlds/baked/isle.toml"]).exits(0);
 
-    // What is missing or damaged is said, and never taken for air.
+    // A missing or damaged shard is reported, and never taken for air.
     let shard = project.path("worlds/baked/isle/0/c/0/0/0");
     let bytes = std::fs::read(&shard).unwrap();
     let mut damaged = bytes.clone();

@@ -150,7 +150,7 @@ impl Pictures {
     }
 }
 
-/// What the rays hit, in the form of the target `hit`.
+/// The hits of the rays, in the form of the target `hit`.
 fn exact(oracle: &Oracle, view: &View, size: [u32; 2]) -> Vec<[i32; 4]> {
     let camera = Camera { fov: view.fov.to_radians(), ..Camera::default() };
     let pinhole = Pinhole {
@@ -175,7 +175,7 @@ enum Kind {
     Solid,
     /// On a corner of the lattice, looking at another.
     Lattice,
-    /// Looking exactly along an axis, from the middle of a voxel, an edge or a corner.
+    /// Looking exactly along an axis, from the centre of a voxel, an edge or a corner.
     Along,
     /// Some sizes of the world away.
     Outside,

@@ -26,7 +26,7 @@ fn mean(texels: &[[f32; 4]]) -> f64 {
     texels.iter().map(luminance).sum::<f64>() / texels.len() as f64
 }
 
-/// What a target holds after so many frames.
+/// The texels of a target after `count` frames.
 fn after(session: &mut Session, target: &str, count: u32) -> Vec<[f32; 4]> {
     session.pin(target).unwrap();
     frames(session, count);
@@ -37,7 +37,7 @@ fn at(texels: &[[f32; 4]], x: u32, y: u32) -> [f32; 4] {
     texels[(y * SIZE[0] + x) as usize]
 }
 
-/// A lawn of 80 × 80 with its top at y = 3, seen from above its middle towards its edge and what lies beyond.
+/// A lawn of 80 × 80 with its top at y = 3, seen from above its centre towards its edge and beyond.
 fn lawn(project: &Project, more: &[String]) {
     let build = [vec![cuboid("lawn", [-40, 0, -40], [40, 3, 40], "")], more.to_vec()].concat();
     world(project, MATERIALS, &build, [0.5, 20.5, 0.5], [0.5, 6.0, -40.0], 60.0);
@@ -90,8 +90,8 @@ fn layers(session: &mut Session, target: &str, count: u32) -> Vec<[f32; 4]> {
     (0..count).flat_map(|layer| session.read_texels(target, 0, 0, layer).unwrap().floats()).collect()
 }
 
-/// What `count` layers of a target hold while the sun moves, so many degrees a frame, and after 96 frames at rest: the root mean square of the
-/// differences of the first channel, and their mean, in the texels that are not nearly 0 or `most`.
+/// The contents of `count` layers of a target while the sun moves by `degrees` a frame, and after 96 frames at rest: the root mean square
+/// of the differences of the first channel, and their mean, in the texels that are not nearly 0 or `most`.
 fn lag(session: &mut Session, target: &str, count: u32, degrees: f32, most: f32) -> [f64; 2] {
     session.pin(target).unwrap();
     for step in 0..24u8 {
@@ -135,7 +135,8 @@ fn shafts_in_the_mist_do_not_lag_behind_a_moving_sun() {
     assert!(error < 0.165 && bias.abs() < 0.03, "error {error}, bias {bias}");
 }
 
-/// A camera that moves sees lit mist from ever another side, and mist scatters forwards. What a wall hid comes into view. Neither makes the mist brighter or darker.
+/// A camera that moves sees lit mist from ever another side, and mist scatters forwards. Mist that a wall hid comes into view. Neither
+/// makes the mist brighter or darker.
 #[test]
 fn lit_mist_is_as_bright_in_motion_as_at_rest() {
     let project = Project::shipped();
@@ -286,8 +287,8 @@ fn the_world_shades_the_ground_and_mirrors_show_it() {
     assert!(with > 1.5 * without, "green of blue: {with} with ground, {without} without");
 }
 
-/// Without clouds their other params change no bit, and under a whole sky of them the land gets less sun. What a march towards the sun lets through is what
-/// comes through to the place.
+/// Without clouds their other params change no bit, and under a whole sky of them the land gets less sun. The share that a march towards
+/// the sun lets through is the share that comes through to the place.
 #[test]
 fn clouds_dim_the_sun_as_much_as_they_hide_it() {
     let project = Project::shipped();
@@ -389,7 +390,7 @@ fn a_dead_lamp_leaves_the_average() {
     assert!(left < 0.045, "{:.1} % of the light is left", 100.0 * left);
 }
 
-/// What the exposure is now.
+/// The present exposure.
 fn exposure(session: &mut Session) -> f64 {
     let bytes = session.read_buffer("eye", 0..4).unwrap();
     f64::from(f32::from_le_bytes(bytes.try_into().unwrap()))

@@ -111,7 +111,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
                 assert!(number("steps_per_ray") >= 1.0 && number("t_error_ulp") < 16.0, "{row}");
             }
         }
-        // What does not depend on the camera is not in the time of a frame.
+        // Passes that do not depend on the camera are not in the time of a frame.
         let names = |list: &str| -> Vec<String> {
             row[list].as_array().unwrap().iter().map(|pass| pass["pass"].as_str().unwrap().to_owned()).collect()
         };
@@ -380,7 +380,7 @@ fn what_is_exported_is_what_another_tracer_finds() {
                 None => assert_eq!((voxel, face, t), ([-1.0; 3], u32::MAX, -1.0), "ray {i}"),
                 Some((nearest, its_face, at, sure)) => {
                     hit_some += 1;
-                    // In f64, what two boxes share cannot be told apart.
+                    // In f64, the boxes on both sides of a shared face cannot be distinguished.
                     assert!(
                         !sure || (voxel, face) == (nearest, its_face),
                         "ray {i}: {voxel:?} {face}, {nearest:?} {its_face}"

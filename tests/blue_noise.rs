@@ -69,7 +69,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// What blue noise must be; white noise has about the same power everywhere.
+/// The properties of blue noise; white noise has about the same power everywhere.
 fn assert_blue(noise: &[u8], extent: [usize; 3], low: f64) {
     let [width, height, pictures] = extent;
     assert_eq!(noise.len(), width * height * pictures);

@@ -101,7 +101,7 @@ fn every_recipe_is_listed() {
 fn every_page_can_be_followed() {
     let only = std::env::var("RAXEL_BOOK").unwrap_or_default();
     let pages: Vec<String> = pages(PAGES).into_iter().filter(|page| page.contains(&only)).collect();
-    // What one page or run has compiled, another need not compile again.
+    // Shaders that one page or run has compiled, another need not compile again.
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("book");
     let found: Vec<Followed> = pages.par_iter().map(|page| follow(page, &cache)).collect();
     let faults: Faults = found.iter().flat_map(|page| page.faults.clone()).collect();
@@ -112,7 +112,7 @@ fn every_page_can_be_followed() {
     assert!(left * 4 <= run, "too much of the book is not run: {left} commands beside {run}");
 }
 
-/// What came of a page.
+/// The result of a page.
 #[derive(Default)]
 struct Followed {
     faults: Faults,
@@ -167,7 +167,7 @@ fn follow(page: &str, cache: &Path) -> Followed {
                     let text = text.trim_end().replace('\n', "\n    ");
                     let place = at(line);
                     followed.faults.push(format!("{place}: exit code {code}, not {wanted}: {command}\n    {text}"));
-                    // What follows on the page needs what was to be made here.
+                    // The rest of the page needs the result of this step.
                     return followed;
                 }
             }

@@ -55,7 +55,7 @@ fn explain_prints_pages_and_suggests() {
     assert!(wrong.stdout.is_empty() && wrong.stderr.contains("did you mean `RX"));
 }
 
-/// What stood elsewhere before is refused, with the place where it is now.
+/// A key that stood elsewhere before is refused, with its present place.
 #[test]
 fn what_has_moved_is_named_with_its_new_place() {
     let project = Project::shipped();
@@ -127,7 +127,7 @@ fn a_large_world_is_checked_without_being_built() {
     // Graphs are planned over the box that it reaches over.
     let run = project.raxel(&["check", "graphs/primary.toml", "--world", "worlds/wide.toml"]).exits(0);
     assert!(run.stderr.contains("graphs/primary.toml: ok"), "{}", run.stderr);
-    // What the file alone decides is still found.
+    // A mistake that the file alone shows is still found.
     project.edit("worlds/wide.toml", "octaves   = 7", "octaves   = 7000");
     project.raxel(&["check", "worlds/wide.toml"]).exits(3);
     // A world of the usual size is built.
@@ -143,8 +143,8 @@ fn a_mistake_that_files_share_is_told_once() {
     let files = ["check", "graphs/primary.toml", "graphs/rivals/primary_chunks.toml", "worlds/valley.demo.toml"];
     let run = project.raxel(&files).exits(3);
     assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
-    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, told above"), "{}", run.stderr);
-    assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, told above"), "{}", run.stderr);
+    assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, shown above"), "{}", run.stderr);
+    assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, shown above"), "{}", run.stderr);
     // A program asks for what is wrong with each of them.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
     assert_eq!(run.stdout.matches("\"code\":\"RX0011\"").count(), 3, "{}", run.stdout);
@@ -274,7 +274,7 @@ fn plans_without_a_device_follow_the_world() {
          layout(r32ui) writeonly uniform uimage3D field;\nlayout(push_constant) uniform Push { uint stone; };\n\
          void main() { imageStore(field, ivec3(gl_GlobalInvocationID), uvec4(stone)); }\n",
     );
-    // Without any world there is a stand-in, and both verbs say so.
+    // Without any world there is a stand-in, and both verbs name it.
     let run = project.raxel(&["check", "graphs/over.toml"]).exits(0);
     assert!(run.stderr.contains("ok (planned over a world of 256 x 256 x 256 voxels"), "{}", run.stderr);
     let run = project.raxel(&["graph", "graphs/over.toml"]).exits(0);

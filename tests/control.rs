@@ -26,7 +26,7 @@ impl Talk {
         let requests = child.0.stdin.take().unwrap();
         let answers = Said::by(child.0.stdout.take().unwrap(), common::line);
         let talk = Self { child, requests, answers };
-        // A busy machine may take long for a pipeline, and says so.
+        // A busy machine may take long for a pipeline, and reports that.
         let said = std::iter::repeat_with(|| talk.line()).find(|line| line["event"] != "compiling");
         assert_eq!(said.unwrap(), json!({ "event": "ready", "protocol": 1 }));
         talk
@@ -43,7 +43,7 @@ impl Talk {
         self.answer()
     }
 
-    /// What the next edit brings, which is made once the request for it is sent.
+    /// The event of the next edit, which is made once the request for it is sent.
     fn reloaded(&mut self, edit: impl FnOnce()) -> Value {
         writeln!(self.requests, "{}", json!({ "do": "wait_reload", "seconds": 60 })).unwrap();
         edit();
@@ -88,7 +88,7 @@ fn lines_that_are_no_request_change_nothing() {
         assert_eq!(answer["ok"], json!(false), "{line}: {answer}");
         assert!(answer["error"].as_str().unwrap().contains(said), "{line}: {answer}");
     }
-    // The id comes back, whatever it is, and the next request is done.
+    // Any id comes back, and the next request is done.
     assert_eq!(talk.say("{\"id\": [1, null], \"do\": \"reset\"}")["id"], json!([1, null]));
     let after = talk.ask(json!({ "do": "camera" }));
     assert_eq!(before, after);
@@ -170,7 +170,7 @@ fn a_closed_pipe_ends_it() {
     assert!(child.finish().success());
 }
 
-/// What the frames of a request have printed comes before its answer; a failed assertion is among the diagnostics.
+/// Prints of the frames of a request come before its answer; a failed assertion is among the diagnostics.
 #[test]
 fn what_shaders_print_is_an_event_before_the_answer() {
     let project = Project::shipped();
@@ -221,7 +221,7 @@ fn an_access_out_of_bounds_is_a_diagnostic_while_checks_are_on() {
     assert!(talk.child.finish().success());
 }
 
-/// What shaders count that should not be is an event once, and among the diagnostics for as long as it goes on.
+/// A count that should be 0 is an event once, and among the diagnostics for as long as it lasts.
 #[test]
 fn a_full_queue_is_an_event_and_a_diagnostic() {
     let project = Project::shipped();
@@ -244,7 +244,7 @@ fn a_full_queue_is_an_event_and_a_diagnostic() {
     assert!(talk.child.finish().success());
 }
 
-/// What a program records is rendered again, byte by byte, with the strokes on the canvas that earlier frames have left.
+/// A take of a program is rendered again, byte by byte, with the strokes on the canvas that earlier frames have left.
 #[test]
 fn a_take_of_a_program_renders_the_same() {
     let project = Project::shipped();
@@ -299,7 +299,7 @@ fn a_take_of_a_program_renders_the_same() {
     assert!(played == again, "the take shows another picture");
 }
 
-/// What a graph heard lies beside its take, which hears it again.
+/// The sound that a graph heard lies beside its take, which hears it again.
 #[test]
 fn a_take_of_a_program_sounds_the_same() {
     let project = Project::shipped();
@@ -573,7 +573,7 @@ fn a_read_gives_what_the_last_writer_left() {
             let read = [("t", 0), ("fin", 0), ("t", 1)].map(|(target, mip)| texel(&mut talk, target, mip));
             assert_eq!(json!(read), json!([2.0, 1.0, 3.0]), "`{keys}`");
         }
-        // The middle of a frame has a picture, but leaves no texels.
+        // A point within a frame has a picture, but leaves no texels.
         talk.ask(json!({ "do": "target", "target": "t,after=a" }));
         talk.ask(json!({ "do": "step" }));
         let path = |file: &str| json!({ "do": "screenshot", "path": project.path(file) });
@@ -583,7 +583,7 @@ fn a_read_gives_what_the_last_writer_left() {
     }
 }
 
-/// `fin` adds 10 in each frame; the other targets are nobody's for the picture.
+/// `fin` adds 10 in each frame; the picture needs none of the other targets.
 #[test]
 fn a_read_runs_no_frame() {
     let project = numbers(

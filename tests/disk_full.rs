@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 
 use common::{Project, Run, command, output};
 
-/// What the verbs that write are asked for, and the path that the message names.
+/// The verbs that write, and the path that the message names.
 const WRITERS: &[(&[&str], &str)] = &[
     (&["render", "-o", "a.png"], "a.png"),
     (&["render", "-o", "a.jpg"], "a.jpg"),

@@ -64,7 +64,7 @@ fn schemas() -> [(&'static str, Value); 4] {
     ]
 }
 
-/// What an editor shows when the cursor rests on a key.
+/// An editor's text for a key under the cursor.
 #[test]
 fn every_key_says_what_it_is() {
     fn walk(reference: &Reference<'_>, at: &Value, path: &str) {
@@ -84,7 +84,7 @@ fn every_key_says_what_it_is() {
     }
 }
 
-/// Units of the numbers in files, and words that tell what a number without one is.
+/// Units of the numbers in files, and words that explain a number without one.
 const UNITS: [&str; 23] = [
     "voxel",
     "second",
@@ -111,7 +111,7 @@ const UNITS: [&str; 23] = [
     "any number",
 ];
 
-/// What an editor shows of a key says what holds when it is left out, and what a number counts.
+/// An editor's text for a key has its default and the unit of a number.
 #[test]
 fn every_key_says_its_default_and_its_unit() {
     fn is_number(reference: &Reference<'_>, value: &Value) -> bool {
@@ -126,7 +126,7 @@ fn every_key_says_its_default_and_its_unit() {
         let needed = |key: &str| at["required"].as_array().is_some_and(|all| all.iter().any(|one| one == key));
         for (key, value) in at["properties"].as_object().into_iter().flatten() {
             let (about, resolved) = (reference.about(value).to_lowercase(), reference.resolved(value));
-            // A table says of its own keys what holds without them.
+            // A table's own keys have their defaults.
             let tables = |value: &Value| reference.resolved(value)["type"] == "object";
             let has_tables = tables(value)
                 || resolved["items"].is_object()
@@ -170,7 +170,7 @@ fn the_schemas_travel() {
     }
 }
 
-/// A line of a comment. What is indented is code; elsewhere, `<` begins no tag of HTML.
+/// A line of a comment. Indented text is code; elsewhere, `<` begins no tag of HTML.
 fn as_markdown(line: &str) -> String {
     if line.starts_with("     ") {
         return format!("    {}", line.trim());
@@ -254,7 +254,7 @@ fn layouts() -> String {
     text
 }
 
-/// What codes with these beginnings are about.
+/// The subjects of codes with these beginnings.
 const SUBJECTS: [(&str, &str); 5] = [
     ("RX00", "Files and TOML"),
     ("RX01", "Graphs"),
@@ -353,7 +353,7 @@ fn the_example_of_the_graph_reference_is_right() {
     for block in markdown::blocks(&text) {
         let content = block.text;
         let path = content.lines().next().unwrap().trim_start_matches(['#', '/', ' ']);
-        // What names no file is a piece of one.
+        // A text that names no file is a piece of one.
         if !path.starts_with("graphs/") && !path.starts_with("shaders/") {
             assert!(content.parse::<toml::Table>().is_ok(), "{content} is a piece of a graph");
             continue;

@@ -1,5 +1,5 @@
-//! A second driver: SwiftShader, which shares no code with lavapipe, on which all other tests run. What whole numbers decide is the same on both. What floats
-//! decide differs by rounding. docs/lab/drivers.md has what was found, and why.
+//! A second driver: SwiftShader, which shares no code with lavapipe, on which all other tests run. Results of whole numbers are the same on
+//! both. Results of floats differ by rounding. docs/lab/drivers.md has the differences and their reasons.
 //!
 //! SwiftShader comes with Chromium (Debian: `apt-get install chromium`) and with Google Chrome. `RAXEL_SECOND_DRIVER` names the manifest of another driver; where
 //! it is set, a driver that is not there is an error. `./raxel test` says when there is none.
@@ -17,7 +17,7 @@ use common::{Project, Run, command, output};
 const MANIFESTS: [&str; 2] =
     ["/usr/lib/chromium/vk_swiftshader_icd.json", "/opt/google/chrome/vk_swiftshader_icd.json"];
 
-/// The manifest of the second driver; `None`, said on stderr, where there is none.
+/// The manifest of the second driver; `None`, with a message on stderr, where there is none.
 fn second() -> Option<PathBuf> {
     let named = std::env::var_os("RAXEL_SECOND_DRIVER").map(PathBuf::from);
     if let Some(named) = &named {

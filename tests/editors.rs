@@ -1,4 +1,4 @@
-//! What `docs/editors.md` tells users to write starts the language server: the extension for VS Code, and Neovim.
+//! The commands of `docs/editors.md` start the language server: the extension for VS Code, and Neovim.
 
 mod common;
 

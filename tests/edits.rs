@@ -1,4 +1,4 @@
-//! Edits of a running session: what is seen is exactly what the newest voxels are, and nothing is made anew that need not be.
+//! Edits of a running session: the picture is exactly that of the newest voxels, and nothing is computed without need.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -56,7 +56,7 @@ fn assert_exact(session: &mut Session) -> usize {
     solid
 }
 
-/// What is at the middle of the picture.
+/// The texel at the centre of the picture.
 fn middle(session: &Session) -> [f64; 3] {
     let hit = session.pick([48, 27], 1e6).unwrap().expect("something is in the middle");
     hit.exact.voxel.map(|c| f64::from(c) + 0.5)
@@ -170,7 +170,7 @@ fn what_cannot_be_edited_is_refused_and_the_picture_stays() {
     assert!(session.read_presented().unwrap() == before);
 }
 
-/// What a device has no room for is taken out again, and nothing else: an undo that fails takes back no step but its own.
+/// An edit that finds no room on the device is taken out again, and nothing else: an undo that fails takes back no step but its own.
 #[test]
 fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
     let folder = project();
@@ -385,7 +385,7 @@ fn edits_of_a_demo_are_a_function_of_time() {
         frame(&mut part);
         assert!(part.read_presented().unwrap() == pictures[index], "frame {index}");
     }
-    // What is wrong is said at its place.
+    // A mistake is reported at its place.
     for (from, to, code) in [
         ("\"lamp\"", "\"lampp\"", "RX0301"),
         ("time = 3\n", "time = 1\n", "RX0406"),

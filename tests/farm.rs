@@ -90,7 +90,7 @@ fn the_files_agree_with_each_other() {
     )));
     assert!(job.contains("completionMode: Indexed"));
     assert!(read("film.sbatch").contains("exec examples/farm/shard.sh"));
-    // What the image copies is there.
+    // The files that the image copies are there.
     for line in read("Containerfile").lines().filter(|line| line.starts_with("COPY ") && !line.contains("--from")) {
         let from = line.split_whitespace().nth(1).unwrap();
         assert!(repository().join(from).exists(), "{line}");

@@ -1,9 +1,9 @@
 //! Vulkan fails under a session: every call that may fail does, one after the other, as SQLite is tested with every allocation.
 //!
-//! A program with a library before Vulkan runs the same short session again and again. Each time another call answers with an error. What was
-//! refused is done once more, and then everything must be as if nothing had failed: the same texels, no panic, no message of the validation
-//! layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error,
-//! and `RAXEL_FAULTS=DeviceLost` every call with that error; else a few calls of each kind are tried.
+//! A program with a library before Vulkan runs the same short session again and again. Each time another call answers with an error. The
+//! refused action is done once more, and then everything must be as if nothing had failed: the same texels, no panic, no message of the
+//! validation layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error, and `RAXEL_FAULTS=DeviceLost`
+//! every call with that error; else a few calls of each kind are tried.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -109,16 +109,16 @@ max = [4, 4, 4]
 material = "red"
 "##;
 
-/// What a session has in the end.
+/// The final state of a session.
 #[derive(Debug, PartialEq)]
 struct Outcome {
-    /// What does not depend on frames before, bit by bit.
+    /// The part that does not depend on earlier frames, bit by bit.
     part: Vec<u32>,
-    /// What does.
+    /// The part that does.
     sum: Vec<u32>,
     presented: Vec<u8>,
     rare: Vec<u8>,
-    /// What was refused, and done once more.
+    /// The actions that were refused, and done once more.
     refused: Vec<String>,
 }
 
@@ -261,13 +261,13 @@ impl Limit {
 
 static PANICKED: AtomicBool = AtomicBool::new(false);
 
-/// Which calls of each kind are tried: of so many, these.
+/// The calls of each kind to try, out of `count`.
 fn chosen(count: usize, all: bool) -> BTreeSet<usize> {
     let most = if all { usize::MAX } else { 3 };
     if count <= most { (0..count).collect() } else { (0..most).map(|i| i * (count - 1) / (most - 1)).collect() }
 }
 
-/// What the child process does; it says what is wrong line by line.
+/// The child process; it prints each fault in a line.
 fn try_all(root: &Path) {
     std::panic::set_hook(Box::new(|info| {
         PANICKED.store(true, Ordering::Relaxed);
@@ -316,7 +316,7 @@ fn try_all(root: &Path) {
                                 || (outcome.sum == whole.sum
                                     && outcome.presented == whole.presented
                                     && outcome.rare == whole.rare));
-                        // A driver that says no of a format has not failed: the session says so, and keeps the picture that it has.
+                        // A driver that refuses a format has not failed: the session reports that, and keeps its picture.
                         let no = fault == Fault::FormatNotSupported
                             && outcome.refused.iter().any(|text| text.contains("RX0410"));
                         if !same && !no {

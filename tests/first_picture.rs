@@ -1,4 +1,5 @@
-//! From the start of the program to its first picture: what an earlier run has compiled is not compiled again, whatever became of it on disk.
+//! From the start of the program to its first picture: shaders that an earlier run has compiled are not compiled again, in any state of the
+//! cache on disk.
 
 mod common;
 

@@ -38,7 +38,7 @@ fn open(options: Options, graph: &str, world: &str) -> Session {
         .unwrap_or_else(|error| panic!("{graph} over {world}: {error}"))
 }
 
-/// What is shown after some more frames.
+/// The picture after some more frames.
 fn picture_after(session: &mut Session, frames: u32) -> RgbImage {
     for _ in 0..frames {
         session.frame().unwrap();

@@ -57,7 +57,8 @@ fn shared_memory_out_of_bounds_harms_nobody() {
     }
 }
 
-/// Structs of structs double the compiler's work with each line. What the text shows is refused at once; what macros hide ends by a limit.
+/// Structs of structs double the compiler's work with each line. Excess that the text shows is refused at once; excess that macros hide
+/// ends by a limit.
 #[test]
 fn a_shader_that_never_ends_compiling_is_given_up() {
     let project = Project::empty();

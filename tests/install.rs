@@ -58,7 +58,7 @@ impl User {
         entries.map(|entry| entry.unwrap().path()).find(|path| name(path).starts_with("shipped-"))
     }
 
-    /// What somebody does who has just installed raxel.
+    /// The first steps of a user who has just installed raxel.
     fn first_steps(&self) {
         let script = repository().join(".github/release/try");
         let run = Run::from(output(Command::new(script).arg(&self.binary).arg(self.path("steps")))).exits(0);
@@ -81,7 +81,7 @@ fn assert_shows_something(path: &Path, size: [u32; 2]) {
     assert!(others > picture.len() / 12, "{} is of one colour", path.display());
 }
 
-/// Whether `check` has nothing to say of any file.
+/// Whether `check` reports no mistake in any file.
 fn all_ok(check: &Run) -> bool {
     !check.stderr.is_empty() && check.stderr.lines().all(|line| line.ends_with(": ok"))
 }
@@ -160,7 +160,7 @@ fn a_folder_of_any_name_does() {
     assert!(run.stderr.contains("needs no window"), "{}", run.stderr);
 }
 
-/// Where nothing can be written, each verb that writes says so, and leaves nothing behind.
+/// Where nothing can be written, each verb that writes reports that, and leaves nothing behind.
 #[test]
 fn a_folder_that_takes_no_files_is_no_riddle() {
     // Nothing is closed to root: a user without rights runs it.
@@ -285,7 +285,7 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
         assert!(info.contains("worlds/My_Hut.toml"), "{info}");
         assert_stands_in_the_middle(&user, &project);
     }
-    // What cannot be makes no project.
+    // An impossible request makes no project.
     fs::write(user.path("here/broken.vox"), "VOX?").unwrap();
     let refused = |arguments: &[&str], code, words: &str| {
         let run = user.raxel(&[&["new", "none"], arguments].concat()).exits(code);
@@ -304,7 +304,7 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
     assert!(all_ok(&run) && run.stderr.contains("worlds/model.toml: ok"), "{}", run.stderr);
 }
 
-/// The camera looks at the middle of the model, and the floor reaches as far on each side of it.
+/// The camera looks at the centre of the model, and the floor reaches as far on each side of it.
 #[track_caller]
 fn assert_stands_in_the_middle(user: &User, project: &Path) {
     let world = fs::read_to_string(project.join("worlds/My_Hut.toml")).unwrap();

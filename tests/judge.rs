@@ -1,4 +1,4 @@
-//! `raxel bench light` on scenes that nobody has seen, in motion, in any world, and for films.
+//! `raxel bench light` on new scenes, in motion, in any world, and for films.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -112,7 +112,7 @@ fn random_scenes_are_judged_by_one_command() {
     let json: Value = serde_json::from_slice(&std::fs::read(project.path("out/results.json")).unwrap()).unwrap();
     assert_eq!(json["over_random_scenes"].as_array().unwrap(), &figures);
     assert!(std::fs::read_to_string(project.path("out/results.csv")).unwrap().contains(",epsilon,"));
-    // What was run is what is printed, and a user can open it.
+    // The printed scenes are those of the run, and a user can open them.
     let printed = project.raxel(&["bench", "light", "--seed=7", "--count=4", "--print-scenes"]).exits(0);
     for scene in scenes {
         let path = format!(".raxel/cache/light/worlds/{scene}.toml");
@@ -313,7 +313,7 @@ fn bad_input_is_told() {
         let run = project.raxel(&[&["bench", "light", system], arguments].concat()).exits(code);
         assert!(run.stderr.contains(said), "{arguments:?}: {}", run.stderr);
     }
-    // A value that does not fit is told for the system that has the param.
+    // A value that does not fit is reported for the system that has the param.
     let wrong = [
         "bench",
         "light",

@@ -26,7 +26,7 @@ impl Launcher {
         fs::create_dir(launcher.path("bin")).unwrap();
         fs::copy(common::repository().join("raxel"), launcher.path("raxel")).unwrap();
         launcher.program("cargo", "echo \"cargo $* from ${SHADERC_LIB_DIR:-the system}\"");
-        // What is missing is asked for, and not installed.
+        // A missing package is asked for, and not installed.
         launcher.program("id", "echo 0");
         launcher.program("apt-get", "exit 0");
         launcher
@@ -120,7 +120,7 @@ fn what_failed_is_run_again_and_nothing_else() {
     let (code, said, calls) = run(&["test", "--again"]);
     assert_eq!((code, calls.as_str()), (Some(2), ""), "{said}");
 
-    // What does not compile fails again.
+    // A test that does not compile fails again.
     launcher.program("cargo", "[ $1 != test ] || { echo 'error: could not compile `raxel` (lib)' >&2; exit 101; }");
     assert_eq!(run(&["test"]).0, Some(1));
     assert_eq!(run(&["test", "--again"]).0, Some(1));
@@ -182,7 +182,7 @@ fn the_shader_compiler_is_built_from_source_when_asked_or_when_none_links() {
         "cargo builds from source only where there is no such folder"
     );
 
-    // What is there does not link: the folder that cargo looks at must not be there.
+    // The libraries do not link: the folder that cargo looks at must not be there.
     launcher.program("c++", "exit 1");
     launcher.program("ar", "cat >/dev/null");
     let (_, said) = texts(&common::output(&mut launcher.command(&["test"])));
@@ -231,7 +231,7 @@ fn an_old_rust_is_one_line() {
     assert_eq!(with("1.999.0").0, Some(0));
 }
 
-/// A binary that stands where the built one would, and says what it was asked for.
+/// A binary in the place of the built one, which prints its arguments.
 #[test]
 fn the_demo_is_that_of_the_binary_with_every_option() {
     let launcher = Launcher::new();

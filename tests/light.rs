@@ -14,7 +14,7 @@ use raxel::measure::light::{Bench, Effort, REFERENCE};
 use raxel::{Options, Session, Validation, Value};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
 
-/// What the path tracer has found after `count` frames of `paths` paths, and a Z-test for each channel of each pixel that must show `truth`, at a
+/// The path tracer's result after `count` frames of `paths` paths, and a Z-test for each channel of each pixel that must show `truth`, at a
 /// significance of 0.01 over all of them (Šidák), which 99.75 % must pass.
 fn known(session: &mut Session, count: u32, paths: i32, truth: f64) -> Mean {
     for name in ["sum", "squares"] {
@@ -52,7 +52,7 @@ fn mean(texels: &[[f32; 4]]) -> Mean {
 }
 
 impl Mean {
-    /// Within so much of the truth, and within what chance allows: a deviation of 4 standard errors happens once in 16,000 times.
+    /// Within `within` of the truth, and within chance: a deviation of 4 standard errors happens once in 16,000 times.
     #[track_caller]
     fn is(&self, truth: f64, within: f64) {
         let away = (self.mean - truth).abs();
@@ -105,7 +105,7 @@ fn a_white_body_in_an_even_sky_cannot_be_seen() {
     mean(&frames(&mut open(&project, REFERENCE, [24, 16], &params), 64)).is(1.0, 0.01);
 }
 
-/// A lamp of 16 × 16 faces, 12 above a floor: the form factor from the point below its middle (Howell, configuration B-4, four times).
+/// A lamp of 16 × 16 faces, 12 above a floor: the form factor from the point below its centre (Howell, configuration B-4, four times).
 #[test]
 fn a_lamp_lights_the_floor_by_its_form_factor() {
     let project = Project::shipped();
@@ -192,8 +192,8 @@ fn estimates(session: &mut Session) -> Vec<[f64; 2]> {
     sums.iter().zip(&squares).flat_map(pixel).collect()
 }
 
-/// References of 48 × 27 pixels that are kept: a Z-test for each channel of each pixel at a significance of 0.01 over all of them (Šidák), which
-/// 99.75 % must pass. Other devices give other bytes and the same light. `RAXEL_WRITE_LIGHT=1` writes them anew.
+/// References of 48 × 27 pixels that are kept: a Z-test for each channel of each pixel at a significance of 0.01 over all of them (Šidák),
+/// which 99.75 % must pass. Other devices give other bytes and the same light. `RAXEL_WRITE_LIGHT=1` rewrites them.
 #[test]
 fn the_path_tracer_gives_the_light_that_is_kept() {
     let project = Project::shipped();
@@ -219,7 +219,7 @@ fn the_path_tracer_gives_the_light_that_is_kept() {
         let kept: Vec<f64> =
             kept.chunks_exact(4).map(|word| f64::from(f32::from_le_bytes(word.try_into().unwrap()))).collect();
         assert_eq!(kept.len(), 2 * found.len());
-        // Two-sided 1 − (1 − 0.01)^(1 / 3888): 2.6·10⁻⁶, at 4.7 standard errors. What has no noise in either may differ by rounding.
+        // Two-sided 1 − (1 − 0.01)^(1 / 3888): 2.6·10⁻⁶, at 4.7 standard errors. Texels without noise in both may differ by rounding.
         let away = |(kept, found): (&[f64], &[f64; 2])| {
             (kept[0] - found[0]).abs() > 4.7 * f64::hypot(kept[1], found[1]) + 1e-4 * kept[0].abs()
         };
@@ -236,7 +236,7 @@ fn the_path_tracer_gives_the_light_that_is_kept() {
     }
 }
 
-/// Systems that neither interpolate nor merge, and say so: others' pages say where light comes from that is not there.
+/// Systems that claim not to interpolate and not to merge: the pages of the others name the sources of light that is not there.
 const TIGHT: [&str; 7] =
     ["reference", "reference_centre", "face_cache", "surface_f32", "gi_svgf", "hash_cache", "many_lamps"];
 
@@ -251,7 +251,7 @@ fn no_light_comes_through_walls() {
     }
 }
 
-/// Worlds that nobody would build: nothing, one voxel, a lamp as bright as the sun, mirrors, black metal; cameras in the middle of it.
+/// Unusual worlds: nothing, one voxel, a lamp as bright as the sun, mirrors, black metal; cameras inside of them.
 fn hostile_worlds() -> Vec<(&'static str, String)> {
     let at = |position: &str| format!("[camera]\nposition = {position}\nlook_at = [2.5, 2.0, 2.5]\n[materials]\n");
     let head = at("[7.5, 6.0, 9.5]");
@@ -346,7 +346,7 @@ fn the_judge_finds_no_bias_in_the_path_tracer_itself() {
     let (first, last) = (&outcome.still[0].judged, &outcome.still[4].judged);
     assert!((6.0..60.0).contains(&(first.noise / last.noise)), "{first:?} {last:?}");
     assert!(outcome.frame_ms > 0.0 && outcome.flip.unwrap() < 0.5 && outcome.flicker > 0.0);
-    // The path tracer starts anew with each motion and at the switch.
+    // The path tracer starts over with each motion and at the switch.
     let pan = outcome.pan.unwrap();
     assert!(pan.voxels > 0.0 && pan.judged.noise > last.noise, "{pan:?}");
     let lag = outcome.lag.unwrap();
@@ -375,7 +375,7 @@ fn the_verb_writes_tables_and_charts_and_says_what_is_not_there() {
     assert!(run(&["--scenes", "rom"]).exits(3).stderr.contains("did you mean `room`?"));
     assert!(run(&["sun_histori", "--scenes", "room"]).exits(3).stderr.contains("did you mean `sun_history`?"));
     run(&["--scenes", "room", "--goal", "0"]).exits(2);
-    // What has no light to be judged is said, and the others are judged all the same.
+    // A graph without light is refused with a message, and the others are judged all the same.
     let refused = run(&["graphs/inspect.toml", "--scenes", "room"]).exits(3);
     assert!(refused.stderr.contains("it has no target `radiance` of floats"), "{}", refused.stderr);
 }
@@ -441,7 +441,7 @@ fn points_are_stratified_and_lamps_are_drawn_by_their_power() {
         .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
         .collect();
     for (number, set) in words[..8192].chunks_exact(4 * 256).enumerate() {
-        // One of 256 points in each of the 2^a by 2^(8-a) boxes, whatever a: a (0, 8, 2)-net in base 2.
+        // One of 256 points in each of the 2^a by 2^(8-a) boxes, for any a: a (0, 8, 2)-net in base 2.
         for a in 0..=8 {
             let mut boxes = [0; 256];
             for point in set.chunks_exact(4) {

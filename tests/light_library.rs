@@ -5,7 +5,7 @@ mod common;
 use common::{Project, repository};
 use raxel::{Options, Session, Validation};
 
-/// What `tests/light_library/NAME.comp` has written to its buffer `results` of so many floats.
+/// The `count` floats that `tests/light_library/NAME.comp` has written to its buffer `results`.
 fn results(name: &str, buffers: &str, passes: &str, count: usize) -> Vec<f32> {
     let world = "name = \"one\"\n[materials.stone]\nalbedo = \"#808080\"\n\
                  [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = \"stone\"\n";
@@ -128,7 +128,7 @@ fn rays_go_through_panes_and_take_their_colours() {
     }
     let pass = "[[passes]]\nname = \"check\"\nshader = \"check.comp\"\ndispatch = [1, 1, 1]\nbind = { Results = \"results\", world = \"world\" }\n";
     let found = results_in(&world, "body", "[buffers.world]\nsource = \"world.tree64\"\n", pass, 10);
-    // What is left of a color behind so many voxels: albedo to the power of the way times 0.4 for matt glass, 0.04 for clear.
+    // The rest of a color behind `way` voxels: albedo to the power of the way times 0.4 for matt glass, 0.04 for clear.
     let left = |albedo: f32, transparency: f32, way: f32| albedo.powf(way * (0.4 + (0.04 - 0.4) * transparency));
     let slant = 1.01_f32.sqrt();
     let expected = [

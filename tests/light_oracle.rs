@@ -1,5 +1,5 @@
 //! The path tracer that lighting is judged by, held against another one: `raxel::oracle::light` runs on the processor, in `f64`, and shares
-//! nothing with it but the voxels and what sun, sky, lamps and surfaces are said to be.
+//! nothing with it but the voxels and the definitions of sun, sky, lamps and surfaces.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -124,7 +124,7 @@ fn apart(ours: &[Estimate], theirs: &[Estimate]) -> (f64, f64, f64) {
     let deviation = |columns: &Range<u32>, rows: &Range<u32>, channel: usize| {
         let [a, b] = [ours, theirs].map(|pixels| mean(pixels, columns.clone(), rows.clone(), channel));
         let se = (a[1] + b[1]).sqrt();
-        // What has no noise in either, like the sky without its disc, may still differ by the rounding of `f32`.
+        // Texels without noise in both, like the sky without its disc, may still differ by the rounding of `f32`.
         ((a[0] - b[0]).abs() / (se + 2e-5 * a[0]), se / a[0].max(1e-9))
     };
     let (mut regions, mut whole, mut share) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -185,7 +185,7 @@ fn another_path_tracer_sees_the_same_light() {
         assert!(regions < DEVIATIONS && whole < DEVIATIONS, "{}: {regions} {whole}", scene.name);
         assert!(share < scene.sharp, "{}: {share} is too noisy", scene.name);
 
-        // Light that is not quite the same is told apart.
+        // A slightly different light is noticed.
         let more = 1.0 + 2.0 * DEVIATIONS * scene.sharp;
         let other = seen(Light {
             sun_strength: light.sun_strength * more,

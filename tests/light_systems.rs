@@ -1,4 +1,4 @@
-//! What lighting systems promise besides their light: that they come to rest, that light of what is gone goes, and what happens at their limits.
+//! Promises of lighting systems besides their light: they come to rest, light of removed things goes, and their limits are reported.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -76,7 +76,7 @@ fn a_hash_cache_without_room_loses_no_light() {
     assert!((full / roomy - 1.0).abs() < 0.05, "{full} with 32 slots, {roomy} with 2^20");
 }
 
-/// What `face_cache` knows of its table: slots that are taken, pixels without one, faces and cells in sight.
+/// The statistics of `face_cache`: slots that are taken, pixels without one, faces and cells in sight.
 fn table(session: &mut Session) -> [u32; 3] {
     let mut word = |buffer: &str, at: u64| {
         u32::from_le_bytes(session.read_buffer(buffer, at..at + 4).unwrap().try_into().unwrap())
@@ -131,7 +131,7 @@ fn a_view_of_more_faces_than_there_is_room_for_is_kept_in_cells() {
     assert!((shared / exact - 1.0).abs() < 0.02, "{shared} in cells, {exact} on faces");
 }
 
-/// A camera that jumps between views takes the slots of what it has left.
+/// A camera that jumps between views takes the slots of the faces that it has left.
 #[test]
 fn faces_that_have_left_the_picture_give_their_slots_to_others() {
     const ROOM: u32 = 600;
@@ -189,7 +189,7 @@ fn take_lamp(session: &mut Session) {
     assert!(session.edit(&[lamp]).unwrap() > 0);
 }
 
-/// Frames until so much of a lamp's light is left that an edit has taken out, as the pages of these systems say.
+/// Frames until so little is left of the light of a lamp that an edit has removed, as the pages of these systems claim.
 const GONE_AFTER: [(&str, usize); 6] =
     [("face_cache", 2), ("surface_f32", 2), ("gi_svgf", 10), ("hash_cache", 10), ("many_lamps", 10), ("ddgi", 10)];
 
@@ -227,7 +227,7 @@ fn a_still_camera_under_still_light_stops_working() {
         let done = frames(&mut session, 1);
         assert_eq!(session.frame().unwrap().dispatched, 0, "{graph}");
         assert_eq!(frames(&mut session, 1), done, "{graph}");
-        // What changes wakes it.
+        // A change wakes it.
         session.set_param("sky_strength", Value::F32(0.5)).unwrap();
         assert!(session.frame().unwrap().dispatched > 0, "{graph}");
     }
@@ -396,7 +396,8 @@ fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
     assert!(both.1.error < 0.3 * neither.1.error, "{both:?} {neither:?}");
 }
 
-/// What drawing lamps by their power is compared with: the same light, with more noise where lamps differ.
+/// The light of lamps that are drawn alike, to compare drawing them by their power with: the same light, with more noise where lamps
+/// differ.
 #[test]
 fn lamps_that_are_drawn_alike_give_the_same_light() {
     let project = Project::shipped();
@@ -450,7 +451,7 @@ fn faces_that_know_their_light_take_their_turn_less_often() {
     assert!(first == seen && seen > 100, "{first} of {seen}");
     let [later, seen] = listed(&mut session, 47);
     assert!(later > 0 && later < seen / 4, "{later} of {seen}");
-    // What they know is no longer so.
+    // Their cached light is stale.
     session.set_param("lamp_strength", Value::F32(0.25)).unwrap();
     let [changed, seen] = listed(&mut session, 1);
     assert_eq!(changed, seen);
@@ -541,7 +542,7 @@ fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
             };
             let square: f64 = (0..3).map(|i| along(i).powi(2)).sum();
             let width = 0.5 * f64::from(SIZE[1]) / (30_f64.to_radians().tan() * square.sqrt());
-            // What floats of the shader may see on the other side.
+            // Widths on which the shader's floats may decide otherwise.
             if (width / threshold - 1.0).abs() < 1e-3 {
                 continue;
             }
@@ -627,8 +628,8 @@ fn a_face_cache_without_room_shows_no_light_that_it_does_not_know() {
     assert!(full.iter().all(|texel| texel[..3] == [0.0; 3]), "{full:?}");
 }
 
-/// Averages go on until they show what they are to, from above and from below: within a thousandth, where averages of few bits stop at hundredths. The
-/// sky has one radiance, so there is no noise.
+/// Averages go on until they show their goal, from above and from below: within a thousandth, where averages of few bits stop at
+/// hundredths. The sky has one radiance, so there is no noise.
 #[test]
 fn averages_reach_what_they_are_to_show() {
     let project = Project::shipped();
@@ -771,7 +772,7 @@ fn references_are_made_once_for_what_they_follow_from() {
         "const uint MOST_VERTICES = 255u;",
     );
     assert!(!run(16).about.kept && run(16).about.kept);
-    // What is not whole is made again.
+    // A broken reference is made again.
     let folder = project.path(".raxel/cache/light");
     let files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(files.len(), 4, "{files:?}");
@@ -782,15 +783,15 @@ fn references_are_made_once_for_what_they_follow_from() {
     assert!(!run(16).about.kept && run(16).about.kept);
 }
 
-/// What a session has said of full tables by its last frame, which has ended.
+/// The messages of a session about full tables by its last frame, which has ended.
 fn full(session: &mut Session, count: u32) -> Vec<String> {
     frames(session, count);
     session.wait().unwrap();
     session.take_messages().into_iter().map(|said| format!("{}: {}", said.code, said.message)).collect()
 }
 
-/// Tables of 2^20 slots have room for a room, and those in which no key has a place have none: then it is said how many pixels show a face without a slot, or how many samples
-/// were not kept.
+/// Tables of 2^20 slots have room for a room, and those in which no key has a place have none: then a message has the number of pixels that
+/// show a face without a slot, or of samples that were not kept.
 #[test]
 fn full_tables_are_said_with_what_they_lack() {
     let project = Project::shipped();

@@ -107,7 +107,7 @@ impl Editor {
         }
     }
 
-    /// What is offered where `|` stands in a text of the file.
+    /// The completions at `|` in a text of the file.
     fn offered(&mut self, path: &Path, text: &str) -> Vec<String> {
         let place = self.place(path, text);
         let items = self.ask("textDocument/completion", place);
@@ -141,7 +141,7 @@ fn mistakes_are_told_as_they_are_typed_and_taken_back() {
     editor.change(&graph, &text);
     assert_eq!(editor.diagnostics(&graph), [json!(null); 0]);
 
-    // A mistake in a shader is told in the shader; where two files disagree, both places are named.
+    // A mistake in a shader is reported in the shader; where two files disagree, both places are named.
     let source = std::fs::read_to_string(&shader).unwrap();
     editor.open(&shader, &source.replace("float sky_depth;", "int sky_depth;"));
     let found = editor.diagnostics(&graph);
@@ -191,7 +191,7 @@ fn names_are_completed_and_explained() {
     let offered = editor
         .offered(&demo, "[[edits]]\ntime = 1.0\nop = \"sphere\"\n|\nmode = \"subtract\"\n[[edits]]\nop = \"box\"\n");
     assert_eq!(offered, ["center", "material", "mode", "op", "radius", "time"]);
-    // What a demo can show is what its graph has, and what that one extends.
+    // A demo can show the targets of its graph, and of the graph that this one extends.
     let show = "graph = \"beauty.toml\"\n[[show]]\ntime = 1.0\ntarget = \"|\"\n";
     has(&editor.offered(&demo, show), &["bloom", "slot", "hit", "sky_view", "queue"]);
     let ops = ["box", "cylinder", "model", "restore", "set", "sphere"];
@@ -308,7 +308,7 @@ fn shaders_have_the_names_of_glsl_and_an_outline() {
     let place = editor.place(&shader, &body("imageStore(outDe|pth, pixel, vec4(0.0));"));
     let line = text.lines().position(|line| line.contains("image2D outDepth;")).unwrap() as u64;
     assert_eq!(place_of(&editor.ask("textDocument/definition", place)), (address(&shader).as_str(), line));
-    // What an include declares is found there.
+    // A declaration of an include is found there.
     let place = editor.place(&shader, &body("RxRay other = rx_camera|_ray();"));
     let found = editor.ask("textDocument/definition", place);
     assert_eq!(place_of(&found).0, address(&project.path("shaders/include/raxel/camera.glsl")), "{found}");
@@ -437,7 +437,7 @@ fn names_are_followed_and_changed_across_shaders_and_graphs() {
     assert_eq!(edits_in(&edit, &project.path("graphs/more.toml")).len(), 1, "{edit}");
     let params = json!({ "textDocument": { "uri": address(&shader) }, "position": at(NOTE, "far", 1), "context": { "includeDeclaration": true } });
     assert_eq!(editor.ask("textDocument/references", params).as_array().map(Vec::len), Some(2));
-    // What cannot be is refused with a reason, and half a text is no reason to stop.
+    // An impossible name is refused with a reason, and half a text does not stop it.
     for (position, new, reason) in [
         (at(NOTE, "outColor", 0), "2d", "is no name"),
         (at(NOTE, "outColor", 0), "image2D", "is a name of GLSL"),
@@ -528,7 +528,7 @@ fn a_file_that_is_not_there_brings_the_name_of_one_that_is() {
     }
 }
 
-/// What the message names may stand in another line than the place that it points at, or within the name of a source.
+/// The thing that the message names may stand in another line than the place that it points at, or within the name of a source.
 #[test]
 fn a_model_a_file_and_a_default_that_are_not_there_bring_their_fix() {
     let (project, mut editor, graph, _) = notes();

@@ -11,7 +11,7 @@ use common::{Display, Fault, Faults, Project, Run, Running, command, eventually,
 
 const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "160x90"];
 
-/// What always fails.
+/// The calls that always fail.
 const LIES: [(&str, Fault); 5] = [
     ("vkCreateComputePipelines", Fault::Initialization),
     ("vkCreateComputePipelines", Fault::Unknown),

@@ -1,5 +1,5 @@
-//! The marchers of graphs/rivals/march: those that are said to be exact hit what the oracle hits; the others fail as docs/rivals/marchers.md says, and no
-//! more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
+//! The marchers of graphs/rivals/march: those that claim to be exact hit the voxels of the oracle; the others fail as
+//! docs/rivals/marchers.md says, and no more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -17,7 +17,7 @@ use raxel::world::{World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
 use rayon::prelude::*;
 
-/// A picture with odd sides: the last row and column share their squares of 2 x 2 with nobody.
+/// A picture with odd sides: the last row and column have squares of 2 x 2 of their own.
 const SIZE: [u32; 2] = [95, 57];
 
 /// Where nothing is hit.
@@ -141,7 +141,7 @@ fn cameras() -> Vec<Camera> {
     ]
 }
 
-/// What the rays of a camera over a session's world hit, in the form of the target `hit`.
+/// The hits of a camera's rays over a session's world, in the form of the target `hit`.
 fn exact(over: &Marcher, camera: &Camera) -> Vec<[i32; 4]> {
     let pinhole = Pinhole {
         cell: camera.cell + over.moved,
@@ -177,7 +177,7 @@ fn what_is_exact_hits_what_the_oracle_hits() {
     }
 }
 
-/// Graphs leave the layout open: what is empty around a cell is told differently, what is hit is the same.
+/// Graphs leave the layout open: the empty space around a cell is described differently, and the hits are the same.
 #[test]
 fn marchers_go_over_every_layout() {
     let bench = Bench::new();
@@ -192,7 +192,7 @@ fn marchers_go_over_every_layout() {
     }
 }
 
-/// What the pass at half resolution and the masks are for: fewer looks, those of the bundles included.
+/// The gain of the pass at half resolution and the masks: fewer looks, those of the bundles included.
 #[test]
 fn bundles_and_masks_save_steps() {
     let bench = Bench::new();
@@ -237,13 +237,13 @@ impl Tally {
     }
 }
 
-/// Cameras by what they are hard on: the first four on nothing, the fifth on ties (it looks along an axis from the middle of a voxel, so
-/// that rays pass edges), the sixth on precision.
+/// Cameras by their difficulty: the first four have none, the fifth has ties (it looks along an axis from the centre of a voxel, so that
+/// rays pass edges), the sixth needs precision.
 const KINDS: [std::ops::Range<usize>; 3] = [0..4, 4..5, 5..6];
 
 type Ppm = std::ops::RangeInclusive<f64>;
 
-/// How many rays with a wrong voxel each has from each kind of camera, in ppm. The least is the error that its page tells of.
+/// How many rays with a wrong voxel each has from each kind of camera, in ppm. The least is the error on its page.
 const WRONG: &[(&str, [Ppm; 3])] = &[
     ("fixed", [10_000.0..=80_000.0, 20_000.0..=200_000.0, 5_000.0..=80_000.0]),
     ("rollback", [5_000.0..=50_000.0, 10_000.0..=100_000.0, 2_000.0..=50_000.0]),

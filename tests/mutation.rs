@@ -1,5 +1,5 @@
 //! Faults are planted in the tracers' shaders by machine, and `raxel stress` must notice each of them, unless
-//! `tests/mutation/explained.toml` says why it changes no hit. docs/mutation.md tells how to run it.
+//! `tests/mutation/explained.toml` says why it changes no hit. docs/mutation.md explains how to run it.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -74,7 +74,7 @@ const GRIDS: &str = "parallel,parallel-ties,parallel-edges,wrapped-parallel";
 /// Longer than any run takes. A tracer that does not end is noticed.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// What came of a fault.
+/// The outcome of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     /// It is no GLSL.

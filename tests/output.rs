@@ -1,4 +1,4 @@
-//! What `-o` leaves behind when something goes wrong: nothing that is half made, and no exit code 0.
+//! The files that `-o` leaves behind when something goes wrong: nothing that is half made, and no exit code 0.
 
 #![cfg(unix)]
 
@@ -105,7 +105,7 @@ fn stopped_by(signal: &str, project: &Project, to: &str) -> Option<i32> {
     // A graph that looks back: of others only the frames that are written are computed.
     let keeping = ["render", "graphs/examples/keep.toml", "--world", "worlds/menger.toml", "--size", "64x36"];
     let arguments = [&keeping[..], &["--frames", "10000000", "-o", to]].concat();
-    // Whoever runs the tests by `nohup` passes on that HUP is ignored; here it must not be.
+    // Tests that run under `nohup` inherit that HUP is ignored; here it must not be.
     let mut raxel = Command::new("env");
     raxel.arg("--default-signal=HUP,INT,TERM").arg(env!("CARGO_BIN_EXE_raxel")).args(arguments);
     raxel.env("RAXEL_CACHE", "off").current_dir(project.root()).stdin(Stdio::null()).stderr(Stdio::null());
@@ -178,7 +178,7 @@ fn a_pipe_that_nobody_reads_is_not_waited_for_and_one_that_is_read_works() {
     assert!(output(Command::new("mkfifo").arg(&pipe)).status.success());
     let arguments = [&MENGER[..], &["-o", pipe.to_str().unwrap()]].concat();
     let run = raxel(&arguments).exits(2);
-    assert!(run.stderr.contains("it is a pipe that nobody reads"), "{}", run.stderr);
+    assert!(run.stderr.contains("it is a pipe without a reader"), "{}", run.stderr);
 
     // The reader opens its end first, for it waits for a writer.
     let reader = std::thread::spawn({

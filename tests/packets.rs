@@ -55,7 +55,7 @@ fn swapped(graph: &str) -> String {
 /// For packets on a device that has none: a tile then has no subgroup of 32, and talks through shared memory.
 const SLOW: &str = "RX_TILE_BY_SHARED_MEMORY = \"1\"";
 
-/// Lets a shader of packets run by half of a subgroup of 64, whatever the device has.
+/// Lets a shader of packets run by half of a subgroup of 64, on any device.
 fn by_half_of_64(project: &Project, shader: &str, include: &str) {
     project.write("shaders/subgroup_of_64.glsl", SUBGROUP_OF_64);
     project.edit(shader, include, &format!("#include \"subgroup_of_64.glsl\"\n{include}"));

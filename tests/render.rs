@@ -70,7 +70,7 @@ fn frames_and_their_shards_are_the_same_files() {
     assert!(read("whole", 0) != read("whole", 2), "the camera flies");
 }
 
-/// Runs `raxel render --format json` and gives what it says.
+/// Runs `raxel render --format json` and returns its output.
 fn rendered(arguments: &[&str]) -> serde_json::Value {
     raxel(&[&["render"], arguments, &["--format", "json"]].concat()).exits(0).json().remove(0)
 }
@@ -405,7 +405,7 @@ fn worlds_go_out_and_come_in() {
     assert_eq!(project.files(), before);
 }
 
-/// A queue that is full says so at the end, once, with the place in the graph; one with room says nothing.
+/// A full queue is reported at the end, once, with its place in the graph; one with room is not.
 #[test]
 fn what_passes_count_is_said_at_the_end() {
     let project = Project::shipped();
@@ -424,7 +424,7 @@ fn what_passes_count_is_said_at_the_end() {
     assert_eq!(found.len(), 1, "{lines}");
 }
 
-/// What a pass prints comes frame by frame, and a failed assertion is an error after the picture was written.
+/// Prints of a pass come frame by frame, and a failed assertion is an error after the picture was written.
 #[test]
 fn shaders_print_and_assert() {
     let project = Project::shipped();
@@ -478,7 +478,7 @@ fn texels_are_those_that_the_last_writer_left() {
         project.raxel(&[&render[..], more].concat()).exits(0);
         assert_eq!([0, 1, 2].map(|frame| first(&format!("f/{frame}.exr")) as u32), [value; 3], "{more:?}");
     }
-    // The middle of a frame has a picture, but leaves no texels.
+    // A point within a frame has a picture, but leaves no texels.
     for after in [&["--target", "t", "--after", "a"][..], &["--target", "t,after=a"]] {
         let refused = project.raxel(&[&render[..], after].concat()).exits(2);
         assert!(refused.stderr.contains("an EXR has the texels at the end of the frame"), "{}", refused.stderr);

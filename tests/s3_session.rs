@@ -16,7 +16,7 @@ use common::{Display, Project, Run, Running, Said, command, eventually, line, ou
 use s3::{Server, restarted};
 use serde_json::{Value, json};
 
-/// A world behind a source, of which each camera sees other chunks.
+/// A world behind a source. Each camera sees other chunks of it.
 const WORLD: &str = r#"
 [stream]
 source = "zarr:SOURCE"

@@ -78,7 +78,7 @@ fn a_save_is_verified_compacted_packed_and_exported() {
     project.raxel(&["world", "verify", "worlds/quarry.toml"]).exits(0);
     drop(session);
 
-    // A flipped byte in the middle of a chunk.
+    // A flipped byte within a chunk.
     let path = project.path("saves/quarry/chunks.log");
     let mut bytes = std::fs::read(&path).unwrap();
     let at = bytes.len() / 2;
@@ -91,7 +91,7 @@ fn a_save_is_verified_compacted_packed_and_exported() {
         project.raxel(&["render", "--world", "worlds/quarry.toml", "--size", "32x18", "-o", "p.png"]).exits(0);
     assert!(picture.stderr.contains("RX0355"), "{}", picture.stderr);
 
-    // What cannot be written is named.
+    // An output that cannot be written is named.
     for arguments in
         [&["world", "pack", "worlds/quarry.toml", "-o", "rest.save"][..], &["world", "compact", "worlds/quarry.toml"]]
     {

@@ -53,15 +53,15 @@ fn options() -> Options {
 
 fn open(what: &str, options: Options) -> Session {
     let session = Session::open(options).unwrap_or_else(|error| panic!("{what}: {error}"));
-    // Most graphs show no instances, and say so over a world that has some.
+    // Most graphs show no instances, and warn over a world that has some.
     let warnings = session.warnings().iter().filter(|warning| warning.code.as_str() != "RX0449");
     let warnings: Vec<_> = warnings.map(|warning| warning.message.clone()).collect();
     assert!(warnings.is_empty(), "{what} has warnings: {warnings:?}");
     session
 }
 
-/// The picture of the second of the next two frames, which is drawn with the history of the first. The left button is held in the middle, and
-/// the right trigger of a gamepad: canvases stay empty without them.
+/// The picture of the second of the next two frames, which is drawn with the history of the first. The left button is held at the centre,
+/// and the right trigger of a gamepad: canvases stay empty without them.
 fn run(what: &str, session: &mut Session) -> Vec<u8> {
     let inputs = session.inputs();
     inputs.cursor = Some(SIZE.map(|size| size.cast_signed() / 2));
@@ -81,7 +81,7 @@ fn differs(rgba: &[u8]) -> bool {
     rgba.chunks_exact(4).any(|pixel| pixel != &rgba[..4])
 }
 
-/// What a pass of raxel's own graphs may need: as much as a small device with a driver of its own has, such as that of a Raspberry Pi 5.
+/// The limits for a pass of raxel's own graphs: those of a small device with a driver of its own, such as that of a Raspberry Pi 5.
 const SMALL: DeviceLimits = DeviceLimits {
     workgroup_invocations: 256,
     shared_memory: 16384,

@@ -307,11 +307,11 @@ fn air(project: &Project, graph: &str) -> Session {
     session
 }
 
-/// What the air holds on average and what the march finds, where slices are seen: of each, its column and itself.
+/// The mean over the air and the result of the march, where slices are seen: of each, its column and itself.
 fn pairs(session: &mut Session) -> Vec<([usize; 2], [f32; 4], [f32; 4])> {
     let [found, truth] = ["mean", "marched"].map(|name| session.read_target(name).unwrap().floats());
     let [places, hits] = ["place", "hit"].map(|name| session.read_target(name).unwrap().floats());
-    // What lies behind a surface is not seen, and a pixel is looked through at another place in each frame: its neighbours count.
+    // The slice behind a surface is not seen, and a pixel is looked through at another place in each frame: its neighbours count.
     let seen = |slice: usize, [x, y]: [usize; 2]| {
         let end = 8.0 * (f32::exp2(9.0 * (slice + 1) as f32 / 32.0) - 1.0);
         let around =

@@ -1,5 +1,5 @@
-//! A storm of edits: graphs, shaders, includes, the world and the demo are broken and mended at random while they run. Whatever is
-//! written, raxel does not end, shows the last good picture or what a fresh start shows, is silent under validation and keeps its memory.
+//! A storm of edits: graphs, shaders, includes, the world and the demo are broken and mended at random while they run. For any edit, raxel
+//! does not end, shows the last good picture or that of a fresh start, is silent under validation and keeps its memory.
 //!
 //! `cargo test --release --test storm -- --ignored` makes 10,000 edits; `RAXEL_STORM_EDITS` and `RAXEL_STORM_SEED` change how many and
 //! which. A failure names the seed, and leaves the project as it was.
@@ -29,7 +29,7 @@ const DEMO: &str = "world = 'pool.toml'\ngraph = 'primary.toml'\nduration = 2.0\
                     [[caption]]\ntime = 0.5\nuntil = 1.0\ntext = 'A pool'\n";
 const DEMO_PATH: &str = "worlds/storm.demo.toml";
 
-/// What is edited.
+/// The edited files.
 const FILES: [&str; 12] = [
     "graphs/primary.toml",
     "graphs/examples/mips.toml",
@@ -107,7 +107,7 @@ impl Random {
     }
 }
 
-/// What is written instead of a file; `None` deletes it.
+/// A broken version of a file; `None` deletes it.
 fn broken(good: &[u8], random: &mut Random) -> (&'static str, Option<Vec<u8>>) {
     let mut bytes = good.to_vec();
     let mut lines: Vec<&[u8]> = good.split_inclusive(|byte| *byte == b'\n').collect();
@@ -186,7 +186,7 @@ struct Storm {
     reference: String,
     random: Random,
     seed: u64,
-    /// What was done last.
+    /// The last action.
     last: String,
     edits: usize,
     /// Resident memory in KiB, after each edit.
@@ -197,7 +197,7 @@ struct Storm {
     _display: Option<Display>,
 }
 
-/// What came of an edit.
+/// The outcome of an edit.
 #[derive(Debug, PartialEq)]
 enum Came {
     Reloaded,
@@ -247,7 +247,7 @@ impl Storm {
         storm
     }
 
-    /// Ends the test; the project stays for whoever looks for the reason.
+    /// Ends the test; the project stays, to look for the reason.
     fn fail(&mut self, why: &str) -> ! {
         let kept = std::env::temp_dir().join(format!("raxel-storm-{}", self.seed));
         let _ = fs::remove_dir_all(&kept);
@@ -404,7 +404,7 @@ impl Storm {
         self.last = format!("{count} edits without a pause");
         let mut touched = Vec::new();
         for _ in 0..count {
-            // The demo tells when all of it has been seen.
+            // The demo decides when all of it has been seen.
             let index = self.random.below(self.good.len() - 1);
             let (path, good) = self.good[index].clone();
             let (_, text) = broken(&good, &mut self.random);
@@ -447,7 +447,7 @@ impl Storm {
         self.memory.extend(resident.and_then(|text| text.trim().trim_end_matches(" kB").parse::<u64>().ok()));
     }
 
-    /// What runs after an edit that is right is what a new process shows of the same files.
+    /// After a good edit, the session shows the same as a new process over the same files.
     fn compare_with_a_fresh_start(&mut self) {
         if self.in_window {
             return;

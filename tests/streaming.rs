@@ -58,14 +58,14 @@ fn silent(session: &Session) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-/// What a camera sees of the tiles that it wants.
+/// A camera's view of the tiles that it wants.
 fn exact(session: &Session, camera: &Camera) -> Vec<[i32; 4]> {
     let streamed = session.world().streamed().expect("it is streamed");
     let tiles = session.world().tiles().expect("it is streamed");
     exact_of(session, camera, &streaming_range(streamed, tiles).tiles(camera.cell))
 }
 
-/// What a camera sees of some tiles.
+/// A camera's view of some tiles.
 fn exact_of(session: &Session, camera: &Camera, shown: &[TileKey]) -> Vec<[i32; 4]> {
     let world = union(&**session.world().tiles().expect("it is streamed"), shown).unwrap();
     let pinhole = Pinhole {
@@ -217,7 +217,7 @@ fn edits_of_a_streamed_world_are_seen_exactly_and_saved() {
     assert!(hits(&mut session) == edited, "done again");
     drop(session);
 
-    // What was saved is there the next time, and in no session that does not ask for it.
+    // Saved edits are there the next time, and in no session that does not ask for them.
     let mut session = open(Saves::Read).unwrap_or_else(|error| panic!("{error}"));
     assert_exact(&mut session);
     assert!(hits(&mut session) == edited, "saved");
@@ -347,7 +347,7 @@ fn a_live_world_comes_into_view_and_no_frame_waits_for_it() {
         assert!(std::time::Instant::now() < until, "{:?}", stream.stats());
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
-    // Also what is there before it is wanted, up to the horizon.
+    // Also the tiles that are there before they are wanted, up to the horizon.
     let (streamed, source) = (session.world().streamed().unwrap(), session.world().tiles().unwrap());
     let reach = streaming_range(streamed, source);
     let mut shown = reach.loaded(false).tiles(camera.cell);
@@ -368,7 +368,7 @@ fn what_a_streamed_world_cannot_do_is_said() {
         // A layout with an image is bound in two places.
         for found in &diagnostics {
             assert!(found.code.as_str() == "RX0342" && found.message.contains(&whole), "{found:?}");
-            // What needs it, and what is streamed.
+            // The user of the world, and the streamed world.
             let files: Vec<&str> = found.labels.iter().map(|label| &*label.span.file).collect();
             assert_eq!(files, ["graphs/bench/first_hit.toml", "worlds/frontier.toml"]);
         }
@@ -389,7 +389,7 @@ fn what_a_streamed_world_cannot_do_is_said() {
     assert!(window > 1.2 * picture, "{picture} MiB, {window} MiB");
 }
 
-/// What is seen in cells of 4 voxels is nearly where it is in single ones, and nothing of the ground is missing.
+/// Land in cells of 4 voxels is nearly where it is in single ones, and nothing of the ground is missing.
 #[test]
 fn coarser_land_lies_where_the_land_is() {
     let project = project();
@@ -521,7 +521,7 @@ fn a_flight_is_measured() {
     // A world that is whole has nothing to measure.
     let whole = project.raxel(&["bench", "stream", "graphs/bench/first_hit.toml", "--world", "worlds/menger.toml"]);
     assert!(whole.stderr.contains("is not streamed"), "{}", whole.stderr);
-    // What needs every voxel says why it cannot have them.
+    // A verb that needs every voxel reports why it cannot have them.
     let export = project.raxel(&["world", "export", "worlds/frontier.toml", "-o", "a.vox"]);
     assert!(export.code != 0 && export.stderr.contains("RX0343"), "{}", export.stderr);
     assert!(export.stderr.contains("[stream]\n"), "the line is shown: {}", export.stderr);

@@ -77,7 +77,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
         let far = |site: &Value| posed && site["site"].as_str().unwrap().ends_with("@far");
         assert!(refused.iter().all(far), "{row}");
     }
-    // The judge can tell: marchers in plain f32 miss voxels by their edges.
+    // The judge notices errors: marchers in plain f32 miss voxels by their edges.
     let dda = &rows["tree64:dda"];
     assert!(count(dda, "wrong") > 100 && count(dda, "missed") > 10 && count(dda, "early") > 10, "{dda}");
     assert!(dda["sets"]["silhouettes"]["wrong_ppm"].as_f64().unwrap() > 1000.0);
@@ -97,7 +97,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
     assert_eq!(json["rows"].as_array().unwrap().len(), rows.len());
 }
 
-/// A project whose tracer never asks integers when floating point cannot tell.
+/// A project whose tracer never asks integers when floating point cannot decide.
 fn broken() -> Project {
     let project = Project::empty();
     let walk = std::fs::read_to_string(repository().join("shaders/include/raxel/internal/walk.glsl")).unwrap();
@@ -181,7 +181,7 @@ fn every_way_to_be_wrong_is_told_from_the_others() {
     }
 }
 
-/// Rays that begin half a step too late behind what they were said to be free up to.
+/// Rays that begin half a step too late behind the time up to which they count as free.
 #[test]
 fn a_start_too_far_ahead_is_caught() {
     let project = Project::empty();
@@ -197,7 +197,7 @@ fn a_start_too_far_ahead_is_caught() {
     assert!(run.stderr.contains("tree64:ahead is wrong about "), "{}", run.stderr);
 }
 
-/// A beam that goes on past the border of what it has looked at; the rays themselves are traced as they are.
+/// A beam that continues past the border of its last look; the rays themselves are traced as they are.
 #[test]
 fn a_beam_that_goes_too_far_is_caught() {
     let project = Project::empty();
@@ -235,13 +235,13 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
-/// What tracers say beside the hits themselves is judged, too: whether they find anything, and what is around a hit.
+/// Further answers of tracers are judged, too: whether they find anything, and the voxels around a hit.
 #[test]
 fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
     let faults = [
         // Only that there is something is known, not by which face.
         ("parallel", "uint axis = 3u;", "uint axis = 0u;", "tree64:parallel_any"),
-        // What is outside of the world is no air, nor is what is empty.
+        // The outside of the world does not count as air, and an empty cell does not either.
         ("internal/layouts/tree64", "? rx_look(cell, log2_free) : 0u;", "? rx_look(cell, log2_free) : 1u;", "tree64"),
         (
             "internal/layouts/tree64",
@@ -286,7 +286,7 @@ fn a_packet_that_loses_rays_is_caught() {
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
-/// Faults in the tracer of instances: of turned models, of those on the lattice, of which hit is first.
+/// Faults in the tracer of instances: of turned models, of those on the lattice, of the order of hits.
 #[test]
 fn faults_in_instances_are_caught() {
     let library = |name: &str| format!("shaders/include/raxel/{name}.glsl");

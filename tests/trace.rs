@@ -57,7 +57,7 @@ fn a_trace_has_nested_tracks_of_cpu_and_gpu() {
     raxel(&[&scene[..6], &one].concat()).exits(0);
     let trace = std::fs::read_to_string(inside("one.json")).unwrap();
     assert!(trace.contains("\"inspect\"") && trace.contains("\"frame 0\""), "{trace}");
-    // What cannot be written is said before anything runs.
+    // An output that cannot be written is reported before anything runs.
     let run = raxel(&[&scene[..], &["-o", &inside("g/%d.png"), "--trace", &inside("no/t.json")]].concat()).exits(2);
     assert!(run.stderr.contains("does not exist") && !folder.path().join("g").exists(), "{}", run.stderr);
 }

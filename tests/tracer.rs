@@ -220,7 +220,7 @@ bool rx_march(RxRay ray, out RxHit hit) {
 }
 ";
 
-/// A ray that is said to be free up to some time before its hit hits the same, to the bit.
+/// A ray that counts as free up to some time before its hit hits the same, to the bit.
 #[test]
 fn rays_may_begin_anywhere_before_their_hit() {
     let mut lab = Lab::open();
@@ -318,8 +318,8 @@ ivec3 cell(uint i) {
 }
 ";
 
-/// What a tracer keeps of its hit speeds look-ups up, and changes none, wherever they are: the world begins at 64, so that places in it and in the world's
-/// coordinates differ.
+/// A tracer's cache of its hit speeds look-ups up, and changes none, wherever they are: the world begins at 64, so that places in it and in
+/// the world's coordinates differ.
 #[test]
 fn look_ups_after_a_hit_give_what_look_ups_before_it_give() {
     let project = Project::shipped();

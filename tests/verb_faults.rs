@@ -47,7 +47,7 @@ struct Case {
     fault: Fault,
 }
 
-/// What a run gave besides its exit code.
+/// The output of a run besides its exit code.
 #[derive(Debug, Default, PartialEq)]
 struct Results(Vec<Vec<u8>>);
 
@@ -217,7 +217,7 @@ fn finish(command: &mut Command) -> Result<Run, String> {
     Ok(Run { code: status.code().unwrap_or(-1), stdout, stderr })
 }
 
-/// What is wrong with how a run ended.
+/// The fault in how a run ended.
 fn judge(run: &Run, results: &Results, whole: &Results) -> Option<String> {
     let errors = run.stderr.lines().filter(|line| line.starts_with("error")).count();
     let wrong = if run.stderr.contains("panicked") || run.stderr.contains("bug in raxel") {

@@ -22,7 +22,7 @@ fn press(display: &Display, key: &str, what: &str, mut holds: impl FnMut() -> bo
     });
 }
 
-/// Presses a mouse button in the middle of a window of 320 × 180, and again when nothing came of it.
+/// Presses a mouse button at the centre of a window of 320 × 180, and again if that had no effect.
 #[track_caller]
 fn press_button(display: &Display, button: &str, what: &str, mut holds: impl FnMut() -> bool) {
     let mut pressed: Option<Instant> = None;
@@ -99,11 +99,11 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     press(&display, "Tab", "the next target", || screen() == steps);
     press(&display, "shift+Tab", "the target before", || screen() == normal);
 
-    // The brush digs a ball out of the middle, and undo puts it back.
+    // The brush digs a ball out of the centre, and undo puts it back.
     press_button(&display, "3", "a ball is dug out", || screen() != normal);
     press(&display, "ctrl+z", "the ball is back", || screen() == normal);
 
-    // An edit shows; a mistake does not, and is said.
+    // An edit shows; a mistake does not, and is reported.
     project.edit("graphs/inspect.toml", "present = \"normal\"", "present = \"depth\"");
     eventually("the reload is told", || log(&log_path).contains("reloaded graphs/inspect.toml"));
     project.edit("graphs/inspect.toml", "outDepth = \"depth\"", "outDepth = \"dept\"");
@@ -129,7 +129,7 @@ fn a_window_shows_pictures_edits_and_debug_targets() {
     std::thread::sleep(Duration::from_millis(300));
     display.xdotool(&["keyup", "w"]);
     press(&display, "Escape", "it leaves", || child.ended());
-    // Exit code 6 would mean that the validation layer has said something.
+    // Exit code 6 would mean a message of the validation layer.
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
@@ -164,7 +164,7 @@ fn a_graph_has_mouse_and_keyboard() {
     let take = fs::read_to_string(project.path("worlds/take.demo.toml")).unwrap();
     assert!(take.contains("[\"left\"]") && take.contains("size     = [320, 180]"), "{take}");
 
-    // Backspace begins the canvas anew, and Space pauses: the second one only while the window has the keys.
+    // Backspace clears the canvas, and Space pauses: the second one only while the window has the keys.
     press(&display, "BackSpace", "an empty canvas", || paper(screen()));
     press(&display, "F2", "the graph has them", || log(&log_path).contains("the graph alone has mouse and keyboard"));
     display.xdotool(&["key", "space"]);
@@ -264,7 +264,7 @@ impl Bare {
         Self { display, project, child, window }
     }
 
-    /// Whether each pixel shows what it is expected to.
+    /// Whether each pixel shows the expected colour.
     fn shows(&self, expected: impl Fn(usize, usize) -> [u8; 3]) -> bool {
         let pixels = self.display.pixels(320, 180);
         pixels.iter().enumerate().all(|(index, pixel)| *pixel == expected(index % 320, index / 320))
@@ -296,7 +296,7 @@ fn a_picture_is_magnified_texel_by_texel_and_moved() {
     let byte = |place: usize| u8::try_from(place & 255).unwrap();
     let texel = |x: usize, y: usize| [byte(x), byte(y), if x > 255 { 255 } else { 0 }];
     eventually("the first picture", || bare.shows(texel));
-    // Twice as large about a cursor in the middle, and once more by the wheel with Ctrl.
+    // Twice as large about a cursor at the centre, and once more by the wheel with Ctrl.
     bare.display.xdotool(&["mousemove", "160", "90"]);
     let twice = |x, y| texel(80 + x / 2, 45 + y / 2);
     bare.display.xdotool(&["key", "plus"]);
@@ -463,7 +463,7 @@ fn a_window_over_broken_files_says_so_and_waits_for_the_mend() {
     display.xdotool(&["windowfocus", "--sync", &window]);
     press(&display, "Escape", "it leaves", || child.ended());
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
-    // Where frames are counted nobody waits.
+    // With a number of frames, the window waits for no edit.
     project.edit("graphs/inspect.toml", "outDepth = \"depth\"", "outDepth = \"dept\"");
     let mut counted = command(project.root(), &arguments);
     counted.args(["--frames", "2"]).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
@@ -483,7 +483,7 @@ fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
         command
     };
-    // Where frames are counted nobody waits.
+    // With a number of frames, the window waits for no edit.
     let counted: Run = output(in_window().args(["--frames", "2"])).into();
     assert!(counted.exits(3).stderr.contains("raxel.toml:2:"));
     let mut child = Running::start(in_window().stderr(fs::File::create(&log_path).unwrap()));
@@ -709,7 +709,7 @@ fn a_window_goes_on_after_the_loss_of_a_device() {
     let project = Project::shipped();
     let expected = rendered(&project, "normal");
     let (library, log_path, lose) = (before_vulkan(&project, LOSS), project.path("log"), project.path("lose"));
-    // Two devices, of which either may be lost, and one that does both.
+    // Two devices, either of which may be lost, and one that does both.
     for arguments in [&[][..], &["--present-with", "own"]] {
         let shown = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--no-panels"];
         let mut command = command(project.root(), &shown);

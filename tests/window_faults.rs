@@ -20,7 +20,7 @@ struct Stage {
     project: Project,
     faults: Faults,
     log: PathBuf,
-    /// What the window shows of two debug targets.
+    /// The window's pictures of two debug targets.
     pictures: [Vec<[u8; 3]>; 2],
 }
 

@@ -62,7 +62,7 @@ fn check(what: &str, world: &World, rays: &[Ray], found: &[HitWords]) -> Errors 
     errors
 }
 
-/// Every ray goes through all three worlds. Which hit counts is told by a `t_max` of 1e37, 2e37 or 3e37, all of which mean no end.
+/// Every ray goes through all three worlds. A `t_max` of 1e37, 2e37 or 3e37 selects the hit that counts; all of them mean no end.
 const THREE_WORLDS: &str = "
 #include <raxel/world/pine.glsl>
 #include <raxel/world/oak.glsl>
@@ -116,7 +116,7 @@ fn three_worlds_in_a_shader_are_each_traced_exactly() {
     lab.close();
 }
 
-/// A "ray" sets the voxel of its cell: `t_max` is the material. Whether there was room is told as a hit.
+/// A "ray" sets the voxel of its cell: `t_max` is the material. The answer, whether there was room, has the form of a hit.
 const SETTER: &str = "
 bool rx_march(RxRay ray, out RxHit hit) {
     hit = RxHit(ray.cell, 0u, 0u, 0.0, vec2(0.0), 0u);

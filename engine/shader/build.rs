@@ -1,6 +1,6 @@
 //! Makes the table of the shader library that is embedded in the binary: every `.glsl` in `library`, a link to `shaders/include/raxel`, so
-//! that `cargo package` puts the files themselves into the crate's archive. And says which libraries of the shader compiler the binary is
-//! linked with, because modules are kept on disk for as long as these are the same.
+//! that `cargo package` puts the files themselves into the crate's archive. And names the libraries of the shader compiler that the binary
+//! is linked with, because modules are kept on disk for as long as these are the same.
 
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hasher};
@@ -31,7 +31,7 @@ fn main() -> io::Result<()> {
     fs::write(out.join("library_table.rs"), table)
 }
 
-/// A hash of the libraries that are linked; of those that cargo builds from source the version of the crate says enough.
+/// A hash of the linked libraries; for those that cargo builds from source the version of the crate suffices.
 fn shaderc_libraries() -> String {
     let Some(folder) = env::var_os("SHADERC_LIB_DIR") else { return "built".to_owned() };
     let mut files: Vec<PathBuf> = fs::read_dir(folder)

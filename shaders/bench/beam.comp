@@ -3,7 +3,7 @@
 #include <raxel/world.glsl>
 #include <raxel/beam.glsl>
 
-// A beam that is not stopped after so many rounds goes along a surface; its rays may as well.
+// A beam that is not stopped after this many rounds goes along a surface; its rays may as well.
 const int ROUNDS = 16;
 
 layout(local_size_x = 8, local_size_y = 4) in;

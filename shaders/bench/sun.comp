@@ -1,4 +1,4 @@
-// Whether the sun is seen from what each pixel sees, ray by ray.
+// Whether the sun is visible from each pixel's first hit, ray by ray.
 #version 460
 #include <raxel/world.glsl>
 #include "../sun_ray.glsl"

@@ -1,4 +1,4 @@
-// Finds the voxel in the middle of the picture, once.
+// Finds the voxel at the centre of the picture, once.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

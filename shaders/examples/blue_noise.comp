@@ -27,7 +27,7 @@ vec2 blue(ivec2 pixel) {
     ivec3 size = textureSize(noise, 0);
     ivec3 at = ivec3(pixel, int(push.frame)) % size;
     ivec3 other = ivec3(pixel + size.xy / 2, int(push.frame) + size.z / 2) % size;
-    // The middle of each of the 256 steps.
+    // The centre of each of the 256 steps.
     return vec2(texelFetch(noise, at, 0).r, texelFetch(noise, other, 0).r) * (255.0 / 256.0) + 0.5 / 256.0;
 }
 

@@ -1,4 +1,4 @@
-// What the passes of graphs/examples/changed.toml know of the frame.
+// The frame's values for the passes of graphs/examples/changed.toml.
 #ifndef EXAMPLES_CHANGED_GLSL
 #define EXAMPLES_CHANGED_GLSL
 

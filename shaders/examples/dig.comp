@@ -1,4 +1,4 @@
-// Takes a ball of voxels out of the copy: one thread for each voxel around its middle.
+// Takes a ball of voxels out of the copy: one thread for each voxel around its centre.
 #version 460
 #define RX_WRITE_world
 #include <raxel/world.glsl>

@@ -1,5 +1,5 @@
-// One tick of a flock: each bird steers by its neighbours, towards a place that wanders over the bay, and away from what it would fly into.
-// C. Reynolds, "Flocks, herds, and schools: a distributed behavioral model", SIGGRAPH 1987.
+// One tick of a flock: each bird steers by its neighbours, towards a place that wanders over the bay, and away from obstacles. C. Reynolds,
+// "Flocks, herds, and schools: a distributed behavioral model", SIGGRAPH 1987.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/random.glsl>
@@ -72,7 +72,7 @@ void main() {
     velocity *= clamp(push.speed / max(length(velocity), 1.0e-3), 0.96, 1.04);
     velocity.y = clamp(velocity.y, -0.5 * push.speed, 0.5 * push.speed);
     vec3 place = own.place.xyz + push.delta * velocity;
-    // The lean into the turn: what pushes it to its right.
+    // The lean into the turn: the push to its right.
     vec3 right = normalize(cross(velocity, vec3(0.0, 1.0, 0.0)) + vec3(1.0e-6));
     float lean = mix(own.velocity.w, clamp(dot(push_by, right) / push.speed, -1.0, 1.0), 0.08);
     after[i] = Bird(vec4(place, 0.0), vec4(velocity, lean == 0.0 ? 1.0e-6 : lean));

@@ -1,5 +1,5 @@
-// What the passes of the examples know of the frame. Graphs fill it once, as [blocks.frame]; a pass runs again when a member changes
-// that its shader reads.
+// The frame's values for the passes of the examples. Graphs fill it once, as [blocks.frame]; a pass runs again when a member changes that
+// its shader reads.
 #ifndef EXAMPLES_FRAME_GLSL
 #define EXAMPLES_FRAME_GLSL
 

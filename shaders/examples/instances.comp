@@ -1,4 +1,4 @@
-// What every pixel sees of the world and its instances, lit by the sun and the sky.
+// The world and its instances as each pixel sees them, lit by the sun and the sky.
 //
 // The ray to the sun takes its turn in the same loop. GLSL inlines every call, so this compiles the tracer once.
 #version 460

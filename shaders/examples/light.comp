@@ -1,4 +1,4 @@
-// Light on what see.comp saw, and of that what is too bright to show: the finest mip of the glow.
+// Light on the surfaces of see.comp, and the part of it that is too bright to show: the finest mip of the glow.
 #version 460
 #include <raxel/sky.glsl>
 #include <raxel/camera.glsl>

@@ -22,7 +22,7 @@ vec3 turned(vec3 v) {
     return vec3(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
 }
 
-// The pixel's ray as the model sees it: the middle of the model lies `distance` before the camera, upright in the picture.
+// The pixel's ray in the model's frame: the centre of the model lies `distance` before the camera, upright in the picture.
 RxRay ray_to_model(ivec2 pixel, ivec2 size) {
     vec3 dir = rx_camera_direction(mat4(1.0), push.tan_half_fov, vec2(pixel) + 0.5, vec2(size));
     vec3 middle = 0.5 * vec3(pine.bounds_min + pine.bounds_last + 1);

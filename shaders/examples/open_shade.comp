@@ -1,4 +1,4 @@
-// What a pixel sees, lit by the part of the sky that is seen from there.
+// The picture, lit by the part of the sky that is visible from each place.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

@@ -1,4 +1,4 @@
-// How much of the sky is seen from the middle of each block of 16×16×16 voxels: the part of its rays that hit nothing.
+// How much of the sky is visible from the centre of each block of 16×16×16 voxels: the part of its rays that hit nothing.
 #version 460
 #include <raxel/world.glsl>
 
@@ -16,7 +16,7 @@ void main() {
     ivec3 texel = ivec3(gl_GlobalInvocationID);
     if (any(greaterThanEqual(texel, imageSize(outOpen)))) return;
     ivec3 cell = push.world_min + texel * BLOCK + BLOCK / 2;
-    // Seen from the first free voxel above, where the middle is in the ground.
+    // Seen from the first free voxel above, where the centre is in the ground.
     for (int step = 0; step < BLOCK && rx_material(cell) != 0u; ++step) ++cell.y;
     float seen = 0.0;
     for (int i = 0; i < push.rays; ++i) {

@@ -11,7 +11,7 @@ layout(push_constant) uniform Push {
     bool swapped;
 };
 
-// 1 inside, 0 outside, a pixel of both between them. `at` is in periods from the middle of the period, -0.5 to 0.5.
+// 1 inside, 0 outside, a pixel of both between them. `at` is in periods from the centre of the period, -0.5 to 0.5.
 float inside(vec2 at) {
     float distance = pattern == 0 ? length(at) - 0.35
                    : pattern == 1 ? abs(at.x) - 0.25

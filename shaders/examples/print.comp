@@ -1,4 +1,4 @@
-// Draws what each pixel sees. The pixel under the cursor, or the one in the middle, prints what its ray has found.
+// Draws the first hit of each pixel. The pixel under the cursor, or the central one, prints the result of its ray.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

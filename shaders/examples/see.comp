@@ -1,4 +1,4 @@
-// What each pixel sees: colour of the surface, the way it faces, and how far away it is.
+// The surface of each pixel: its colour, the way it faces, and how far away it is.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

@@ -1,4 +1,4 @@
-// Light on what see.comp saw: the sun without shadows, the sky, and haze.
+// Light on the surfaces of see.comp: the sun without shadows, the sky, and haze.
 #version 460
 #include <raxel/sky.glsl>
 #include <raxel/camera.glsl>

@@ -1,4 +1,4 @@
-// Each pixel's ray through two worlds, `world` and `other`, and what differs between the two hits.
+// Each pixel's ray through two worlds, `world` and `other`, and the difference of the two hits.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/world/other.glsl>

@@ -42,7 +42,7 @@ const bool PATH_DRAWS_FIRST = true;
 struct PathPlace {
     RxHit at;
     vec3 falls;   // on it so far, / pi, without direct sun
-    vec3 share;   // of light that falls on the path's last place: what of it falls on this one
+    vec3 share;   // the part of the light on the path's last place that falls on this one
 };
 PathPlace path_places[PATH_PLACES];
 uint path_reached;  // places on the path, also those that are not noted
@@ -94,33 +94,105 @@ void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
 }
 #endif
 
-// Irradiance / pi: what a white matt surface would send back.
+// A path on its way: the light that it has found, its last place, and the ray in work.
+struct Path {
+    vec3 sum;       // light found
+    vec3 share;     // the part of the light on the last place that falls on the first one
+    RxHit at;       // the last place
+    uint depth;     // places before the last one
+    bool ends;      // the cache knows the rest of the light
+    RxSceneRay ray; // in work
+    vec3 waiting;   // light along it, if nothing is in its way
+};
+
+// Counts a lamp that a ray meets by chance where drawing lamps would do worse, which is close to it.
+void path_meet_lamp(inout Path path, RxHit hit, RxMaterial material) {
+    vec3 radiance = material.albedo * material.emission;
+    float points = path.depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_place_normal(hit.voxel, hit.face), RX_RAY(path.ray).dir);
+    float cosine = dot(rx_place_normal(path.at.voxel, path.at.face), RX_RAY(path.ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
+#ifdef PATH_KNOWN_LAMPS
+    weight = known_met_weight(hit, radiance, cosine, facing, points);
+    known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
+#else
+    if (rx_is_on_instance(hit.face)) weight = 1.0;
+#endif
+    radiance *= frame.lamp_strength * weight;
+    path.sum += path.share * radiance;
+    path_note(path.depth + 1u, radiance);
+}
+
+// Goes on to the next place.
+void path_arrive(inout Path path, RxHit hit, vec3 albedo) {
+    path.at = hit;
+    path.share *= albedo;
+    ++path.depth;
+    path_reach(hit, albedo);
+#ifdef PATH_KEPT
+    vec4 known = kept(hit);
+    if (known.w > 0.0) {
+        path.sum += path.share * known.rgb;
+        path_note(path.depth, known.rgb);
+        path_end();
+        path.ends = true;
+    }
+#endif
+}
+
+// Draws a lamp for the last place, and the ray to it.
+void path_draw_lamp(inout Path path, vec3 normal, inout RxSampler numbers) {
+    RxSceneRay start = rx_ray_from_place(path.at.voxel, path.at.face, path.at.uv, normal);
+    RxRay from = RX_RAY(start);
+    uint candidates = path.depth == 0u ? uint(PATH_CANDIDATES) : 1u;
+    RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
+#ifdef PATH_KNOWN_LAMPS
+    path_known(path.at.voxel, path.at.face, path.at.uv, path.depth == 0u);
+    lamp = known_resample(candidates, numbers, from, normal);
+#else
+    if (path.depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
+#endif
+    path.waiting = frame.lamp_strength * lamp.light;
+    path.ray = start;
+#ifdef PATH_KNOWN_LAMPS
+    RX_RAY(path.ray) = known_ray(from, lamp.to, known_chosen.face);
+#else
+    RX_RAY(path.ray) = rx_lamp_ray(from, lamp.to);
+#endif
+#ifdef PATH_LAMP_LEAST
+    float worth = rx_luminance(path.share * path.waiting);
+    if (worth < PATH_LAMP_LEAST) path.waiting *= rx_next(numbers) * PATH_LAMP_LEAST < worth ? PATH_LAMP_LEAST / worth : 0.0;
+#endif
+}
+
+// Irradiance / pi, which is the light that a white matt surface would send back.
 vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
-    RxHit at = RxHit(voxel, face, 0u, 0.0, uv, 0u);
+    Path path;
+    path.sum = vec3(0.0);
+    path.share = vec3(1.0);
+    path.at = RxHit(voxel, face, 0u, 0.0, uv, 0u);
+    path.depth = 0u;
+    path.ends = false;
+    path.waiting = vec3(0.0);
     // Clouds shade all places of a path as they shade its first: nearly all that it meets is near, and the shadows of clouds are wide.
     RxRay first = RX_RAY(rx_ray_from_place(voxel, face, uv, vec3(0.0)));
     vec3 sun = frame_sun(), sun_light = sun_irradiance(sun) * sun_through_clouds(vec3(first.cell) + first.frac);
-    // Rays take turns, because each call of the tracer is compiled into the shader: at each place a ray to a lamp, one to the sun, and
+    // Rays take turns in one loop, because each call of the tracer is compiled into the shader: at each place a ray to a lamp, one to the sun, and
     // one that goes on.
     const uint LAMP = 0u, SUN = 1u, ON = 2u;
-    uint kind = ON, depth = 0u;
-    vec3 sum = vec3(0.0), share = vec3(1.0), waiting = vec3(0.0);
-    bool ends = false;    // the rest of the light is known
+    uint kind = ON;
     bool arrived = true;  // at a place whose light is asked for
-    RxSceneRay ray;
-    path_begin(at);
+    path_begin(path.at);
 #ifdef PATH_KNOWN_LAMPS
     vec2 onward = rx_next2(numbers);   // the best of the numbers are for the first ray that goes on
 #endif
     for (uint turn = 0u; turn < 256u; ++turn) {
         if (!arrived) {
             RxHit hit;
-            bool found = rx_trace_places(ray, hit);
+            bool found = rx_trace_places(path.ray, hit);
 #ifdef PATH_PANES
             vec3 left = vec3(1.0);
-            if (found && rx_pass_panes(hit, PATH_PANES, ray, left)) {
-                if (kind == ON) share *= left;
-                else waiting *= left;
+            if (found && rx_pass_panes(hit, PATH_PANES, path.ray, left)) {
+                if (kind == ON) path.share *= left;
+                else path.waiting *= left;
                 continue;
             }
 #endif
@@ -133,76 +205,30 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #ifdef PATH_KNOWN_LAMPS
                     if (kind == LAMP) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
 #endif
-                    sum += share * waiting;
-                    path_note(kind == LAMP ? depth + 1u : depth, waiting);
+                    path.sum += path.share * path.waiting;
+                    path_note(kind == LAMP ? path.depth + 1u : path.depth, path.waiting);
                 }
             } else {
                 if (!found) {
-                    vec3 sky = sky_radiance(RX_RAY(ray).dir, sun);
-                    sum += share * sky;
-                    path_note(depth + 1u, sky);
+                    vec3 sky = sky_radiance(RX_RAY(path.ray).dir, sun);
+                    path.sum += path.share * sky;
+                    path_note(path.depth + 1u, sky);
                     break;
                 }
                 if (hit.face == RX_FACE_INSIDE) break;
                 RxMaterial material = rx_material_properties(hit.material);
-                // A lamp that is met by chance counts where picking lamps would do worse: close to it.
-                if (material.emission > 0.0) {
-                    vec3 radiance = material.albedo * material.emission;
-                    float points = depth == 0u ? float(PATH_CANDIDATES) : 1.0, facing = -dot(rx_place_normal(hit.voxel, hit.face), RX_RAY(ray).dir);
-                    float cosine = dot(rx_place_normal(at.voxel, at.face), RX_RAY(ray).dir), weight = rx_met_lamp_weight(radiance, cosine, facing, hit.t, points);
-#ifdef PATH_KNOWN_LAMPS
-                    weight = known_met_weight(hit, radiance, cosine, facing, points);
-                    known_add(hit.voxel, hit.face, rx_luminance(radiance) * cosine * facing / (RX_PI * hit.t * hit.t));
-#else
-                    if (rx_is_on_instance(hit.face)) weight = 1.0;
-#endif
-                    radiance *= frame.lamp_strength * weight;
-                    sum += share * radiance;
-                    path_note(depth + 1u, radiance);
-                }
-                at = hit;
-                share *= material.albedo;
-                ++depth;
+                if (material.emission > 0.0) path_meet_lamp(path, hit, material);
+                path_arrive(path, hit, material.albedo);
                 arrived = true;
-                path_reach(hit, material.albedo);
-#ifdef PATH_KEPT
-                vec4 known = kept(hit);
-                if (known.w > 0.0) {
-                    sum += share * known.rgb;
-                    path_note(depth, known.rgb);
-                    path_end();
-                    ends = true;
-                }
-#endif
             }
         }
-        vec3 normal = rx_place_normal(at.voxel, at.face);
+        vec3 normal = rx_place_normal(path.at.voxel, path.at.face);
         if (arrived) {
             arrived = false;
             kind = LAMP;
-            if (!ends) {
-                RxSceneRay start = rx_ray_from_place(at.voxel, at.face, at.uv, normal);
-                RxRay from = RX_RAY(start);
-                uint candidates = depth == 0u ? uint(PATH_CANDIDATES) : 1u;
-                RxLampSample lamp = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
-#ifdef PATH_KNOWN_LAMPS
-                path_known(at.voxel, at.face, at.uv, depth == 0u);
-                lamp = known_resample(candidates, numbers, from, normal);
-#else
-                if (depth > 0u || PATH_DRAWS_FIRST) lamp = rx_resample_lamps(candidates, numbers, from, normal, float(candidates));
-#endif
-                waiting = frame.lamp_strength * lamp.light;
-                ray = start;
-#ifdef PATH_KNOWN_LAMPS
-                RX_RAY(ray) = known_ray(from, lamp.to, known_chosen.face);
-#else
-                RX_RAY(ray) = rx_lamp_ray(from, lamp.to);
-#endif
-#ifdef PATH_LAMP_LEAST
-                float worth = rx_luminance(share * waiting);
-                if (worth < PATH_LAMP_LEAST) waiting *= rx_next(numbers) * PATH_LAMP_LEAST < worth ? PATH_LAMP_LEAST / worth : 0.0;
-#endif
-                if (waiting != vec3(0.0)) continue;
+            if (!path.ends) {
+                path_draw_lamp(path, normal, numbers);
+                if (path.waiting != vec3(0.0)) continue;
             }
         }
         if (kind == LAMP) {
@@ -210,28 +236,28 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
 #ifdef PATH_SUN_FIRST
             vec3 to = rx_sun_point(sun, rx_next2(numbers));
 #else
-            vec3 to = depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
+            vec3 to = path.depth > 0u ? rx_sun_point(sun, rx_next2(numbers)) : vec3(0.0);
 #endif
-            waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
-            ray = rx_ray_from_place(at.voxel, at.face, at.uv, to);
-            if (waiting != vec3(0.0)) continue;
+            path.waiting = sun_light * (max(dot(normal, to), 0.0) / RX_PI);
+            path.ray = rx_ray_from_place(path.at.voxel, path.at.face, path.at.uv, to);
+            if (path.waiting != vec3(0.0)) continue;
         }
-        if (ends) break;
+        if (path.ends) break;
         kind = ON;
-        if (depth >= PATH_ROULETTE_FROM) {
-            float on = min(max(share.x, max(share.y, share.z)), depth >= PATH_DEEP ? 0.5 : PATH_ROULETTE_MOST);
+        if (path.depth >= PATH_ROULETTE_FROM) {
+            float on = min(max(path.share.x, max(path.share.y, path.share.z)), path.depth >= PATH_DEEP ? 0.5 : PATH_ROULETTE_MOST);
             if (rx_next(numbers) >= on) break;
-            share /= on;
+            path.share /= on;
             path_live(on);
         }
 #ifdef PATH_KNOWN_LAMPS
-        if (depth > 0u) onward = rx_next2(numbers);
+        if (path.depth > 0u) onward = rx_next2(numbers);
 #else
         vec2 onward = rx_next2(numbers);
 #endif
-        ray = rx_ray_from_place(at.voxel, at.face, at.uv, rx_place_vector(at.voxel, at.face, rx_cosine_direction(RX_FACE_PART(at.face), onward)));
+        path.ray = rx_ray_from_place(path.at.voxel, path.at.face, path.at.uv, rx_place_vector(path.at.voxel, path.at.face, rx_cosine_direction(RX_FACE_PART(path.at.face), onward)));
     }
-    return sum;
+    return path.sum;
 }
 
 #endif

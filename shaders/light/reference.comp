@@ -1,7 +1,8 @@
 // Path tracing without a bias. Each vertex is lit by a point of the sun's disc and a point of a lamp, and the path goes on with a cosine
 // ray that finds the sky and, weighted against the drawn points, lamps (Veach and Guibas, "Optimally combining sampling techniques", 1995).
-// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel are traced at the same place in one loop: the tracer is there once, and
-// who has a short path does not wait for the others before the next one.
+// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel
+// are traced at the same place in one loop: the tracer is there once, and a thread with a short path begins the next one without waiting
+// for the others.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/light/lights.glsl>
@@ -10,7 +11,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D sum;      // of the paths' light; their number
-layout(rgba32f) uniform image2D rest;     // what `sum` has lost to rounding
+layout(rgba32f) uniform image2D rest;     // the rounding errors of `sum`
 layout(rgba32f) uniform image2D squares;  // of the paths' light
 layout(rgba32f) uniform writeonly image2D outRadiance;
 layout(push_constant) uniform Push {
@@ -18,7 +19,7 @@ layout(push_constant) uniform Push {
     float filter_width;
 } push;
 
-const uint MOST_VERTICES = 256u;  // a path of a room with albedo 0.9 gets so far once in 10^11
+const uint MOST_VERTICES = 256u;  // a path of a room with albedo 0.9 is that long once in 10^11
 const uint PAIRS = 5u;            // of random numbers, a vertex
 
 const uint PATH = 0u, SUN = 1u, LAMP = 2u;

@@ -1,4 +1,4 @@
-// Keeps what this frame has found for the next one. Not `history`, which turns with every frame, also when the passes rest.
+// Keeps this frame's results for the next one. Not `history`, which turns with every frame, also when the passes rest.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32i) uniform readonly iimage2D hits;

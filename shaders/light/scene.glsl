@@ -1,5 +1,5 @@
-// What lights the scene of a system: the sun and the sky, which are the same for all that are compared (frame.glsl), or a physical sky where
-// a graph defines SKY_TABLE and binds the tables of base/scene.toml.
+// The light of a system's scene: the sun and the sky, which are the same for all compared systems (frame.glsl), or a physical sky where a
+// graph defines SKY_TABLE and binds the tables of base/scene.toml.
 #ifndef LIGHT_SCENE_GLSL
 #define LIGHT_SCENE_GLSL
 
@@ -14,7 +14,7 @@
 #ifdef SKY_TABLE
 #include <raxel/light/atmosphere.glsl>
 uniform sampler2D sky_view;
-// What lights the scene from afar (sky/sky_view.comp). Without a night, without clouds, all but the first is 0.
+// The distant light of the scene (sky/sky_view.comp). Without a night, without clouds, all but the first is 0.
 layout(std140) uniform SunLight {
     vec4 sun_light;    // irradiance through the air, for a strength of 1: of the sun, by night of the moon
     vec4 sky_way;      // direction to it
@@ -53,8 +53,8 @@ float sun_through_clouds(vec3 place) {
 }
 #endif
 
-// Where the ray of a pixel goes through it, in pixels from the top left: the middle, or with JITTER places that fill the pixels evenly over
-// the frames (Roberts' sequence R2).
+// The place in a pixel that its ray goes through, in pixels from the top left: the centre, or with JITTER places that fill the pixels
+// evenly over the frames (Roberts' sequence R2).
 vec2 pixel_place(ivec2 pixel) {
 #ifdef JITTER
     // All passes look through the same place, to the last bit.
@@ -80,7 +80,7 @@ uint scene_seed(uint own) {
     return rx_hash(own ^ rx_hash(frame.seed));
 }
 
-// What a first hit keeps in one word: material and face; -1 where there is only sky.
+// A first hit in one word: material and face; -1 where there is only sky.
 int pack_hit(uint material, uint face) {
     return int(material | face << 16);
 }

@@ -1,4 +1,4 @@
-// What each pixel sees.
+// The first hit of each pixel.
 #version 460
 #include <raxel/scene.glsl>
 #include "scene.glsl"

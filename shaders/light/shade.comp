@@ -1,4 +1,4 @@
-// Light of each pixel: albedo times what falls on it, and its emission. INDIRECT is what a graph binds as light without direct sun.
+// Light of each pixel: albedo times the light that falls on it, and its emission. INDIRECT is the graph's light without direct sun.
 #version 460
 #include <raxel/world.glsl>
 #include "scene.glsl"

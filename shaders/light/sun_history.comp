@@ -1,11 +1,10 @@
-// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of a
-// moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
-// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known
-// exactly, and a value of that frame counts only if it is of the same face of the same voxel.
-// With JITTER, whose frames are averaged, pixels in doubt share what their rays have found, and more of them are in doubt.
-// With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS, a face that has texels
-// (surface/unwrapped.glsl) knows its sunlight by itself.
-// With PANES, which has one ray, too, rays go through clear bodies of at most so many voxels, and what they bring then is kept apart, in its colours and without a history.
+// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of
+// a moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
+// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known exactly,
+// and a value of that frame counts only if it is of the same face of the same voxel. With JITTER, whose frames are averaged, pixels in
+// doubt share the results of their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average
+// whole pictures. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself. With PANES, which has one
+// ray, too, rays go through clear bodies of at most PANES voxels, and their light is kept apart then, in its colours and without a history.
 #version 460
 #if defined(PANES) && !defined(ONE_RAY)
 #define ONE_RAY 1
@@ -59,7 +58,7 @@ shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
 #endif
 
-// What earlier frames have found: share of the sun times the cosine, samples.
+// The result of earlier frames: share of the sun times the cosine, samples.
 vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     vec2 at;
     vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + place.z * pixel_direction(pixel, size);
@@ -67,7 +66,8 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     if (rx_is_on_instance(hit_face(hit.w))) from_camera = moved_from(hit.xyz, hit_face(hit.w), place.xy, push.cell, push.frac);
 #endif
     if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
-    // The middle of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over their faces.
+    // The centre of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over
+    // their faces.
     at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
     ivec2 base = ivec2(floor(at - 0.5));
     vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
@@ -86,7 +86,7 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
 #ifdef PANES
 vec3 stained = vec3(0.0);
 
-// As below; what comes through panes is in `stained` alone.
+// As below; light through panes is in `stained` alone.
 float sun_ray(ivec3 voxel, uint face, vec2 uv, vec3 to) {
     vec3 left = vec3(dot(rx_place_normal(voxel, face), to));
     if (left.x <= 0.0) return 0.0;
@@ -115,7 +115,7 @@ vec3 sun_place(ivec2 pixel, vec3 sun, uint index) {
 }
 
 #ifndef ONE_RAY
-// The pixel of the group that lies so far from another one; PIXELS where it lies in another group or faces another way.
+// The pixel of the group that is `step` pixels from another one; PIXELS where it lies in another group or faces another way.
 uint beside(uint own, ivec2 step) {
     ivec2 at = ivec2(own % SIDE, own / SIDE) + step;
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ivec2(SIDE)))) return PIXELS;
@@ -124,8 +124,8 @@ uint beside(uint own, ivec2 step) {
 }
 
 #ifdef JITTER
-// What the rays of a pixel and of those around it have found, as far as chance explains the difference: half shadows are smooth, and the edges
-// of sharp ones stay where they are. `most` is the cosine of a face without shadow.
+// The result of the rays of a pixel and of those around it, as far as chance explains the difference: half shadows are smooth, and the
+// edges of sharp ones stay where they are. `most` is the cosine of a face without shadow.
 float shared_share(uint own, float most) {
     float mine = float(found[own]) * (16.0 / ONE), n = float(taken[own]), sum = mine, rays = n;
     for (int y = -NEAR; y <= NEAR; ++y) {
@@ -173,7 +173,7 @@ void main() {
 #ifdef ONE_RAY
     bool remembers = push.history > 0 || frame.still > 0u;
 #else
-    const bool remembers = true;   // who is in doubt
+    const bool remembers = true;   // the last frame decides whether a pixel is in doubt
 #endif
     vec2 old = asks && remembers ? before(pixel, size, hit, place.xyz) : vec2(0.0);
 

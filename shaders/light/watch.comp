@@ -29,14 +29,15 @@ void main() {
     state.way = vec4(sky_way.xyz, sky_clouds.y);
 #endif
     bool other = state.serial != push.world_serial;
-    // Where land is loaded around the camera, the world is another in nearly every frame of a flight, and the light of what stays hardly is.
+    // Where land is loaded around the camera, the world is another in nearly every frame of a flight, and the light of the remaining land
+    // hardly is.
     bool edited = state.edited != push.world_edited || state.generation == 0u;
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;
     if (changed) {
-        // A quarter of a frame: after ten frames it is 2.4 % of the mean. What an edit has hit is new in two frames.
+        // A quarter of a frame: after ten frames it is 2.4 % of the mean. A place that an edit has hit is new in two frames.
         state.cap = edited ? 0.05 : clamp(0.15 / max(change, 1e-6), 0.25, other ? LOADED : 64.0);
-        // A sun that goes on slowly does not end what is known.
+        // A sun that moves on slowly does not end the known light.
         if (state.cap < SLIGHT) state.generation += 1u;
     }
     state.serial = push.world_serial;

@@ -1,4 +1,4 @@
-//! Calls of Vulkan that fail when a test says so. A library stands between the program and the loader; two files beside it say which call is to
+//! Calls of Vulkan that fail on request. A library stands between the program and the loader; two files beside it say which call is to
 //! fail, and which calls there were.
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Project, before_vulkan};
 
-/// What a call may answer instead of doing its work (`VkResult`).
+/// The answer of a call instead of its work (`VkResult`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// `VK_ERROR_OUT_OF_HOST_MEMORY`.
@@ -260,7 +260,7 @@ static Function ours(const char *name, Function found) {{
         faults
     }
 
-    /// What runs the other end in a child process, which knows the project's folder.
+    /// The command that runs the other end in a child process, which knows the project's folder.
     pub fn in_folder(folder: &Path) -> Self {
         let [order, seen] = ["faults.order", "faults.seen"].map(|name| folder.join(name));
         // No number of the parent process comes again.
@@ -274,7 +274,7 @@ static Function ours(const char *name, Function found) {{
 
     /// The next call of this name after `skip` of them fails, once.
     pub fn arm(&self, call: &str, skip: usize, fault: Fault) {
-        // What was seen before is of no use any more.
+        // The calls before it do not count.
         fs::write(&self.seen, "").unwrap();
         self.write(&format!("{call} {skip} {} 0", fault as i32));
     }
@@ -285,7 +285,7 @@ static Function ours(const char *name, Function found) {{
         self.write(&format!("{call} 0 {} 1", fault as i32));
     }
 
-    /// From here on nothing fails. What was called since the last order: names, and what they answered where they were made to fail.
+    /// From here on nothing fails. The calls since the last order: names, and the answers of those that were made to fail.
     pub fn disarm(&self) -> Vec<(String, i32)> {
         self.write("none 0 0 0");
         let seen = fs::read_to_string(&self.seen).unwrap();

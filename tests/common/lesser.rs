@@ -1,5 +1,5 @@
-//! Devices that can less than the one that the tests run on. A library stands between the program and the Vulkan loader: it lowers what the
-//! device says of itself, and ends the program if it is asked for more than that.
+//! Devices that can less than the one that the tests run on. A library stands between the program and the Vulkan loader: it lowers the
+//! reported limits of the device, and ends the program if it asks for more.
 
 mod named;
 mod random;
@@ -15,7 +15,7 @@ use super::{Project, before_vulkan};
 /// How the program ends when it asks for more than the device says it has.
 pub const EXCEEDED: i32 = 97;
 
-/// What a device says of itself, where the device below has more.
+/// The lower limits of a device, where the device below has more.
 #[derive(Clone, Copy, Debug)]
 pub struct Lesser {
     /// Name in messages.
@@ -74,7 +74,7 @@ pub struct Lesser {
     pub pipeline_milliseconds: u32,
 }
 
-/// What a device says of the sizes of its subgroups.
+/// A device's reported sizes of subgroups.
 #[derive(Clone, Copy, Debug)]
 pub struct Subgroups {
     /// `subgroupSize`: what a pipeline gets that asks for nothing.

@@ -41,7 +41,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// What follows `name=` in the info words.
+    /// The text after `name=` in the info words.
     pub fn value(&self, name: &str) -> Option<&str> {
         self.info.iter().find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
     }

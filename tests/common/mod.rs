@@ -1,4 +1,4 @@
-//! What tests of the binary share: running it, and throw-away projects.
+//! Helpers of the tests of the binary: running it, and throw-away projects.
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
@@ -32,7 +32,7 @@ pub fn graph_in(folders: [&str; 2], name: &str) -> String {
     if repository().join(&rival).exists() { rival } else { own }
 }
 
-/// What a run of the binary gave.
+/// The result of a run of the binary.
 #[derive(Debug)]
 pub struct Run {
     pub code: i32,
@@ -69,7 +69,7 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_raxel"));
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command.env("NO_COLOR", "1").env_remove("CLICOLOR_FORCE").env_remove("RUST_BACKTRACE");
-    // What one test keeps must not change what another sees.
+    // A cache of one test must not change the results of another.
     command.env("RAXEL_CACHE", "off");
     command
 }

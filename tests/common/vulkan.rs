@@ -1,4 +1,4 @@
-//! What stands between the program and the Vulkan loader: functions of a driver that a test sees or answers by itself.
+//! A library between the program and the Vulkan loader: functions of a driver that a test sees or answers by itself.
 
 use std::path::PathBuf;
 

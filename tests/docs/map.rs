@@ -1,5 +1,5 @@
-//! `ARCHITECTURE.md` and `CONTRIBUTING.md` name files, functions, crates and commands. A page that names what is not there misleads whoever
-//! inherits the code, so everything that they name is looked up here.
+//! `ARCHITECTURE.md` and `CONTRIBUTING.md` name files, functions, crates and commands. A page that names missing things misleads the heirs
+//! of the code, so everything that they name is looked up here.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// What is wrong, each with its page and line.
+/// The mistakes, each with its page and line.
 type Faults = Vec<String>;
 
 fn fails_with(faults: &Faults) {
@@ -59,7 +59,7 @@ fn declares(source: &str, name: &str) -> bool {
     })
 }
 
-/// What looks like a path of the repository: it has a slash, or the ending of a file that one reads.
+/// A text that looks like a path of the repository: it has a slash, or the ending of a file that one reads.
 fn is_path(span: &str) -> bool {
     let endings = [".rs", ".toml", ".md", ".glsl", ".comp"];
     !span.contains(char::is_whitespace)
@@ -283,7 +283,7 @@ fn commands_name_what_is_there() {
     fails_with(&faults);
 }
 
-/// What is wrong with the arguments of cargo.
+/// The mistake in the arguments of cargo.
 fn cargo(words: &[String], packages: &BTreeMap<String, Package>) -> Result<(), String> {
     let verbs = ["test", "bench", "build", "run", "fmt", "clippy"];
     let verb = words[0].as_str();
@@ -348,7 +348,7 @@ fn cargo(words: &[String], packages: &BTreeMap<String, Package>) -> Result<(), S
     }
 }
 
-/// What is wrong with the arguments of the launcher.
+/// The mistake in the arguments of the launcher.
 fn launcher(words: &[String], packages: &BTreeMap<String, Package>) -> Result<(), String> {
     let verb = words[0].as_str();
     if verb == "test" {

@@ -1,6 +1,6 @@
-//! What every page shows and no test follows step by step: commands, and pieces of files. A command has a verb, options, files and names
-//! that exist. A piece of TOML has the keys of a file, a piece of GLSL compiles, and a piece of Python runs. `tests/book.rs` follows the
-//! pages that a reader copies from.
+//! Commands and pieces of files that pages show and no test follows step by step. A command has a verb, options, files and names that
+//! exist. A piece of TOML has the keys of a file, a piece of GLSL compiles, and a piece of Python runs. `tests/book.rs` follows the pages
+//! that a reader copies from.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -22,7 +22,7 @@ pub const OTHERS: [&str; 5] =
     ["README.md", "examples/README.md", "graphs/examples/README.md", "python/README.md", "editors/vscode/README.md"];
 /// Names of files that stand for those of a reader.
 const OF_READERS: [&str; 8] = ["a", "big", "bloom", "church", "flight", "hill", "mine", "take"];
-/// What pieces of GLSL take as given.
+/// The names that pieces of GLSL use without declaring them.
 const GIVEN: &str = "RxHit hit; vec3 sun; vec3 light; float exposure; float depth; ivec2 pixel; ivec2 cursor;";
 
 type Faults = Vec<String>;
@@ -59,7 +59,7 @@ fn pieces(language: &str) -> Vec<(String, Block)> {
 struct Call {
     /// Page and line.
     at: String,
-    /// What follows `raxel`.
+    /// The words after `raxel`.
     words: Vec<String>,
     /// Whether it is a command to run, and not a mention in a sentence.
     whole: bool,

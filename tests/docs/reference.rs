@@ -10,7 +10,7 @@ pub struct Reference<'s> {
     pub schema: &'s Value,
 }
 
-/// What a definition with more forms than this has, a table of its own lists.
+/// A definition with more forms than this has them in a table of its own.
 const FEW: usize = 8;
 
 impl Reference<'_> {
@@ -67,7 +67,7 @@ impl Reference<'_> {
         }
     }
 
-    /// What a reference leads to.
+    /// The target of a reference.
     pub fn resolved<'v>(&'v self, value: &'v Value) -> &'v Value {
         match self.definition(value) {
             Some((_, definition)) => self.resolved(definition),
@@ -110,7 +110,7 @@ impl Reference<'_> {
         all.filter(|object| object["properties"].as_object().is_some_and(|keys| !keys.is_empty())).collect()
     }
 
-    /// What tells a form from the others: a key with one value, or one that only this form needs.
+    /// The mark of a form: a key with one value, or one that only this form needs.
     fn form(&self, object: &Value) -> String {
         let keys = object["properties"].as_object().into_iter().flatten();
         let telling = keys.filter_map(|(key, value)| match self.resolved(value)["const"].as_str() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::common::repository;
 
-/// What follows `pub` in the declaration of something that a program can name.
+/// The words after `pub` in the declaration of something that a program can name.
 const KINDS: [&str; 6] = ["struct", "enum", "type", "trait", "fn", "const"];
 
 /// The tables of the page, from `engine/lib.rs`: names, modules, and the names of the module `gpu`.

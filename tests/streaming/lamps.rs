@@ -170,7 +170,7 @@ fn chunks_beside_lamps_are_made_once() {
     let (stats, kept) = (session.stream().expect("it is bound").stats(), session.world().kept().unwrap());
     let made = kept.misses;
     assert!(stats.lights > 10_000, "{stats:?}");
-    // Those beyond what is wanted are asked for, too.
+    // Tiles beyond the wanted ones are asked for, too.
     assert!(made < 2 * stats.made, "{made} were made for {} tiles", stats.made);
 }
 

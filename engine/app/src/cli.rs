@@ -1,4 +1,4 @@
-//! The command line as a whole: what it says, and the verb that it runs.
+//! The command line as a whole: its help, and the verb that it runs.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ pub(crate) struct Cli {
     pub verbose: bool,
 }
 
-/// What to do.
+/// The verb, with its arguments.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Verb {
     Demo(verbs::demo::Args),
@@ -110,7 +110,7 @@ impl Verb {
         }
     }
 
-    /// Whether what it compiles is kept for the next run.
+    /// Whether its compiled shaders are kept for the next run.
     fn keeps_results(&self) -> bool {
         match self {
             // Its texts change with every key.
@@ -133,7 +133,7 @@ impl Cli {
         if self.verb.keeps_results() {
             cache::open(console);
         }
-        // What was slow is told of a run that failed, too.
+        // A run that failed reports slow steps, too.
         let result = self.run_verb(console);
         result.and(trace.finish())
     }

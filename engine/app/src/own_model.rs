@@ -48,7 +48,7 @@ impl OwnModel {
     /// A floor around the model, and a camera that sees all of the model.
     fn world(&self) -> String {
         let Self { name, size, .. } = self;
-        // `origin` below is where the middle of the model's lowest layer goes.
+        // `origin` below is the place of the centre of the model's lowest layer.
         let [width, height, depth] = size.map(|side| side as f64);
         let middle = [0.0, height / 2.0, 0.0];
         // Half of the diagonal is the model's radius; at 45 degrees, 2.6 radii are just enough to see the whole sphere around it.

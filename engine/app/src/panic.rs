@@ -1,4 +1,4 @@
-//! A panic is a bug in raxel, whatever the input was. It is reported in one line, with what to do about it.
+//! A panic is a bug in raxel, never a mistake in an input. It is reported in one line, with what to do about it.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 

@@ -1,6 +1,6 @@
-//! What `raxel new` and `raxel init` can start from: files that raxel ships, and files of the templates' own.
+//! The starting points of `raxel new` and `raxel init`: files that raxel ships, and files of the templates' own.
 
-/// What a new project starts from.
+/// A starting point for a new project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Template {
     /// A traced voxel world with sun, shadow and sky.

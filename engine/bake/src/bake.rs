@@ -17,7 +17,7 @@ use crate::store::{Store, StoreError, Wanted};
 const PAUSES: [Duration; 4] =
     [Duration::from_millis(200), Duration::from_secs(1), Duration::from_secs(5), Duration::from_secs(20)];
 
-/// What a task has done.
+/// The work that a task has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Report {
     /// Shards of the part.
@@ -154,7 +154,7 @@ fn make(source: &dyn ChunkProvider, plan: &Plan, key: ShardKey) -> Result<(Shard
     let mut writer = ShardWriter::new();
     let mut solid = 0;
     for z in 0..edge {
-        // A layer at a time: in the middle of a shard, what is above and below a chunk shares its columns.
+        // A layer at a time: within a shard, the chunks above and below share a column.
         let layer: Result<Vec<Option<Vec<u8>>>, _> = (0..edge * edge)
             .into_par_iter()
             .map(|at| {

@@ -29,7 +29,7 @@ impl Store for Directory {
         }
     }
 
-    /// Under another name in the same folder first, from where it is moved: whoever is killed leaves a file `.KEY.….part` at most.
+    /// Writes to another name in the same folder first, and renames. A killed process leaves a file `.KEY.….part` at most.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError> {
         self.write(key, bytes).map_err(|error| failed(key, &error))
     }

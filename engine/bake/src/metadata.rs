@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use crate::plan::{BakedLevel, CHUNK, Plan};
 use crate::shard::ZSTD_LEVEL;
 
-/// The version of what stands under `raxel` in the attributes, and of what is in a shard. Format 1 had no checksum here, and no seals.
+/// The version of the attributes under `raxel`, and of the contents of a shard. Format 1 had no checksum here, and no seals.
 const FORMAT: u32 = 2;
 /// The object of the group.
 pub(crate) const GROUP: &str = "zarr.json";
 
-/// What raxel reads of a store.
+/// The attributes of a store that raxel reads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Baked {
     /// [`FORMAT`].
@@ -61,9 +61,9 @@ pub enum Unreadable {
     /// It has another checksum than is written in it.
     #[error("it is damaged: it has the checksum {found}, and {written} is written in it")]
     Damaged {
-        /// Of what there is.
+        /// Of the document.
         found: String,
-        /// What is written.
+        /// The checksum in the document.
         written: String,
     },
 }
@@ -131,8 +131,8 @@ impl Baked {
         Ok(baked)
     }
 
-    /// A CRC-32C of all of it. It is taken of values, not of the document: other programs may write that anew, with other spaces or in
-    /// another order.
+    /// A CRC-32C of all of it. It covers values, not the document: other programs may write the document again, with other spaces or in another
+    /// order.
     fn checksum(&self) -> String {
         let values = serde_json::to_vec(self).expect(PLAIN);
         format!("{:08x}", crc32c::crc32c(&values))
@@ -187,7 +187,7 @@ struct GroupAttributes {
     ome: Ome,
 }
 
-/// With what tells whether it is whole.
+/// The attributes with their checksum.
 #[derive(Serialize)]
 struct Checked {
     #[serde(flatten)]
@@ -239,7 +239,7 @@ impl Ome {
                 path: level.level.to_string(),
                 transformations: [
                     Transformation::Scale { scale: [cell; 3] },
-                    // The middle of the first cell.
+                    // The centre of the first cell.
                     Transformation::Translation { translation: [z, y, x] },
                 ],
             }
@@ -272,7 +272,7 @@ struct Array {
     attributes: ArrayAttributes,
 }
 
-/// What Zarr calls a named configuration.
+/// A named configuration of Zarr.
 #[derive(Serialize)]
 struct Named<T> {
     name: &'static str,

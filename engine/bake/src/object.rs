@@ -1,4 +1,4 @@
-//! Stores that are reached over the network: S3 and what speaks like it, and web servers.
+//! Stores that are reached over the network: Stores that are reached over the network: S3 and services like it, and web servers.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -100,7 +100,7 @@ impl Store for ObjectStore {
         };
         let most = if wanted == Wanted::Document { DOCUMENT } else { u64::MAX };
         let (store, path) = (self.store.clone(), self.path(key));
-        // On a thread of the runtime, so that a panic on headers that nobody foresaw is an error here.
+        // On a thread of the runtime, so that a panic on unforeseen headers is an error here.
         let read = self.runtime.spawn(async move {
             let options = GetOptions { range, ..GetOptions::default() };
             read(store.get_opts(&path, options).await?, most).await
@@ -146,7 +146,7 @@ async fn read(answer: object_store::GetResult, most: u64) -> object_store::Resul
 
 fn failed(key: &str, error: &object_store::Error) -> StoreError {
     use object_store::Error;
-    // What the server refuses, it refuses the next time, too.
+    // A request that the server refuses, it refuses the next time, too.
     let passing = matches!(error, Error::Generic { .. } | Error::JoinError { .. });
     let mut reason = error.to_string();
     let mut cause = std::error::Error::source(error);

@@ -1,20 +1,20 @@
-//! What is baked: which tiles, in which arrays, cut into which shards.
+//! The plan of a bake: which tiles, in which arrays, cut into which shards.
 
 use raxel_world::{Bounds, MAX_LEVEL, Material, cell_edge};
 
-/// Cells along an edge of a shard, if nobody says otherwise.
+/// Cells along an edge of a shard, by default.
 pub const DEFAULT_EDGE: u32 = 512;
 /// Most cells along an edge of a shard: the index of the 64³ chunks of the largest takes 4 MiB.
 pub(crate) const MOST_EDGE: u32 = 4096;
 /// Cells along an edge of a chunk.
 pub(crate) const CHUNK: u32 = 64;
-/// Voxels lie within so many of the origin.
+/// The largest distance of a voxel from the origin.
 const RANGE: i64 = 1 << 31;
 /// Most shards of a level: a task looks at the numbers of all of them.
 const MOST_SHARDS: u64 = 1 << 32;
 
-/// Arrays of one world: one a level of detail. Every shard lies where multiples of its size are, seen from the origin of the world, so
-/// that what is in it does not depend on the region.
+/// Arrays of one world: one a level of detail. Every shard lies at a multiple of its size, seen from the origin of the world, so that its
+/// contents do not depend on the region.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub(crate) name: String,
@@ -84,8 +84,8 @@ pub enum PlanError {
 }
 
 impl Plan {
-    /// Plans `levels` levels of detail of a region, which is rounded outwards to whole shards of `edge` cells a side. The fingerprint
-    /// tells worlds apart: two with the same one have the same voxels.
+    /// Plans `levels` levels of detail of a region, which is rounded outwards to whole shards of `edge` cells a side. The fingerprint identifies the
+    /// world: two worlds with the same one have the same voxels.
     pub fn new(
         name: &str,
         fingerprint: &str,

@@ -1,4 +1,4 @@
-//! Tries again what may succeed the next time.
+//! Tries again what can succeed the next time.
 
 use std::time::Duration;
 

@@ -6,8 +6,8 @@ use crate::plan::ShardKey;
 /// Bytes of a seal.
 pub(crate) const SEAL: usize = 16;
 
-/// A hash of what the voxels of a shard follow from. Checksums find bytes that changed; this finds a whole shard that was moved, or that is
-/// left from another world.
+/// A hash of everything that the voxels of a shard follow from. Checksums find bytes that changed; this finds a whole shard that was moved,
+/// or that is left from another world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seal(pub(crate) [u8; SEAL]);
 
@@ -31,7 +31,7 @@ impl Seals {
         Self { world, edge: i64::from(baked.edge), origins }
     }
 
-    /// The place counts from the origin of the world, so that a shard is the same whatever region it is baked with.
+    /// The place counts from the origin of the world, so that a shard is the same for every region that it is baked with.
     pub(crate) fn of_shard(&self, key: ShardKey) -> Seal {
         let mut hasher = self.world.clone();
         hasher.update(&key.level.to_le_bytes());

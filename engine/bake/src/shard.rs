@@ -14,7 +14,7 @@ const ENTRY: usize = 16;
 /// Level of zstd: terrain is 4 % larger than at level 9, and made eight times as fast.
 pub(crate) const ZSTD_LEVEL: i32 = 3;
 
-/// Bytes that are not what was written.
+/// Bytes that differ from the written ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
     /// Fewer bytes than an index has.
@@ -33,7 +33,7 @@ pub enum Damage {
     Index {
         /// Of the bytes there are.
         found: u32,
-        /// What is written.
+        /// The checksum in the file.
         written: u32,
     },
     /// The index names bytes that are not there.
@@ -53,7 +53,7 @@ pub enum Damage {
         chunk: usize,
         /// Of the bytes there are.
         found: u32,
-        /// What is written.
+        /// The checksum in the file.
         written: u32,
     },
     /// A chunk that is no chunk in spite of its checksum.
@@ -61,7 +61,7 @@ pub enum Damage {
     Content {
         /// The chunk in the shard.
         chunk: usize,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
 }
@@ -102,7 +102,7 @@ impl ShardWriter {
 }
 
 impl Index {
-    /// Bytes of the seal and the index of a shard of so many chunks, which are the last of it.
+    /// Bytes of the seal and the index of a shard with `chunks` chunks, which are its end.
     pub(crate) fn bytes(chunks: usize) -> usize {
         SEAL + ENTRY * chunks + CRC
     }
@@ -204,7 +204,7 @@ pub(crate) fn decode(bytes: &[u8], chunk: usize, materials: usize) -> Result<Con
     Ok(Chunk::from_parts(&masks, solids).map_or(Content::Empty, |chunk| Content::of(chunk.into())))
 }
 
-/// What stands before the checksum, if that is right.
+/// The bytes before the checksum, if that is right.
 fn checked(bytes: &[u8], chunk: usize) -> Result<&[u8], Damage> {
     let end = bytes.len().checked_sub(CRC).ok_or(Damage::Short { found: bytes.len(), needed: CRC })?;
     let (content, crc) = bytes.split_at(end);
@@ -212,7 +212,7 @@ fn checked(bytes: &[u8], chunk: usize) -> Result<&[u8], Damage> {
     if found == written { Ok(content) } else { Err(Damage::Chunk { chunk, found, written }) }
 }
 
-/// Most bytes that a chunk can take, whatever is in it.
+/// Most bytes that any chunk can take.
 fn most_bytes() -> u64 {
     (zstd::zstd_safe::compress_bound(2 * CHUNK_VOXELS) + CRC) as u64
 }

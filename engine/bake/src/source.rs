@@ -48,7 +48,7 @@ pub enum SourceError {
     Store {
         /// Its address.
         address: String,
-        /// What it says.
+        /// The store's error.
         error: StoreError,
     },
     /// The document is wrong.
@@ -56,7 +56,7 @@ pub enum SourceError {
     Unreadable {
         /// Its address.
         address: String,
-        /// What is wrong with it.
+        /// The reason.
         error: Unreadable,
     },
 }
@@ -74,12 +74,12 @@ impl ZarrSource {
         Self::of(store::open(address, root)?, address)
     }
 
-    /// A store that is open. The address is what messages call it.
+    /// A store that is open. Messages use the address as its name.
     pub fn of(store: Arc<dyn Store>, address: &str) -> Result<Self, SourceError> {
         let address = address.to_owned();
         let again = |error: &SourceError| match error {
             SourceError::Store { error, .. } => error.passing,
-            // It may have arrived cut off, or be written anew.
+            // It may have arrived cut off, or another process may have just replaced it.
             SourceError::Unreadable { .. } => true,
             SourceError::Nothing { .. } | SourceError::Open(_) => false,
         };
@@ -180,7 +180,7 @@ impl ChunkProvider for ZarrSource {
             Failure::Store(error) => error.passing,
             Failure::Missing => false,
             Failure::Damaged(_) => {
-                // It may have been written anew, or arrived cut off.
+                // Another process may have just replaced it, or it arrived cut off.
                 self.indices().pop(&key);
                 true
             }

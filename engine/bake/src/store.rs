@@ -18,7 +18,7 @@ pub trait Store: Send + Sync {
     /// The wanted bytes of an object, all of them; `None` when there is no such object.
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError>;
 
-    /// Writes an object in place of what is there. Nobody ever sees half of it.
+    /// Writes an object, in place of an older one. A reader never sees half of it.
     fn put(&self, key: &str, bytes: &[u8]) -> Result<(), StoreError>;
 
     /// Pauses after which something that could not be read is read again, before somebody hears of it.
@@ -46,7 +46,7 @@ pub enum Wanted {
 pub struct StoreError {
     /// The object.
     pub key: String,
-    /// What the system or the server says.
+    /// The message of the system or the server.
     pub reason: String,
     /// Whether it may go away by itself: a server that is busy, a connection that broke.
     pub passing: bool,
@@ -61,12 +61,12 @@ pub enum OpenError {
     /// The address is of no known kind.
     #[error("`{0}` is not an address of a store: a folder, `file:///…`, `s3://BUCKET/…`, `http://…` or `https://…`")]
     Unknown(String),
-    /// What it takes to reach it is missing or wrong.
+    /// Something that is needed to reach it is missing or wrong.
     #[error("the store `{address}` cannot be opened: {reason}")]
     Failed {
         /// The address.
         address: String,
-        /// What is missing or wrong.
+        /// The missing or wrong thing.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! The files for clusters that bake: what they say is what a cluster expects.
+//! The files for clusters that bake match what a cluster expects.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

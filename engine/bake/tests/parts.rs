@@ -1,4 +1,4 @@
-//! Parts are the whole, whoever makes them and however often they were interrupted; a store that fails is never taken for an empty one.
+//! Parts make the whole, in any processes and after any interruptions; a failing store is never taken for an empty one.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -32,7 +32,7 @@ fn parts_are_the_whole() {
     for z in (0..2).rev() {
         for y in 0..2 {
             for x in 0..2 {
-                // Whoever comes new to the world makes the same of it.
+                // A process that comes new to the world bakes the same.
                 assert_eq!(bake_to(&inside("boxes"), &*common::land(), &plan, &format!("{x},{y},{z}/2")).shards, 2);
             }
         }
@@ -43,7 +43,7 @@ fn parts_are_the_whole() {
     let bytes: usize = wanted.iter().filter(|(name, _)| name.contains("/c/")).map(|(_, bytes)| bytes.len()).sum();
     assert_eq!(whole.bytes, bytes as u64);
 
-    // What is there and whole is left as it is; everything else is made again.
+    // A shard that is there and whole is left as it is; everything else is made again.
     let damage = |name: &str, how: &dyn Fn(&mut Vec<u8>)| {
         let path = inside("whole").join(name);
         let mut bytes = std::fs::read(&path).unwrap();
@@ -161,7 +161,7 @@ fn a_store_that_fails_is_never_taken_for_an_empty_one() {
             let source = open(&[(call, fault)]).unwrap();
             assert_eq!(source.try_chunk(solid.0, solid.1).as_ref(), Ok(&wanted), "{fault:?} at call {call}");
         }
-        // Whatever goes on failing is said, and right as soon as it fails no more.
+        // A lasting failure is reported, and the data is right as soon as it ends.
         let all: Vec<(usize, Fault)> = (1..=3).map(|call| (call, fault)).collect();
         let source = open(&all).unwrap();
         let error = source.try_chunk(solid.0, solid.1).unwrap_err().to_string();

@@ -52,7 +52,7 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     assert!(restarts > 3, "{restarts}");
     assert_eq!(written.iter().sum::<u64>(), 16);
     assert!(objects(&server) == whole);
-    // What is there is not made again.
+    // Shards that are there are not made again.
     let again = bake(&*land, &plan, BakePart::Whole, &open(&server, Patience::default()), &mut |_, _| {}).unwrap();
     assert_eq!((again.written, again.skipped), (0, 16));
 

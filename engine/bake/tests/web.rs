@@ -16,7 +16,7 @@ use raxel_bake::{BakePart, Directory, ObjectStore, Patience, SourceError, ZarrSo
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider as _, Content};
 
-/// How long everything about one lie may take: many times what it does.
+/// Time limit for everything about one lie: many times what it takes.
 const LIMIT: Duration = Duration::from_secs(120);
 
 /// A baked world, another one, and what is in the first.
@@ -145,7 +145,7 @@ fn every_lie_is_noticed() {
             let what = format!("{lie:?} for ever");
             let before = server.requests();
             let right = baked.judge(&source, solid, &server, &what);
-            // What does not harm a range of bytes may go well.
+            // Answers that do not harm a range of bytes may succeed.
             let harmless = [Answer::Redirect, Answer::LengthLess, Answer::LengthMore, Answer::OtherSize];
             assert!(!right || harmless.contains(&lie), "{what}");
             assert!(server.requests() > before, "{what}");

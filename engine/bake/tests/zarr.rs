@@ -1,4 +1,4 @@
-//! What is baked, read back: by raxel, and by the Python package `zarr`.
+//! Baked voxels, read back by raxel and by the Python package `zarr`.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -1,6 +1,6 @@
-//! The file of an entry: eight bytes that say what it is, the BLAKE3 of name and payload, the payload.
+//! The file of an entry: eight bytes of magic, the BLAKE3 of name and payload, the payload.
 
-/// What the names of the files end in.
+/// The extension of the files.
 pub(crate) const ENDING: &str = "kept";
 
 /// The last byte counts the forms that such files have had.
@@ -21,7 +21,7 @@ pub(crate) fn encode(name: &str, payload: &[u8]) -> Vec<u8> {
     [&MAGIC[..], hash(name, payload).as_bytes(), payload].concat()
 }
 
-/// The payload, or what is wrong.
+/// The payload, or the fault.
 pub(crate) fn decode<'b>(name: &str, bytes: &'b [u8]) -> Result<&'b [u8], &'static str> {
     let Some((header, payload)) = bytes.split_at_checked(HEADER) else { return Err("it is cut off") };
     let (magic, expected) = header.split_at(MAGIC.len());

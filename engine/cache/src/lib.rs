@@ -1,12 +1,12 @@
-//! What takes long to make, kept on disk from one run of the program to the next: compiled shaders, and what drivers make of them.
+//! A cache on disk, from one run of the program to the next: compiled shaders, and what drivers make of them.
 //!
-//! An entry is a file of bytes under a name that says everything they follow from, so an entry is never out of date: it is either found
-//! under the name that is asked for, or made anew. A file is written whole under another name and renamed, so that programs that
-//! run at the same time never read half of one. Nothing depends on the cache: a folder that cannot be read or written costs time, and a file
-//! that is not what was written is removed, with one warning for each process.
+//! An entry is a file of bytes under a name that covers everything they follow from. So an entry is never stale: it is found under its
+//! name, or made again. A file is written whole under another name and renamed, so that programs that run at the same time never read half
+//! of one. Nothing depends on the cache: a folder that cannot be read or written costs time, and a damaged file is removed, with one
+//! warning for each process.
 //!
-//! The folder belongs to the user and not to a project, because drivers and this program trust what they kept themselves: a project comes
-//! from anywhere.
+//! The folder belongs to the user and not to a project, because drivers and this program trust their own files: a project comes from
+//! anywhere.
 
 mod entry;
 mod place;
@@ -21,25 +21,25 @@ use std::time::{Duration, SystemTime};
 use entry::{decode, encode};
 pub use place::{CacheLocation, SWITCH};
 
-/// Most bytes of one entry. What is larger is not kept.
+/// Most bytes of one entry. Larger ones are not kept.
 pub const MAX_ENTRY: u64 = 64 << 20;
 
 /// Most bytes of all entries. Those that were not used for longest go first.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// How often what lies in the folder is counted: at the first write of a process, and after so many more.
+/// The files in the folder are counted at the first write of a process, and after this many more.
 const WRITES_BETWEEN_COUNTS: u64 = 64;
 
 /// An entry that was used is marked as used when the last mark is older, so that reading seldom writes.
 const MARK_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// What the names of files end in that are being written.
+/// The extension of files that are being written.
 const PART: &str = "part";
 
 /// A file that another process is still writing, for all that is known. Older ones were left behind.
 const UNFINISHED: Duration = Duration::from_secs(60 * 60);
 
-/// Told of the first file that is not what was written: its path, and what is wrong with it.
+/// Called with the first damaged file: its path, and the damage.
 pub type Warn = dyn Fn(&Path, &str) + Send + Sync;
 
 /// A folder of entries. Threads and processes may use it at the same time.
@@ -68,7 +68,7 @@ impl Cache {
         Self { folder: folder.into(), warn: None, warned: AtomicBool::new(false), writes: AtomicU64::new(0) }
     }
 
-    /// Calls `warn` at the first file that is not what was written.
+    /// Calls `warn` at the first damaged file.
     #[must_use]
     pub fn with_warning(self, warn: impl Fn(&Path, &str) + Send + Sync + 'static) -> Self {
         Self { warn: Some(Box::new(warn)), ..self }
@@ -103,7 +103,7 @@ impl Cache {
         }
     }
 
-    /// Keeps bytes under a name. What is there already is replaced.
+    /// Keeps bytes under a name. An entry of that name is replaced.
     pub fn write(&self, name: &str, payload: &[u8]) {
         let Some(path) = self.path(name) else { return };
         let bytes = encode(name, payload);
@@ -150,7 +150,7 @@ impl Cache {
         (files.len(), files.iter().map(|file| file.bytes).sum())
     }
 
-    /// Removes what was not used for longest, until no more than `most` bytes are left, and files that were never finished.
+    /// Removes the least recently used files, until no more than `most` bytes are left, and files that were never finished.
     fn trim(&self, most: u64) {
         let mut files = self.files();
         files.sort_by_key(|file| file.used);
@@ -172,7 +172,7 @@ impl Cache {
             let path = entry.path();
             let ending = path.extension()?;
             let unfinished = ending == PART;
-            // A folder that was named by mistake may hold anything; only what was put there is counted, and removed.
+            // A folder that was named by mistake may hold anything; only raxel's own files are counted, and removed.
             if !unfinished && ending != entry::ENDING {
                 return None;
             }
@@ -217,7 +217,7 @@ fn mark_as_used(path: &Path) {
     }
 }
 
-/// Nobody else may put anything into the folder.
+/// Other users may not put anything into the folder.
 fn make_folder(folder: &Path) -> io::Result<()> {
     let mut builder = fs::DirBuilder::new();
     builder.recursive(true);

@@ -17,7 +17,7 @@ pub enum CacheLocation {
 }
 
 impl CacheLocation {
-    /// As the environment says: [`SWITCH`] if it is set, else `raxel` in the folder that the system has for caches: `XDG_CACHE_HOME` or
+    /// From the environment: [`SWITCH`] if it is set, else `raxel` in the folder that the system has for caches: `XDG_CACHE_HOME` or
     /// `~/.cache`, `~/Library/Caches`, `%LOCALAPPDATA%`.
     pub fn of_environment() -> Self {
         Self::by(|name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from))

@@ -1,4 +1,4 @@
-//! Does what requests ask for, and answers them.
+//! Carries requests out, and answers them.
 
 use data_encoding::BASE64;
 use raxel_runtime::Session;
@@ -30,7 +30,7 @@ pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
     console::json(&Value::Object(object));
 }
 
-/// Does what is asked, or nothing.
+/// Carries out one request, or nothing.
 pub(super) fn answer(
     request: Request,
     session: &mut Session,
@@ -120,7 +120,7 @@ fn param_value(session: &Session, param: &str) -> Result<Value, Refusal> {
     Ok(json!({ "param": param, "value": describe::value(&session.param(param)?) }))
 }
 
-/// Moves the camera, or only tells where it is.
+/// Moves the camera, or only answers with its pose.
 fn move_camera(session: &mut Session, moved: &CameraMove) -> Result<Value, Refusal> {
     if *moved != CameraMove::default() {
         session.take_over();
@@ -169,7 +169,7 @@ fn step(session: &mut Session, drive: Drive, frames: u32, middle: &mut Option<Mi
     for index in 0..frames {
         match drive {
             Drive::Requests => {
-                // What is shown right after a pass is copied there.
+                // The output right after a pass is copied there.
                 if index + 1 == frames && session.debug_target().after.is_some() {
                     session.capture_shown(0..0);
                 }

@@ -1,4 +1,4 @@
-//! Says as JSON what a session has.
+//! Describes a session as JSON.
 
 use raxel_execute::PassOutcome;
 use raxel_graph::checked::{Param, Pass, PassId, ResourceKind, Value as ParamValue};
@@ -8,7 +8,7 @@ use raxel_runtime::camera::Camera;
 use raxel_runtime::params::{components, type_name};
 use serde_json::{Value, json};
 
-/// What is open: files, size, params, resources, passes, cameras.
+/// The open project: files, size, params, resources, passes, cameras.
 pub(super) fn info(session: &Session) -> Value {
     let graph = session.graph();
     let params: Vec<Value> = session.params().iter().map(|param| describe_param(param, session)).collect();

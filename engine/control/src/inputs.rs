@@ -11,7 +11,7 @@ use super::Drive;
 use super::refusal::Refusal;
 use super::request::HeldInputs;
 
-/// Holds what a program says from the next frame on, and tells what is held.
+/// Holds the inputs of a request from the next frame on, and answers with all that are held.
 pub(super) fn hold(session: &mut Session, drive: Drive, held: HeldInputs) -> Result<Value, Refusal> {
     if held != HeldInputs::default() {
         let buttons = held.buttons.map(|names| bits(&names, "mouse button", &BUTTONS, button_named)).transpose()?;

@@ -1,5 +1,5 @@
-//! Control by program: requests as lines of JSON on stdin, one answer each on stdout. `raxel control` has no window and runs a frame when it
-//! is told to; `raxel run --control` is a window that a program drives too. docs/control.md tells the protocol.
+//! Control by program: requests as lines of JSON on stdin, one answer each on stdout. `raxel control` has no window and runs a frame on request;
+//! `raxel run --control` is a window that a program drives too. docs/control.md describes the protocol.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
@@ -40,9 +40,9 @@ pub struct Control {
     drive: Drive,
     /// A request that waits for an edit.
     waiting: Option<Waiting>,
-    /// What the last frame has shown, if that is not its end.
+    /// The output of a pass within the last frame, if the session shows that instead of the frame's end.
     middle: Option<Middle>,
-    /// What the last edit brought, for `diagnostics`.
+    /// Diagnostics of the last edit, for the request `diagnostics`.
     diagnostics: Vec<Value>,
     generation: u64,
     /// The generation that runs.
@@ -54,12 +54,12 @@ struct Waiting {
     until: Instant,
 }
 
-/// What became of a look at the requests.
+/// The outcome of a look at the requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// The conversation goes on.
     More,
-    /// The program said `quit`.
+    /// The program sent `quit`.
     Quit,
 }
 
@@ -69,7 +69,7 @@ impl Control {
         let (sender, lines) = channel();
         std::thread::spawn(move || {
             for line in std::io::stdin().lock().lines() {
-                // What is no text is no JSON: said in the answer.
+                // A line that is no text is no JSON either: the answer says so.
                 let line = line.unwrap_or_else(|_| "not UTF-8".to_owned());
                 if sender.send(line).is_err() {
                     return;
@@ -83,7 +83,7 @@ impl Control {
         Self { lines, drive, waiting: None, middle: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
     }
 
-    /// Answers what has come, without waiting: for a window.
+    /// Answers the requests that have come, without waiting: for a window.
     pub fn poll(&mut self, session: &mut Session) -> Next {
         self.tire();
         loop {
@@ -125,7 +125,7 @@ impl Control {
         }
     }
 
-    /// An edit was swapped in, or is wrong: said as an event, and to who waits for it.
+    /// Reports a good or a broken edit as an event, and answers requests that wait for it.
     pub fn note(&mut self, event: &ReloadEvent) {
         let said = match event {
             ReloadEvent::Reloaded(reloaded) => {
@@ -174,7 +174,7 @@ impl Control {
         }
     }
 
-    /// Answers who waits for an edit.
+    /// Answers the requests that wait for an edit.
     fn tell(&mut self, reloaded: bool) {
         if let Some(waiting) = self.waiting.take() {
             let (generation, diagnostics) = (self.generation, &self.diagnostics);
@@ -183,22 +183,22 @@ impl Control {
         }
     }
 
-    /// Says what the session had to say as events.
+    /// Sends the session's messages as events.
     pub fn say(said: &[Diagnostic], texts: &SourceMap) {
         for diagnostic in parsed(&render::json(said, texts)) {
             console::json(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
         }
     }
 
-    /// Says what the frames of a request have printed, before its answer.
+    /// Sends the prints of the frames of a request, before its answer.
     fn say_prints(&self, session: &mut Session) {
-        // A window says it frame by frame. That a device is lost is said by the next frame.
+        // A window sends them frame by frame. If the device is lost, the next frame reports it.
         if self.drive == Drive::Requests && (!session.has_prints() || session.wait().is_ok()) {
             Self::say_printed(&session.take_prints());
         }
     }
 
-    /// Says what passes have printed as events.
+    /// Sends the prints of passes as events.
     pub fn say_printed(printed: &[PassPrints]) {
         printed.iter().for_each(|prints| console::json(&prints::event(prints)));
     }
@@ -227,7 +227,7 @@ impl Control {
             }
             Ok(Request::Diagnostics {}) => {
                 let (generation, shown) = (self.generation, (!session.is_waiting()).then_some(self.shown));
-                // With what passes count at the moment.
+                // With the present counts of passes.
                 let counted = parsed(&render::json(&session.counted(), session.texts()));
                 let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });

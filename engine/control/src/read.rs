@@ -1,4 +1,4 @@
-//! Reads what frames have left: pictures, texels, bytes of buffers.
+//! Reads the results of frames: pictures, texels, bytes of buffers.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 
-/// What was shown right after a pass of the last frame.
+/// The output right after a pass of the last frame.
 pub(super) struct Middle {
     of: Present,
     texels: Texels,
@@ -96,7 +96,7 @@ pub(super) fn screenshot(session: &mut Session, path: &str) -> Result<Value, Ref
         let graph = session.graph();
         let target = session.debug_target();
         if target.after.is_some() {
-            // The frame has run: its middle is gone.
+            // The frame has run: the output within it is gone.
             let message =
                 format!("`{target}` is not what the frame ends with, and `{path}` takes texels as they are at the end");
             let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
@@ -131,7 +131,7 @@ fn numbers(texels: &Texels) -> (&'static str, Vec<u8>) {
     }
 }
 
-/// A word as a number of JSON, which has neither NaN nor infinity: those are text.
+/// A word as a number of JSON. JSON has neither NaN nor infinity, so those are text.
 fn number(kind: &str, bits: u32) -> Value {
     match kind {
         "u4" => bits.into(),

@@ -1,4 +1,4 @@
-//! What a program may ask for, and how it is read.
+//! The requests that a program may send, and how they are read.
 
 use raxel_worldfile::CAMERA_FOV;
 use serde::Deserialize;
@@ -13,7 +13,7 @@ pub(super) const PROTOCOL: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Request {
-    /// What is open: files, size, params, resources, passes, cameras.
+    /// The open project: files, size, params, resources, passes, cameras.
     Info {},
     /// Sets a param.
     Set { param: String, value: Value },
@@ -21,9 +21,9 @@ pub(super) enum Request {
     Unset { param: String },
     /// Chooses the debug target; an empty one is the graph's own.
     Target { target: String },
-    /// Moves the camera, or only tells where it is. Degrees and voxels.
+    /// Moves the camera, or only answers with its pose. Degrees and voxels.
     Camera(CameraMove),
-    /// Says what is held and turned from the next frame on, or only tells it. Buttons and keys by their names.
+    /// Sets the inputs that are held and turned from the next frame on, or only answers with them. Buttons and keys by their names.
     Input(HeldInputs),
     /// Starts over and records a take.
     Record {},
@@ -39,13 +39,13 @@ pub(super) enum Request {
         #[serde(default = "one")]
         frames: u32,
     },
-    /// Puts the next frame at so many seconds.
+    /// Puts the next frame at `seconds` seconds.
     Seek { seconds: f64 },
     /// Starts over.
     Reset {},
     /// Changes the extent of the output, in pixels.
     Resize { size: [u32; 2] },
-    /// Writes the picture of the last frame to a file: its extension says the form.
+    /// Writes the picture of the last frame to a file in the format of its extension.
     Screenshot { path: String },
     /// The picture of the last frame.
     Picture {},
@@ -90,7 +90,7 @@ pub(super) enum Request {
     Redo {},
     /// GPU times of the passes of the last frame.
     Timings {},
-    /// What is wrong since the last edit.
+    /// Diagnostics since the last edit.
     Diagnostics {},
     /// Compiles all shaders again with checks of the bounds of their accesses, or without them.
     CheckBounds {
@@ -118,7 +118,7 @@ pub(super) struct CameraMove {
     pub fov: Option<f64>,
 }
 
-/// What shall be held. Absent fields stay as they are.
+/// Inputs to hold. Absent fields stay as they are.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct HeldInputs {
@@ -179,7 +179,7 @@ fn told(value: &Value, error: &serde_json::Error) -> String {
     let mut fields = value.as_object().into_iter().flat_map(serde_json::Map::keys).filter(|field| *field != "do");
     let field = fields.find(is_wrong).map_or("do", String::as_str);
     let mut text = text;
-    // What serde calls them.
+    // The names that serde uses.
     for (theirs, ours) in [
         ("variant identifier", "the name of a request"),
         ("expected f64", "expected a number"),

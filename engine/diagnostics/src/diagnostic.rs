@@ -49,7 +49,7 @@ impl<T> Spanned<T> {
         Self { value, span }
     }
 
-    /// If the value is the path of a file: adds this place to every error that says that the file does not exist.
+    /// If the value is the path of a file: adds this place to every error about that file missing.
     pub fn point_at_missing(&self, found: &mut [Diagnostic]) {
         for diagnostic in found {
             if diagnostic.code == codes::files::NOT_FOUND && diagnostic.labels.is_empty() {
@@ -81,7 +81,7 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// Further facts, e.g. `included from shaders/a.comp:6`.
     pub notes: Vec<String>,
-    /// What to do about it, e.g. `did you mean `hit`?`.
+    /// How to mend it, e.g. `did you mean `hit`?`.
     pub help: Vec<String>,
 }
 

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use crate::{Diagnostic, SourceMap, Span, codes, names};
 
-/// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised
-/// (no `.` or `..` components); the implementation must refuse whatever would leave the root (symbolic links included).
+/// Reads project files for the compilers. Paths are relative to the project root with `/` separators and already normalised (no `.` or `..`
+/// components); the implementation must refuse every path that would leave the root (symbolic links included).
 pub trait Files: Send + Sync {
     /// The bytes of a file.
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError>;
 
-    /// The folder of the project, where it is one on disk: what a project names outside of itself is found from there.
+    /// The folder of the project, where it is one on disk: paths out of the project start there.
     fn root(&self) -> Option<&Path> {
         None
     }
@@ -35,7 +35,7 @@ pub enum FileError {
         /// Bytes allowed.
         limit: u64,
     },
-    /// Anything else the system says.
+    /// Any other error of the system.
     #[error("{0}")]
     Io(String),
 }
@@ -57,7 +57,7 @@ impl FileError {
     }
 }
 
-/// Folders of a project that hold what a command line names.
+/// Folders of a project that hold the files of a command line.
 const FOLDERS: [&str; 3] = ["graphs", "worlds", "shaders"];
 
 /// The diagnostic for a file that does not exist. Its help names the file that was probably meant, if the project has one below the first
@@ -136,7 +136,7 @@ fn files_below(root: &Path, folder: &str) -> Vec<String> {
     found
 }
 
-/// Largest text file that is read, in bytes: 4 MiB. Texts are held whole, and what is made of them is many times as large.
+/// Largest text file that is read, in bytes: 4 MiB. Texts are held whole, and their parsed form is many times as large.
 pub const MAX_TEXT: usize = 4 << 20;
 
 /// Reads a text file and remembers its text in `texts`. A file larger than [`MAX_TEXT`] is an error, and a byte that is not UTF-8 is one that

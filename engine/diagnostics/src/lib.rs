@@ -1,5 +1,4 @@
-//! What raxel says when something is wrong: diagnostics as plain data, their codes, their rendering; and the two readers that
-//! produce most of them: project files and TOML tables.
+//! Diagnostics as plain data, their codes and their rendering; and the two readers that produce most of them: of project files and of TOML tables.
 
 mod code;
 pub mod codes;

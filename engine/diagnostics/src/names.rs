@@ -1,4 +1,4 @@
-//! Names in messages: the one that was meant, and a list of those there are.
+//! Names and numbers in messages: the name that was meant, a list of those there are, and large numbers.
 
 /// Names that a misspelt one is compared with, first by their letters and then, where those allow it, by edits: a file may have thousands
 /// of mistakes and thousands of names.
@@ -54,9 +54,27 @@ pub fn list<'n>(names: impl Iterator<Item = &'n str>) -> String {
     names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
+/// A number with a comma at each thousand: `99,980`.
+pub fn grouped(number: impl std::fmt::Display) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn thousands_are_apart() {
+        assert_eq!([12, 999, 1000, 1_234_567].map(grouped), ["12", "999", "1,000", "1,234,567"]);
+    }
 
     #[test]
     fn the_closest_name_is_near() {
@@ -64,7 +82,7 @@ mod tests {
         assert_eq!(closest("é", ["e", "depth"].into_iter()), Some("e"));
         assert_eq!(closest("depht", std::iter::once("exposure")), None);
         assert_eq!(closest(&"x".repeat(1 << 20), std::iter::once("x")), None);
-        // What the counts of letters rule out, and what they do not: case, order, one more, one less.
+        // Differences that the counts of letters rule out, and those that they do not: case, order, one more, one less.
         for (wrong, name) in
             [("DEPTH", "depth"), ("dpeth", "depth"), ("depht1", "depth"), ("größe", "größen"), ("a_b", "a-b")]
         {

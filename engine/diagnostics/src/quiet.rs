@@ -1,4 +1,4 @@
-//! Readers of other people's that panic on what is broken, where an error is wanted.
+//! Calls readers of other crates that panic on broken input, and turns the panic into an error.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};

@@ -1,9 +1,9 @@
-//! What the JSON schemas of project files share.
+//! Pieces that the JSON schemas of project files share.
 
 use serde_json::Value;
 
-/// The schema with each `default` told in the description of its key as well. Editors show descriptions while the cursor rests on a key;
-/// defaults they only put in.
+/// The schema with each `default` added to the description of its key. Editors show descriptions while the cursor rests on a key; defaults they only
+/// put in.
 pub fn with_defaults(mut schema: Value) -> Value {
     tell(&mut schema);
     schema

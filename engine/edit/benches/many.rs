@@ -1,4 +1,4 @@
-//! What a step of 1,000 single voxels in 200 chunks of the shipped land costs, from the operations to the words that a frame reads.
+//! The cost of a step of 1,000 single voxels in 200 chunks of the shipped land, from the operations to the words that a frame reads.
 //! `cargo bench -p raxel-edit --bench many`; with `RAYON_NUM_THREADS=1`, on one core.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a bench")]

@@ -17,7 +17,7 @@ use crate::shape::{Ball, Pillar};
 
 /// An operation that is right, ready to be applied to any chunk.
 pub(crate) struct Prepared<'a> {
-    /// What it may change; none of [`Kind::Put`].
+    /// The voxels that it may change; none for [`Kind::Put`].
     bounds: Option<Bounds>,
     kind: Kind<'a>,
 }
@@ -32,7 +32,7 @@ enum Kind<'a> {
     Put(BTreeMap<ChunkPos, Option<Option<Arc<Chunk>>>>),
 }
 
-/// What an operation that covers a whole chunk makes of it.
+/// The result of an operation that covers a whole chunk.
 enum Whole {
     Base,
     Voxels(Option<Arc<Chunk>>),
@@ -135,7 +135,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The voxel that it sets, and to what, if that is all that it does.
+    /// The voxel that it sets, and its material, if it does nothing else.
     fn set(&self) -> Option<([i32; 3], MaterialIndex)> {
         match self.kind {
             Kind::Set(cell, material) => Some((cell, material)),
@@ -270,7 +270,7 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// The chunk after operations; of the chunk before them, it is said whether it is the edits' own.
+    /// Applies operations to a chunk. The caller says whether the chunk before is the edits' own.
     pub(crate) fn run(
         &mut self,
         pos: ChunkPos,
@@ -283,7 +283,7 @@ impl Scratch {
         }
         let mut voxels = before.clone();
         let mut unpacked = false;
-        // What came before one that covers the whole chunk does not show.
+        // An operation that covers the whole chunk hides those before it.
         let first = operations.iter().rposition(|operation| operation.whole(pos).is_some()).unwrap_or(0);
         for operation in &operations[first..] {
             match operation.whole(pos) {

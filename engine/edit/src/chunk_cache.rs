@@ -236,7 +236,7 @@ mod tests {
         let ChunkCacheStats { hits: found, misses: made, .. } = kept.stats();
         assert!(found > 200 && made > 200 && found + made == 2000, "{found} {made}");
         assert!(most > 50_000, "{most}");
-        // What is there is what was counted.
+        // The bytes that are there were counted.
         let kept = kept.kept();
         assert_eq!(kept.bytes, kept.entries.iter().map(|(_, packed)| packed.bytes()).sum::<u64>());
     }
@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(kept.stats(), ChunkCacheStats { misses: 20, ..ChunkCacheStats::default() });
     }
 
-    /// A source that fails when it is told to.
+    /// A source that fails on request.
     struct Failing(Vec<Material>, Mutex<bool>);
 
     impl ChunkProvider for Failing {
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
         *failing.1.lock().unwrap() = true;
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
-        // A failure of one tile says nothing about the others.
+        // A failure of one tile is none of the others.
         assert!(kept.try_chunk(level, ChunkPos::new(9, 9, 9)).is_err());
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
     }

@@ -28,7 +28,7 @@ pub enum Overlay {
     Edited(Option<Arc<Chunk>>),
 }
 
-/// What an edit changed.
+/// The changes of an edit.
 #[derive(Clone, Debug, Default)]
 pub struct Change {
     /// The changed chunks, in the order of their positions. Empty if nothing changed.
@@ -51,14 +51,14 @@ pub struct ChunkChange {
 /// A chunk that is about to change.
 struct Changed {
     chunk: ChunkChange,
-    /// What the edits keep of it; `None` is the base's.
+    /// The edits' copy of it; `None` is the base's.
     stored: Option<Stored>,
     /// The voxels that change, where only these are kept for undo.
     voxels: Option<Box<[VoxelChange]>>,
 }
 
 impl Change {
-    /// The change as an operation that leaves the same chunks, whatever was there.
+    /// The change as an operation that leaves the same chunks, independent of the chunks before it.
     pub fn as_put(&self) -> Operation {
         let put = |chunk: &ChunkChange| (chunk.pos, chunk.edited.then(|| PackedChunk::pack(chunk.after.as_deref())));
         Operation::Put { chunks: self.chunks.par_iter().map(put).collect() }
@@ -156,7 +156,7 @@ impl Edits {
         self.history.bytes()
     }
 
-    /// What edits made of a chunk.
+    /// The edits' version of a chunk.
     ///
     /// # Errors
     /// When the chunk came from a save and cannot be unpacked.
@@ -244,7 +244,7 @@ impl Edits {
         changed.filter_map(Result::transpose).collect()
     }
 
-    /// Brings the chunks of a step to what they were before it or after it.
+    /// Sets the chunks of a step to their state before or after it.
     fn bring(&mut self, step: Vec<StepChunk>, moment: Moment, base: &dyn Base) -> Result<Change, Unavailable> {
         let wanted = step.into_par_iter().map(|StepChunk { pos, change }| {
             let stored = match (change, moment) {

@@ -17,7 +17,7 @@ const UNPACKED_BYTES: u64 = 64 << 20;
 /// Steps that are kept.
 const MOST_STEPS: usize = 1000;
 
-/// What edits made of a chunk.
+/// The edits' version of a chunk.
 #[derive(Clone, Debug)]
 pub(crate) enum Stored {
     /// Ready to be used; `None` has no solids.
@@ -27,7 +27,7 @@ pub(crate) enum Stored {
 }
 
 impl Stored {
-    /// The chunk; `None` has no solids. `pos` says in the error where it lies.
+    /// The chunk; `None` has no solids. `pos` is the place for the error.
     ///
     /// # Errors
     /// When packed bytes are no chunk. This process made them, or read them from a save whose checksums were right, so that only a save of
@@ -50,7 +50,7 @@ impl Stored {
     }
 }
 
-/// When what a change did is looked at.
+/// The moment at which a change is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     Before,
@@ -85,7 +85,7 @@ impl VoxelChange {
     }
 }
 
-/// What a step changed in a chunk.
+/// The change of a step in a chunk.
 #[derive(Clone, Debug)]
 pub(crate) struct StepChunk {
     pub(crate) pos: ChunkPos,
@@ -118,7 +118,7 @@ impl StepChange {
     }
 }
 
-/// What is undone or redone at once.
+/// One step of undo and redo.
 #[derive(Debug)]
 struct Step {
     chunks: Vec<StepChunk>,
@@ -197,7 +197,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Notes a step. What was undone before it can no longer be redone.
+    /// Notes a step. Steps that were undone before it can no longer be redone.
     pub(crate) fn push(&mut self, chunks: Vec<StepChunk>) {
         self.bytes -= self.undone.drain(..).map(|step| step.bytes).sum::<u64>();
         let step = Step::new(chunks);

@@ -26,7 +26,7 @@ pub fn fixed(voxels: f64) -> i64 {
     (voxels * UNIT as f64).round() as i64
 }
 
-/// What an operation does with the voxels that it covers.
+/// The effect of an operation on the voxels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Brush {
     /// Makes all of them solid, with this material.
@@ -68,7 +68,7 @@ pub enum Operation {
     Box {
         /// The voxels of the box.
         bounds: Bounds,
-        /// What to do with the voxels.
+        /// The effect on the voxels.
         brush: Brush,
     },
     /// The voxels whose centres are in a ball.
@@ -77,7 +77,7 @@ pub enum Operation {
         center: [i64; 3],
         /// Its radius, in 1/256 voxel.
         radius: u32,
-        /// What to do with the voxels.
+        /// The effect on the voxels.
         brush: Brush,
     },
     /// The voxels whose centres are in a cylinder.
@@ -90,7 +90,7 @@ pub enum Operation {
         radius: u32,
         /// Height in voxels, from base to top.
         height: u32,
-        /// What to do with the voxels.
+        /// The effect on the voxels.
         brush: Brush,
     },
     /// Places a model of the world's file.
@@ -101,7 +101,7 @@ pub enum Operation {
         orientation: u8,
         /// Where the origin of the model goes, in voxels.
         position: [i32; 3],
-        /// What the voxels of the model do with those of the world.
+        /// How the voxels of the model combine with those of the world.
         mode: Mode,
     },
     /// Restores the voxels that the world's file builds in a box.
@@ -133,7 +133,7 @@ pub enum EditError {
     /// The operation covers no voxel.
     #[error("the edit covers nothing: {what}")]
     Empty {
-        /// What is wrong with its size.
+        /// The fault of its size.
         what: String,
     },
     /// The operation covers too many chunks.
@@ -204,7 +204,7 @@ impl Operation {
     /// A box around the voxels that the operation may change. `None` for [`Operation::Put`], which names its chunks.
     ///
     /// # Errors
-    /// Whatever is wrong with it, its size included.
+    /// Reports every fault of it, its size included.
     pub fn bounds(&self, scene: &Scene) -> Result<Option<Bounds>, EditError> {
         self.check(scene)?;
         let bounds = match self {

@@ -162,7 +162,7 @@ mod tests {
             assert_eq!(packed.unpack(301), Some(Some(chunk.clone())), "{solids} {materials}");
             let top = (0..chunk.solids()).map(|n| chunk.material(n)).max().unwrap();
             assert_eq!(packed.unpack(usize::from(top)), None, "a material that the world does not have");
-            // No bytes make it panic, whatever they are.
+            // No bytes make it panic.
             let plain = plain_bytes(&chunk);
             for end in (0..plain.len()).step_by(plain.len() / 50 + 1) {
                 assert_eq!(read_plain(&plain[..end], 301), None);

@@ -52,7 +52,8 @@ pub enum WrongRecord {
         /// The word.
         material: u32,
     },
-    /// It is a ball, and its radius is below 0. GLSL leaves open what a float that is not finite becomes; most devices make that negative, too.
+    /// It is a ball, and its radius is below 0. GLSL does not define the conversion of a float that is not finite; most devices make that
+    /// negative, too.
     #[error("a ball has a radius that is negative or not finite")]
     Radius,
     /// It is an edit that cannot be made.
@@ -172,7 +173,7 @@ mod tests {
         }
         let read = Records::read(&words(u32::MAX, &[good]), &scene());
         assert_eq!((read.operations.len(), read.lost), (1, u64::from(u32::MAX) - 1));
-        // No words make it panic, whatever they are.
+        // No words make it panic.
         for seed in 0..2000 {
             let words: Vec<u32> = (0..seed % 60).map(|i| mix(seed * 64 + i) as u32 >> (mix(i ^ seed) % 32)).collect();
             let _ = Records::read(&words, &scene());

@@ -38,7 +38,7 @@ struct Edited {
 
 struct EditedChunk {
     voxels: Stored,
-    /// What the source below has in its place, where that is known already.
+    /// The content of the source below at the same place, if it is known already.
     below: OnceLock<Content>,
     /// Made when a coarse tile is first asked for.
     cells: OnceLock<ChangedCells>,
@@ -78,7 +78,7 @@ impl EditedChunks {
         let mut edited = self.edited.write().unwrap_or_else(PoisonError::into_inner);
         let heights = edited.heights;
         *edited = Edited { heights, ..Edited::default() };
-        // What a save has packed stays so until somebody asks for it.
+        // A save's packed chunks stay packed until they are asked for.
         edits.positions().for_each(|pos| edited.put(pos, edits.stored(pos), OnceLock::new()));
     }
 

@@ -11,7 +11,7 @@ use raxel_oracle::{FAR, Oracle, Ray, sets};
 use raxel_world::World;
 use scenes::{Random, scene, world};
 
-/// Writes patches as a frame does, over words that were poisoned where nothing is said to be.
+/// Writes patches as a frame does, over words that are poisoned where no patch is due.
 fn patch(words: &mut [u32], patches: &[Patch]) -> usize {
     for (i, patch) in patches.iter().enumerate() {
         let range = patch.at..patch.at + patch.words.len();

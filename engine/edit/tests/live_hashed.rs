@@ -32,7 +32,7 @@ fn read(words: &[u32]) -> (HashedChunksHeader, BTreeMap<[i32; 3], usize>, BTreeS
     (header, chunks, cubes)
 }
 
-/// Writes patches as a frame does, of which no two may overlap; gives how many words.
+/// Writes patches as a frame does. No two may overlap. Returns the number of words.
 fn patch(words: &mut [u32], patches: &[Patch]) -> usize {
     let mut ranges: Vec<_> = patches.iter().map(|patch| (patch.at, patch.at + patch.words.len())).collect();
     ranges.sort_unstable();

@@ -116,7 +116,7 @@ fn operations_do_what_they_say_voxel_by_voxel() {
         .collect();
     let found: BTreeMap<_, _> = edited.voxels().map(|(cell, material)| (cell.to_array(), material)).collect();
     assert!(found == expected);
-    // The figures that were kept up to date are those of a world that is counted anew.
+    // The figures that were kept up to date equal those of a world that is counted from scratch.
     let anew = World::new(scene.materials.clone(), edited.chunks().map(|(pos, chunk)| (pos, chunk.clone())));
     assert_eq!((edited.bounds(), edited.counts()), (anew.bounds(), anew.counts()));
     assert_eq!(edited, anew);
@@ -309,7 +309,7 @@ fn steps_of_single_voxels_take_few_bytes_and_are_undone_and_made_again() {
     // The boxes are kept as whole chunks, twice 300 kB each at most.
     assert!(edits.history_bytes() < 4 * 700_000, "{}", edits.history_bytes());
     back_and_forth(&mut edits, &states, &base);
-    // What was undone and is edited again is gone.
+    // A step that was undone and then edited over is gone.
     assert!(edits.undo(&base).unwrap().is_some());
     edits.apply(&[Operation::set([1, 2, 3], 2)], &scene, &base).unwrap();
     assert!(edits.redo(&base).unwrap().is_none() && edits.undo(&base).unwrap().is_some());

@@ -33,7 +33,7 @@ fn rays_hit_what_the_oracle_says() {
         for ray in set.rays(&world, 3000, 11) {
             let exact = oracle.first_hit(&ray).hit;
             let found = cast(&world, &ray, 1e5).unwrap();
-            // What is farther than the reach is a miss here, and so is a ray whose origin is far outside.
+            // A hit beyond the reach is a miss here, and so is a ray whose origin is far outside.
             let Some(exact) = exact else {
                 assert_eq!(found.map(|hit| hit.exact), None, "{} {ray:?}", set.name);
                 misses += 1;

@@ -79,7 +79,7 @@ impl Living {
         Self { ground, source, edits: Edits::default() }
     }
 
-    /// What a change has changed, once the tiles have it.
+    /// The chunks that a change has changed, once the tiles have it.
     fn took(&self, change: &Change) -> Vec<ChunkPos> {
         self.source.change(change);
         change.chunks.iter().map(|chunk| chunk.pos).collect()
@@ -187,7 +187,7 @@ fn frontier() -> (Arc<dyn ChunkProvider>, Arc<EditedChunks>, Scene) {
     (land.clone(), Arc::new(EditedChunks::new(land, scene.materials.clone())), scene)
 }
 
-/// The cells of a tile in which two sources differ, with what they are in each.
+/// The cells of a tile in which two sources differ, with both contents.
 fn differences(sources: [&dyn ChunkProvider; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
     let [a, b] = sources.map(|source| {
         let mut cells = DenseChunk::default();
@@ -219,7 +219,7 @@ fn top(land: &dyn ChunkProvider, x: i32, z: i32) -> i32 {
     (-1..8).rev().find_map(of_chunk).expect("there is land")
 }
 
-/// A hill of which single voxels are taken and set looks from afar like the same hill without that, in every cell.
+/// Setting and removing single voxels of a hill changes no cell of it from afar.
 #[test]
 fn single_voxels_are_not_seen_from_afar() {
     let (land, source, scene) = frontier();

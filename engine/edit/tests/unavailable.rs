@@ -51,7 +51,7 @@ fn what_is_not_there_is_not_changed() {
     let solids = |content: Content| content.to_chunk().map_or(0, |chunk| chunk.solids());
     assert_eq!(source.try_chunk(0, pos).map(solids), Ok(64 * 64 * 64 - 1));
 
-    // What was edited needs the store no more; what lies around it does.
+    // Edited chunks need the store no more; those around them do.
     failing.there.store(false, Ordering::Relaxed);
     assert_eq!(source.try_chunk(0, pos).map(solids), Ok(64 * 64 * 64 - 1));
     let deeper = [Operation::Set { cell: [3, 69, -5], material: 0 }];

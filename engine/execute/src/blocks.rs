@@ -1,5 +1,4 @@
-//! The bytes of the push-constant and uniform blocks of all passes: what stays the same while a plan runs is written once, the rest in
-//! each frame.
+//! The bytes of the push-constant and uniform blocks of all passes: constant ones are written once, the rest in each frame.
 
 use std::ops::Range;
 
@@ -43,7 +42,7 @@ pub(super) struct Blocks {
     changing: Vec<Changing>,
     /// Overrides were written over constants.
     overridden: bool,
-    /// What is hashed, put together.
+    /// Scratch memory for the bytes that are hashed.
     scratch: Vec<u8>,
 }
 
@@ -149,7 +148,7 @@ impl Blocks {
 
     /// Writes the values of a frame.
     pub(super) fn fill(&mut self, plan: &Plan, inputs: &FrameInputs<'_>, ticks: &Ticks) {
-        // What was overridden in the last frame may not be in this one.
+        // A value that was overridden in the last frame may not be overridden in this one.
         if self.overridden {
             self.write_constants();
         }

@@ -12,7 +12,7 @@ use super::physical::Physical;
 use super::readback::ReadTicket;
 use super::report::Texels;
 
-/// What is shown, as it was at its point of the frame.
+/// A copy of the shown resource, as it was at its point of the frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Captured {
     /// The shown layer or slice of the shown mip of a target.
@@ -28,7 +28,7 @@ pub enum Captured {
     },
 }
 
-/// What is copied in the frame that is being recorded.
+/// The copy that the frame in recording takes.
 pub(super) struct Capture {
     staging: Arc<Buffer>,
     part: Part,
@@ -41,7 +41,7 @@ enum Part {
 }
 
 impl Capture {
-    /// For what a plan shows. `bytes` says which of a buffer. `None` where there is nothing to copy.
+    /// For the shown resource of a plan. `bytes` is the range of a buffer. `None` where there is nothing to copy.
     pub(super) fn of_shown(
         device: &Arc<Device>,
         plan: &Plan,
@@ -68,7 +68,7 @@ impl Capture {
             return Ok(None);
         }
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
-        let staging = Buffer::new(device, "copy of what is shown", &info, raxel_gpu::Backing::Own)?;
+        let staging = Buffer::new(device, "copy of the shown target", &info, raxel_gpu::Backing::Own)?;
         Ok(Some(Capture { staging: Arc::new(staging), part }))
     }
 

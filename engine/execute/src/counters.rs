@@ -12,14 +12,14 @@ use super::error::ExecuteError;
 use super::prepare::Prepared;
 use super::rotations::copy_of;
 
-/// What a frame has counted in a word that a graph warns of.
+/// The count of a frame in a word that a graph warns of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CounterReading {
     /// The buffer, in the graph of the plan that ran.
     pub resource: ResourceId,
     /// Index into its warnings.
     pub warning: u32,
-    /// What the word was at the end of the frame.
+    /// The value of the word at the end of the frame.
     pub count: u32,
 }
 
@@ -81,7 +81,7 @@ impl CounterReadback {
             staging: staging.transpose()?,
             before: Barrier::default()
                 .memory((compute | copy, vk::AccessFlags2::SHADER_STORAGE_WRITE | write), (copy, read | write)),
-            // The next frame may write what is copied here.
+            // The next frame may write the copied resources.
             after: Barrier::default().memory((copy, read | write), (all | host, any)),
         })
     }
@@ -118,7 +118,7 @@ impl CounterReadback {
         }
     }
 
-    /// What a finished frame has counted in the words that were copied in it.
+    /// The counts of a finished frame in the words that were copied in it.
     pub(super) fn read<'a>(&'a self, slot: usize, copied: &'a [u32]) -> impl Iterator<Item = CounterReading> + 'a {
         copied.iter().filter_map(move |&number| {
             let word = self.words.get(number as usize)?;

@@ -1,4 +1,4 @@
-//! What a plan needs to know of a device, and how a plan's descriptions become Vulkan's.
+//! The facts of a device that a plan needs, and the translation of a plan's descriptions to Vulkan's.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -70,7 +70,7 @@ pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
     if desc.usage.storage {
         usage |= vk::ImageUsageFlags::STORAGE;
     }
-    // Sampled whenever it can be: any target may become the debug target, without being made anew.
+    // Sampled whenever it can be: any target may become the debug target, without being created again.
     let can_sample = device.format_features(format).contains(vk::FormatFeatureFlags::SAMPLED_IMAGE);
     if desc.usage.sampled || can_sample {
         usage |= vk::ImageUsageFlags::SAMPLED;
@@ -79,7 +79,7 @@ pub(super) fn image_info(device: &Device, desc: &ImageDesc) -> ImageInfo {
     ImageInfo { format, volume, extent, mips, layers, usage }
 }
 
-/// What texels from outside are put into.
+/// An image for texels from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Texel format.

@@ -71,7 +71,7 @@ mod tests {
             Dispatch::GroupsOf { target: buffer, mip: 2, tile: [1, 1, 2] },
             Dispatch::GroupsOf { target: buffer, mip: 2, tile: [1, 2, 1] },
         ];
-        // What one list ends with, the next one begins with.
+        // The last element of one list is the first of the next.
         let lists = [(vec![1u32, 2], vec![3u32]), (vec![1], vec![2, 3]), (vec![], vec![1, 2, 3])];
         let mut digests: Vec<Digest> = clears.iter().map(|clear| of_value(0, &Some(clear.bits()))).collect();
         digests.push(of_value(0, &None::<(u8, [u32; 4])>));

@@ -1,7 +1,7 @@
 #version 460
-// Shows one debug target: reads one mip and layer (or slice, or a buffer), maps its values to colour, writes the picture.
-// Compiled once per kind of source: RX_FLOAT, RX_INT or RX_UINT says what a fetch gives; RX_VOLUME a 3-D image; RX_BUFFER a buffer.
-// With RX_COPY it writes the words of the source to the reference, and no picture.
+// Shows one debug target: reads one mip and layer (or slice, or a buffer), maps its values to colour, writes the picture. Compiled once per
+// kind of source: RX_FLOAT, RX_INT or RX_UINT is the type of a fetch; RX_VOLUME a 3-D image; RX_BUFFER a buffer. With RX_COPY it writes the
+// words of the source to the reference, and no picture.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #if defined(RX_BUFFER)
@@ -22,7 +22,7 @@ layout(set = 0, binding = 0) uniform usampler2DArray source;
 #if !defined(RX_COPY)
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D picture;
 #endif
-// What the debug target is compared with: of each texel push.reference_channels words.
+// The reference that the debug target is compared with: of each texel push.reference_channels words.
 #if !defined(RX_COPY)
 readonly
 #endif
@@ -40,10 +40,10 @@ layout(push_constant) uniform Push {
     uint comparison;      // how it is shown with the reference: 0 without, WIPE, REFERENCE, DIFFERENCE
     vec2 origin;          // texel at the top left corner of the picture
     vec2 step;            // texels a pixel; 0 shows the whole
-    float gain;           // what differences are multiplied by
+    float gain;           // the factor of differences
     int edge;             // of a wipe: the first pixel of a row that shows the reference
     uint reference_channels;  // channels that the reference has, 1 to 4
-    uint reference_values;    // what its words are: 0 floats, 1 integers, 2 DISPLAYED
+    uint reference_values;    // the type of its words: 0 floats, 1 integers, 2 DISPLAYED
 } push;
 
 const uint WIPE = 1u, REFERENCE = 2u, DIFFERENCE = 3u;

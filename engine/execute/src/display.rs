@@ -18,11 +18,11 @@ use super::lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 pub(super) struct Variant {
     pub(super) scalar: ScalarKind,
     pub(super) source: SourceKind,
-    /// It copies what it reads to where a reference is, instead of showing it.
+    /// It copies its input to the place of a reference, instead of showing it.
     pub(super) copies: bool,
 }
 
-/// What the display shader reads.
+/// The kinds of resources that the display shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum SourceKind {
     /// A 2-D image, layered or not.
@@ -95,7 +95,7 @@ pub(super) fn describe(plan: &Plan) -> (Variant, Push) {
     (Variant { scalar, source: SourceKind::Buffer, copies: false }, push)
 }
 
-/// How a layer or slice of a mip of an image is shown in so many pixels. `display` is what the graph says.
+/// How a layer or slice of a mip of an image is shown in `size` pixels. `display` is the graph's.
 pub(super) fn describe_image(
     desc: &ImageDesc,
     display: Option<Display>,
@@ -117,13 +117,13 @@ pub(super) fn describe_image(
     (Variant { scalar: desc.format.scalar(), source, copies: false }, push)
 }
 
-/// How a target is shown: as its file says, else by its format.
+/// How a target is shown: by its file, else by its format.
 pub fn display_of(target: &Target) -> Display {
     target.display.unwrap_or_else(|| default_display(target.format))
 }
 
 impl Push {
-    /// Shown in another way than the graph says.
+    /// Shown in another way than the graph's.
     pub(super) fn with_display(self, display: &Display) -> Push {
         let channel = display.channel.min(self.channels.clamp(1, 4) - 1);
         Push { map: display.map as u32, range: display.range, channel, ..self }
@@ -159,7 +159,7 @@ impl Push {
         }
     }
 
-    /// Why what is shown cannot be compared with a reference.
+    /// Why the shown target cannot be compared with a reference.
     pub(super) fn mismatch(&self, variant: Variant, reference: &Reference) -> Option<Mismatch> {
         let shown = self.source_extent.map(i32::cast_unsigned);
         let same = match reference.values {
@@ -175,7 +175,7 @@ impl Push {
         }
     }
 
-    /// The buffer shown has so many bytes (a source's size is not in the plan).
+    /// The number of bytes of the shown buffer (a source's size is not in the plan).
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -192,7 +192,7 @@ impl Push {
     }
 }
 
-/// 32-bit words of an element, elements a row if there is a natural number of them, and what a word is.
+/// 32-bit words of an element, elements a row if there is a natural number of them, and the type of a word.
 fn buffer_grid(plan: &Plan) -> (u32, Option<u32>, ScalarKind) {
     let resource = plan.present.resource;
     let scalar = declared_scalar(plan).unwrap_or(ScalarKind::Uint);
@@ -208,7 +208,7 @@ fn buffer_grid(plan: &Plan) -> (u32, Option<u32>, ScalarKind) {
     }
 }
 
-/// What the first shader that binds the buffer says its words are.
+/// The type of the buffer's words in the first shader that binds it.
 fn declared_scalar(plan: &Plan) -> Option<ScalarKind> {
     plan.graph.passes.iter().find_map(|pass| {
         let access = pass.accesses.iter().find(|access| access.resource == plan.present.resource)?;

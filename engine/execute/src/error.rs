@@ -1,4 +1,4 @@
-//! What can go wrong while a plan is prepared or run.
+//! Errors of preparing or running a plan.
 
 /// A pass that the device had begun and not finished.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum ExecuteError {
         /// The watchdog gave up, rather than the driver.
         timed_out: bool,
     },
-    /// A buffer source that nobody supplied.
+    /// A buffer source that is not supplied.
     #[error("nothing supplies `{source_name}`, which buffer `{buffer}` needs")]
     MissingSource {
         /// Name of the buffer.
@@ -40,7 +40,7 @@ pub enum ExecuteError {
         target: String,
         /// GLSL name of the format.
         format: &'static str,
-        /// What the target is used as.
+        /// The usage of the target.
         usage: String,
     },
     /// A pass needs something the device does not have.
@@ -48,7 +48,7 @@ pub enum ExecuteError {
     Capability {
         /// Name of the pass.
         pass: String,
-        /// What is lacking.
+        /// The missing capability.
         lacks: String,
     },
     /// Nothing was swapped in yet.
@@ -66,7 +66,7 @@ pub enum ExecuteError {
         /// Name of the resource.
         resource: String,
     },
-    /// A pass that writes the resource was culled, so it does not hold what the graph computes.
+    /// A pass that writes the resource was culled, so it does not hold the graph's result.
     #[error(
         "pass `{pass}`, which writes `{resource}`, was culled, since nothing shown depends on it; present or pin `{resource}` to \
          read it from the next frame on"
@@ -88,7 +88,7 @@ pub enum ExecuteError {
     OutOfRange {
         /// Name of the resource.
         resource: String,
-        /// The part that was asked for and what there is.
+        /// The requested part, and the existing one.
         part: String,
     },
     /// The shader that shows the debug target failed to compile.

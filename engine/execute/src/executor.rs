@@ -25,7 +25,7 @@ use super::times::Times;
 use super::told::Told;
 use super::upload::Uploads;
 
-/// What an executor does besides running passes.
+/// The work of an executor besides running passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExecutorOptions {
     /// Whether to skip passes whose results are still valid.
@@ -69,12 +69,12 @@ pub struct Executor {
     pub(super) readbacks: ReadbackRing,
     /// How the debug target is shown.
     pub(super) lens: Lens,
-    /// The next frame copies what it shows; of a buffer, these bytes.
+    /// The next frame copies the shown resource; of a buffer, these bytes.
     pub(super) capture: Option<Range<u64>>,
     pub(super) captured: Option<ReadTicket<Captured>>,
     pub(super) wants_thumbnails: bool,
     pub(super) thumbnails: Option<Thumbnails>,
-    /// What passes have told in finished frames.
+    /// Reports of passes in finished frames.
     pub(super) told: Told,
     pub(super) progress: Observed,
 }
@@ -89,7 +89,7 @@ pub struct FramePicture {
     pub finished: TimelineValue,
 }
 
-/// The histories of what runs.
+/// The histories of the running plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Histories {
     /// How many frames back the longest goes.
@@ -105,7 +105,7 @@ pub enum Progress {
     Done,
     /// The device is working.
     Working {
-        /// The running pass, if the crash markers can tell.
+        /// The running pass, if the crash markers show it.
         pass: Option<String>,
         /// Time since the device last finished something.
         elapsed: Duration,
@@ -153,7 +153,7 @@ impl Executor {
         &self.shared.device
     }
 
-    /// What makes plans ready to be swapped in, on any thread.
+    /// A builder that makes plans ready to be swapped in, on any thread.
     pub fn builder(&self) -> Builder {
         Builder { shared: self.shared.clone() }
     }
@@ -179,7 +179,7 @@ impl Executor {
             if let (Some(old), Some(before)) = (old, before) {
                 let now = &next.plan().resources[index];
                 if now.lifetime == Lifetime::Persistent && is_poisoned(old.plan(), before) {
-                    // What it held was made to be noticed, not to be kept.
+                    // Its contents were made to be noticed, not to be kept.
                     physical.initialized.store(false, Ordering::Relaxed);
                 } else {
                     next.replay.memo.carry(index, &old.replay.memo, before);
@@ -240,7 +240,7 @@ impl Executor {
         }
     }
 
-    /// What is known of the histories that passes write.
+    /// The known histories that passes write.
     pub fn histories(&self) -> Histories {
         let resources = self.running.iter().flat_map(|running| &running.resources);
         let with_history =
@@ -297,7 +297,7 @@ impl Executor {
         self.shared.set_watchdog(limit);
     }
 
-    /// Gives the device up without waiting for what it works on. Nothing more can be run.
+    /// Abandons the device without waiting for its work. Nothing more can be run.
     pub fn abandon(&mut self) {
         self.shared.device.abandon();
     }
@@ -326,12 +326,12 @@ impl Executor {
         self.times.get()
     }
 
-    /// What became of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    /// The outcome of each pass in the last frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         self.running.as_ref().map(|running| running.replay.outcomes(disabled)).unwrap_or_default()
     }
 
-    /// The next frame takes a copy of what it shows; of a buffer, these bytes of it.
+    /// The next frame takes a copy of the shown resource; of a buffer, these bytes of it.
     pub fn capture_shown(&mut self, bytes: Range<u64>) {
         self.capture = Some(bytes);
     }
@@ -341,7 +341,7 @@ impl Executor {
         self.captured.take()
     }
 
-    /// Gives the device up, and says that it is lost with the pass that it works on.
+    /// Abandons the device, and returns its loss with the pass that it works on.
     pub fn cancel(&mut self) -> ExecuteError {
         self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true })
     }
@@ -360,7 +360,7 @@ impl Executor {
         self.times.read(slot, instrumentation, clock)
     }
 
-    /// Tells the memo what the running plan's sources hold.
+    /// Tells the memo the contents of the running plan's sources.
     pub(super) fn supply_sources(&mut self) {
         let Some(running) = &mut self.running else { return };
         self.versions.clear();
@@ -371,7 +371,7 @@ impl Executor {
             }
             if let Some(source) = physical.source() {
                 let version = source.version();
-                // A pass has written it, so its version says nothing about its contents.
+                // A pass has written it, so its version does not describe its contents.
                 if !physical.is_written() {
                     running.replay.memo.supply(index, version);
                 }
@@ -403,7 +403,7 @@ impl Executor {
 
 impl Drop for Executor {
     fn drop(&mut self) {
-        // Command buffers must not be freed while they run; what a hung device holds is leaked.
+        // Command buffers must not be freed while they run; those of a hung device are leaked.
         match self.wait_at_work(self.shared.device.submitted()) {
             // A trace has the last frames, too.
             Ok(()) => {

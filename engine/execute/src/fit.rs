@@ -1,4 +1,4 @@
-//! Whether a device has what a plan asks of it: formats of targets, and capabilities of shaders. Limits are the planner's.
+//! Whether a device has the features that a plan needs: formats of targets, and capabilities of shaders. Limits are the planner's.
 
 use std::sync::Arc;
 

@@ -20,7 +20,7 @@ use super::slot::FrameSlot;
 use super::thumbnails::{Making, Thumbnails};
 use super::upload::Uploads;
 
-/// What comes before the passes of a frame that is recorded.
+/// The work before the passes of a frame that is recorded.
 #[derive(Clone, Copy)]
 enum Before<'a> {
     /// Nothing: the barriers of the plan order this frame after the last one.
@@ -57,7 +57,7 @@ impl Executor {
             self.needs_full_barrier = true;
             if let Some(running) = self.running.as_mut().filter(|_| self.frame != number) {
                 running.replay.undo();
-                // A lost device says by its marks which pass it worked on.
+                // The marks of a lost device show which pass it worked on.
                 if !matches!(error, ExecuteError::DeviceLost { .. }) {
                     self.slots[slot_of(number)].undo();
                 }
@@ -129,7 +129,7 @@ impl Executor {
         Ok(FrameReport { cpu_nanoseconds: start.elapsed().as_nanos() as u64, ..report(number, counts) })
     }
 
-    /// Waits until the device has finished the frame that used a slot last, and reads what that frame has left.
+    /// Waits until the device has finished the frame that used a slot last, and reads the results of that frame.
     fn free_slot(&mut self, slot: usize) -> Result<(), ExecuteError> {
         self.wait_at_work(self.slots[slot].commands.submitted())?;
         self.shared.device.collect();
@@ -154,7 +154,7 @@ impl Executor {
         Ok(())
     }
 
-    /// Prepares what is made of the frame for those who look at it: a copy of what it shows, a live target to compare with, thumbnails.
+    /// Prepares the views of the frame: a copy of the shown resource, a live target to compare with, thumbnails.
     fn prepare_views(&mut self) -> Result<Option<Capture>, ExecuteError> {
         let running = self.running.as_ref().ok_or(ExecuteError::NoPlan)?;
         let capture = match (self.capture.take(), running.display.resource) {

@@ -1,4 +1,4 @@
-//! What a frame is given: builtin values, params, overrides, the clock.
+//! The inputs of a frame: builtin values, params, overrides, the clock.
 
 use raxel_graph::checked::{Builtin, PassId, Value};
 
@@ -11,7 +11,7 @@ pub struct FrameInputs<'a> {
     pub builtins: &'a Builtins,
     /// Values of the params, by `ParamId`; a param past the end has its default.
     pub params: &'a [Value],
-    /// Members whose values are replaced, whatever the file says.
+    /// Members whose values are replaced, whatever the file has.
     pub overrides: &'a [Override],
     /// Time on the session's clock: decides which passes with `every = { hz }` are due, and how many ticks of each clock.
     pub clock: Moment,
@@ -151,7 +151,7 @@ impl Default for Builtins {
 }
 
 impl Builtins {
-    /// The value of one builtin, in the type that [`Builtin::ty`] says.
+    /// The value of one builtin, in the type [`Builtin::ty`].
     pub fn value(&self, builtin: Builtin) -> Value {
         match builtin {
             Builtin::CameraCell => Value::IVec3(self.camera_cell),

@@ -1,4 +1,4 @@
-//! What watches the passes of a plan while they run: times, and marks that survive the loss of the device.
+//! Instruments that observe the passes of a plan while they run: times, and marks that survive the loss of the device.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::FRAMES;
 use super::error::{ExecuteError, Suspect};
 use super::executor::ExecutorOptions;
 
-/// What watches the passes of a plan, for each frame in flight.
+/// The instruments of a plan's passes, for each frame in flight.
 pub(super) struct Instrumentation {
     pub(super) plan: Arc<Plan>,
     /// Two words for each pass and frame in flight: the frame in which it last began, and that in which it last finished.
@@ -88,7 +88,7 @@ impl Instrumentation {
     }
 }
 
-/// What a pass leaves behind when it begins and when it has finished in a frame; never 0, which is there from the beginning.
+/// The word that a pass writes when it begins and when it has finished in a frame; never 0, which is there from the beginning.
 #[expect(clippy::cast_possible_truncation, reason = "the remainder is below `u32::MAX`")]
 pub(super) fn marker_word(frame: u64) -> u32 {
     (frame % u64::from(u32::MAX)) as u32 + 1

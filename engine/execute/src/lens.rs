@@ -1,4 +1,4 @@
-//! How the debug target is looked at: which part of it is shown, and what it is compared with.
+//! The view of the debug target: the shown part of it, and the reference that it is compared with.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ impl Region {
     pub const WHOLE: Region = Region { origin: [0.0; 2], size: 1.0 };
 }
 
-/// What the numbers of a reference are.
+/// The type of the numbers of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReferenceValues {
     /// Floats, in the unit of the debug target.
@@ -87,15 +87,15 @@ pub enum Mismatch {
     /// A buffer is shown.
     #[error("a buffer cannot be compared with a picture")]
     Buffer,
-    /// The debug target is shown in the middle of a frame, where a live target has not its last contents yet.
-    #[error("what is shown is of the middle of the frame, and a live target has its contents at the end")]
+    /// The debug target is shown within a frame, where a live target has not its last contents yet.
+    #[error("the shown target is taken within the frame, but a live target has its contents only at its end")]
     Early,
     /// The live target is not in the plan, or the device has no room for a copy of it.
     #[error("the live target has no contents that can be compared")]
     Absent,
 }
 
-/// How the debug target is shown, instead of as the graph says.
+/// How the debug target is shown, instead of the graph's way.
 pub(super) struct Lens {
     display: Option<Display>,
     region: Region,
@@ -104,17 +104,17 @@ pub(super) struct Lens {
     live: Option<(Present, Comparison)>,
     /// Why it cannot be.
     refused: Option<Mismatch>,
-    /// How often something else was to be shown, or a copy of it to be taken: what the memo knows of the picture no longer holds.
+    /// The number of changes of the view, and of requested copies: the memo's knowledge of the picture is stale after each.
     changes: u64,
 }
 
-/// What the debug target is compared with.
+/// The reference of the debug target.
 struct Compared {
     reference: Arc<Reference>,
     comparison: Comparison,
     /// Of the running plan, once a frame needs them.
     sets: Option<Vec<Descriptors>>,
-    /// What fills the reference in each frame, if it is a live target.
+    /// The step that fills the reference in each frame, if it is a live target.
     filler: Option<Filler>,
 }
 
@@ -132,14 +132,14 @@ pub(super) struct Filler {
     groups: [u32; 3],
 }
 
-/// What the shader that shows the debug target is told.
+/// The inputs of the shader that shows the debug target.
 pub(super) struct Look<'a> {
     pub(super) push: Push,
     /// For each copy of the debug target.
     pub(super) sets: &'a [Descriptors],
-    /// What fills the reference before.
+    /// The step that fills the reference before.
     pub(super) filler: Option<&'a Filler>,
-    /// How often that has changed, where it is not, or was not always, what the plan was prepared for.
+    /// The number of changes, if the view is not, or was not always, the one that the plan was prepared for.
     pub(super) changes: Option<u64>,
 }
 
@@ -159,7 +159,7 @@ impl Lens {
         }
     }
 
-    /// Makes what compares with a live target, once for a plan.
+    /// Makes the objects that compare with a live target, once for a plan.
     pub(super) fn prepare_live(&mut self, shared: &Shared, running: &Prepared) -> Result<(), ExecuteError> {
         let Some((part, comparison)) = self.live.filter(|_| self.compared.is_none() && self.refused.is_none()) else {
             return Ok(());
@@ -174,7 +174,7 @@ impl Lens {
         Ok(())
     }
 
-    /// What the next frame shows, and whether a copy of it is taken. `moves`: the frame before has written something.
+    /// The view of the next frame, and whether a copy of it is taken. `moves`: the frame before has written something.
     pub(super) fn look<'a>(
         &'a mut self,
         device: &Arc<Device>,
@@ -294,7 +294,7 @@ impl Filler {
 }
 
 impl Executor {
-    /// Shows the debug target in another way than the graph says, from the next frame on.
+    /// Shows the debug target in another way than the graph's, from the next frame on.
     pub fn set_display(&mut self, display: Option<Display>) {
         // A plan that was prepared for the graph's own way has the key of that one.
         self.lens.changes += u64::from(self.lens.display != display);
@@ -348,13 +348,13 @@ impl Executor {
         self.lens.live = Some(live);
     }
 
-    /// Why what is shown cannot be compared with the live target; `None` where it can, or nothing runs.
+    /// Why the shown target cannot be compared with the live target; `None` where it can, or nothing runs.
     pub fn live_mismatch(&self) -> Option<Mismatch> {
         self.lens.live?;
         self.lens.refused.or_else(|| self.mismatch(&self.lens.compared.as_ref()?.reference))
     }
 
-    /// Why what is shown cannot be compared with the reference that was given; `None` where it can, or nothing runs.
+    /// Why the shown target cannot be compared with the given reference; `None` where it can, or nothing runs.
     pub fn mismatch(&self, reference: &Reference) -> Option<Mismatch> {
         let display = &self.running.as_ref()?.display;
         display.push.mismatch(display.variant, reference)

@@ -60,8 +60,8 @@ pub use source::{ExternalResource, Sources, WriteError};
 pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
 
-/// Target of the `tracing` events, of level `INFO`, that name what takes long: fields `event` (`compiling` or `working`), `seconds` and `pass` (if it
-/// is known), of `compiling` also `left`; and a message that can be shown as it is.
+/// Target of the `tracing` events, of level `INFO`, that name slow steps: fields `event` (`compiling` or `working`), `seconds` and `pass`
+/// (if it is known), of `compiling` also `left`; and a message that can be shown as it is.
 pub const SLOW: &str = "raxel::slow";
 
 /// Frames that are recorded while the device still works on earlier ones.

@@ -1,4 +1,5 @@
-//! Pipelines in the making. Some drivers need minutes for a shader that holds a whole tracer, so what they work on can be asked for, and is told.
+//! Pipelines in the making. Some drivers need minutes for a shader that holds a whole tracer, so a progress report names the pipelines that
+//! they work on.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -20,7 +21,7 @@ pub struct Compiling {
     pub left: usize,
 }
 
-/// What the driver works on.
+/// The pipelines that the driver works on.
 #[derive(Default)]
 pub(super) struct Making {
     state: Mutex<State>,
@@ -40,7 +41,7 @@ struct Entry {
     number: u64,
     pass: String,
     since: Instant,
-    /// How many times of `TOLD_AFTER`, and minutes after them, were told.
+    /// How many reports were made: at `TOLD_AFTER` and its doublings, and at each minute after them.
     told: u64,
 }
 
@@ -136,7 +137,7 @@ impl Batch<'_> {
         }
     }
 
-    /// The batch ends with the result, whatever was made of it.
+    /// The batch ends when the result is dropped.
     pub(super) fn until_dropped(&self) -> Ending<'_> {
         Ending(self)
     }

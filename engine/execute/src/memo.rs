@@ -1,10 +1,10 @@
-//! Skips what need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only the passes
-//! run that lead to a result which is not.
+//! Skips passes that need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only those
+//! passes run that lead to a missing result.
 //!
 //! Each mip of each physical copy of a resource carries the id of the content it holds: a hash of the pass that made it, the bytes it was
-//! pushed and the ids of all that it read. At the start of a frame the memo computes the ids that a full frame would leave behind.
-//! A copy whose ids would change is *dirty*; so is a copy of which a running pass reads a content that is not the one in place. Every
-//! writer of a dirty copy runs, and nothing else does: a copy is made anew from its first writer on, or left alone.
+//! pushed and the ids of all that it read. At the start of a frame the memo computes the ids that a full frame would leave behind. A copy
+//! whose ids would change is *dirty*; so is a copy whose content in place differs from the one that a running pass reads. Every writer of a
+//! dirty copy runs, and nothing else does: a copy is rewritten from its first writer on, or left alone.
 //!
 //! Two facts about a plan carry the argument. A `writeonly` binding writes all that is read later (the rule by which the plan lets
 //! transient resources share memory), and a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
@@ -25,7 +25,7 @@ use super::ticks::Ticks;
 struct Content {
     /// Equal ids, equal texels.
     id: Digest,
-    /// Digest of the run that made it, without what was there before: the same run over its own result changes nothing.
+    /// Digest of the run that made it, without the contents before: the same run over its own result changes nothing.
     run: Digest,
 }
 
@@ -36,9 +36,9 @@ struct Slot {
     first: usize,
     copies: u32,
     mips: u32,
-    /// Shares memory: what it holds is lost when the frame ends.
+    /// Shares memory: its contents are lost when the frame ends.
     aliased: bool,
-    /// What it holds at the start of a frame is never read.
+    /// Its contents at the start of a frame are never read.
     transient: bool,
 }
 
@@ -63,7 +63,7 @@ struct SlotAccess {
 #[derive(Clone, Debug)]
 struct Node {
     step: u32,
-    /// The tick that it belongs to: it runs when so many are due.
+    /// The tick that it belongs to: it runs when at least that many are due.
     tick: Option<(ClockId, u32)>,
     maker: Maker,
     accesses: Vec<SlotAccess>,
@@ -71,7 +71,7 @@ struct Node {
     seen: Range<usize>,
 }
 
-/// What gives a node the part of its key that is not an input.
+/// The source of the part of a node's key that is not an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Maker {
     Clear(Digest),
@@ -92,7 +92,7 @@ pub struct Memo {
     nodes: Vec<Node>,
     /// In place now, by slot, copy, mip. The last one is the shown picture.
     content: Vec<Content>,
-    /// What a full frame would leave.
+    /// The contents after a full frame.
     wanted: Vec<Content>,
     /// By slot and copy, as indices into `content` of their mip 0.
     dirty: Vec<bool>,
@@ -112,7 +112,7 @@ pub struct Memo {
 
 static FRESH: AtomicU64 = AtomicU64::new(1 << 32);
 
-/// What a transient resource holds at the start of a frame.
+/// The contents of a transient resource at the start of a frame.
 const UNDEFINED: Content = Content { id: 0x75_6e64_6566, run: 0 };
 
 /// Tags in the upper half of ids that are counted instead of hashed.
@@ -206,7 +206,7 @@ impl Memo {
             copies: Vec::new(),
             runs: Vec::new(),
             forced: Vec::new(),
-            // Made-up ids are told apart across memos, since a swap carries contents from one to the next.
+            // Made-up ids differ between memos, since a swap carries contents from one to the next.
             fresh: FRESH.fetch_add(1 << 32, Ordering::Relaxed),
         }
     }
@@ -237,7 +237,7 @@ impl Memo {
         self.forget();
     }
 
-    /// Forgets what is in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
+    /// Forgets the contents in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
     pub fn forget(&mut self) {
         for content in &mut self.content {
             self.fresh += 1;
@@ -245,7 +245,7 @@ impl Memo {
         }
     }
 
-    /// Takes over what `old` knows of a resource that keeps its contents across a swap of plans.
+    /// Takes over the entries of `old` for a resource that keeps its contents across a swap of plans.
     pub fn carry(&mut self, slot: usize, old: &Memo, old_slot: usize) {
         let (to, from) = (&self.slots[slot], &old.slots[old_slot]);
         if (to.copies, to.mips) == (from.copies, from.mips) && !to.aliased && !from.aliased {
@@ -264,7 +264,7 @@ impl Memo {
         self.copies[resource]
     }
 
-    /// By pass of the plan: what tells its newest run from others. The same run again, for whatever reason, has the same number.
+    /// By pass of the plan: a digest that identifies its newest run. A repetition of the same run has the same digest.
     pub(super) fn runs(&self) -> &[Digest] {
         &self.runs
     }
@@ -305,7 +305,7 @@ impl Memo {
         }
     }
 
-    /// What a full frame would leave behind.
+    /// Predicts the contents that a full frame would leave behind.
     fn predict_contents(&mut self, ticks: &Ticks, keys: &[Option<Digest>], present: Digest) {
         self.wanted.copy_from_slice(&self.content);
         for slot in self.slots.iter().filter(|slot| slot.transient) {
@@ -331,7 +331,7 @@ impl Memo {
                 for (mip, content) in self.wanted[access.contents()].iter_mut().enumerate() {
                     let run = result(run, i, mip);
                     if content.run != run || access.reads {
-                        // A store to all of it leaves nothing of what was there.
+                        // A store to all of it replaces the contents before.
                         let kept = !access.whole || access.reads;
                         let id = if kept { digest::of(0, &[run, content.id]) } else { run };
                         *content = Content { id, run };
@@ -365,7 +365,7 @@ impl Memo {
         }
         loop {
             let mut stable = true;
-            // Backwards: most of what must run is found by following inputs to their makers.
+            // Backwards: most nodes that must run are found by following inputs to their makers.
             for (node, _) in self.nodes.iter().zip(&self.active).rev().filter(|(_, active)| **active) {
                 let picture = node.maker == Maker::Present && self.dirty[self.content.len() - 1];
                 let dirty = |access: &SlotAccess| access.writes && self.dirty[access.base];
@@ -396,7 +396,7 @@ impl Memo {
         }
     }
 
-    /// What is in place when the decided steps have run.
+    /// Records the contents after the decided steps have run.
     fn commit(&mut self) {
         for slot in &self.slots {
             for copy in 0..slot.copies {
@@ -467,8 +467,8 @@ impl Maker {
     }
 }
 
-/// The id of what a run stores by one of its accesses in one mip. Digests of runs are spread evenly over 128 bits, so those with a small
-/// number added to them are no likelier to meet.
+/// The id of a run's store by one of its accesses in one mip. Digests of runs are spread evenly over 128 bits, so those with a small number
+/// added to them are no likelier to meet.
 fn result(run: Digest, access: usize, mip: usize) -> Digest {
     run.wrapping_add((access as Digest + 1) << 32 | mip as Digest)
 }

@@ -104,7 +104,7 @@ impl Moment {
         let part = part % of;
         let common = gcd(part, of);
         let (mut part, mut of) = (part / common, of / common);
-        // Two fractions of 2³¹ always fit. More of them lose what is less than 2⁻⁶⁰ s.
+        // Two fractions of 2³¹ always fit. More of them lose a rest below 2⁻⁶⁰ s.
         while of > 1 << 62 {
             (part, of) = (part >> 1, of >> 1);
         }
@@ -249,7 +249,7 @@ mod tests {
         ] {
             assert_eq!(Fraction::of(number).parts(), parts, "{number}");
         }
-        // All decimals with three digits, and what a count of steps adds up to.
+        // All decimals with three digits, and the sums of counted steps.
         for thousandths in 1..=1_000_000_u64 {
             let text = format!("{}.{:03}", thousandths / 1000, thousandths % 1000);
             let (above, below) = Fraction::of(text.parse().expect("a number")).parts();

@@ -24,9 +24,9 @@ pub(super) struct Physical {
     /// Key of the shared memory block with all its occupants, and the place in it.
     place: Option<(BlockKey, u64)>,
     pub(super) copies: Copies,
-    /// What it is filled from, if it is a copy of a source.
+    /// The source that it is filled from, if it is a copy of one.
     pub(super) filling: Option<Filling>,
-    /// Has its `init` contents, or what frames made of them. Resources in shared memory have no contents to begin with.
+    /// Has its `init` contents, or contents of frames. Resources in shared memory have no contents to begin with.
     pub(super) initialized: AtomicBool,
     /// Some pass of some plan that it was made or taken over for writes it.
     written: AtomicBool,
@@ -53,7 +53,7 @@ impl Filling {
         Self { source: source.clone(), filled: AtomicU64::new(0) }
     }
 
-    /// The version that the copy is to be filled with, if that is not what it was filled with last.
+    /// The version to fill the copy with, if it differs from the version of the last fill.
     pub(super) fn due(&self) -> Option<u64> {
         let version = self.source.version();
         (version != self.filled.load(Ordering::Relaxed)).then_some(version)
@@ -76,7 +76,7 @@ pub(super) enum Supplied {
     Image(Arc<Image>),
 }
 
-/// What makes two shared blocks the same: size, alignment, memory types, and every occupant with its offset.
+/// The identity of a shared block: size, alignment, memory types, and every occupant with its offset.
 type BlockKey = Arc<str>;
 
 impl Physical {
@@ -96,7 +96,7 @@ impl Physical {
         }
     }
 
-    /// What supplies it from outside, if anything does.
+    /// The source that supplies it from outside, if any.
     pub(super) fn source(&self) -> Option<&Arc<ExternalResource>> {
         match &self.copies {
             Copies::Source(source, _) => Some(source),
@@ -129,7 +129,7 @@ impl Physical {
         self.init
     }
 
-    /// What a file writes into it at creation and on reset, instead of `init`.
+    /// The values of a file that are written into it at creation and on reset, instead of `init`.
     pub(super) fn values(&self) -> Option<&[u8]> {
         self.values.as_deref()
     }
@@ -139,13 +139,13 @@ impl Physical {
         self.written.load(Ordering::Relaxed)
     }
 
-    /// Whether frames find contents in it that nobody put there in the frame.
+    /// Whether frames read contents of it that were not written in the frame.
     pub(super) fn needs_init(&self) -> bool {
         !self.is_placed() && self.source().is_none() && !self.initialized.load(Ordering::Relaxed)
     }
 
-    /// Whether it is what a plan wants; the contents stay. Not if no pass of that plan writes what passes wrote before: a pass that
-    /// is off leaves its outputs at `init`. A history that passes begin to write begins anew, as if it had not been there before.
+    /// Whether it fits a plan; the contents stay. Not if no pass of that plan writes it and passes wrote it before: a pass that is off
+    /// leaves its outputs at `init`. A history that passes begin to write starts over, as if it had not been there before.
     fn suits(
         &self,
         plan: &Plan,
@@ -291,7 +291,7 @@ fn missing(name: &str, source: &str) -> ExecuteError {
     ExecuteError::MissingSource { buffer: name.to_owned(), source_name: source.to_owned() }
 }
 
-/// What the file writes into a resource.
+/// The values of a file for a resource.
 fn values_of(plan: &Plan, planned: &ResourcePlan) -> Option<Arc<[u8]>> {
     plan.graph.resource(planned.resource).kind.values().map(|values| values.bytes.clone())
 }

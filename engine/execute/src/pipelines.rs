@@ -21,14 +21,14 @@ use super::retained::Retained;
 use super::shared::lock;
 use super::values;
 
-/// What the driver is given: module, specialization and the size of subgroups that is asked for.
+/// The driver's inputs: module, specialization and the requested size of subgroups.
 pub(super) type PipelineKey = ([u8; 32], Vec<(u32, u32)>, Option<u32>);
 
 /// Bytes of pipelines that no plan uses: some ten edits of a shader that holds a whole tracer.
 const BUDGET: u64 = 32 << 20;
 
-/// What a driver makes of a byte of SPIR-V, its own structures included. Measured on lavapipe, whose compiled tracers take the most: 6 MiB of
-/// SPIR-V kept by `raxel bench reload graphs/inspect.toml --edits 300` took 300 MiB.
+/// Memory of the driver for a byte of SPIR-V, its own structures included. Measured on lavapipe, whose compiled tracers take the most: 6
+/// MiB of SPIR-V kept by `raxel bench reload graphs/inspect.toml --edits 300` took 300 MiB.
 const BYTES_PER_SPIRV_BYTE: u64 = 48;
 
 /// Everything of a device that depends on neither sizes nor resources.
@@ -91,8 +91,8 @@ impl Pipelines {
         }
     }
 
-    /// The pipelines of a plan that can be made, in no order. Passes whose modules and constants are equal share one, whatever texts the modules
-    /// come from; the driver compiles several at a time.
+    /// The pipelines of a plan that can be made, in no order. Passes whose modules and constants are equal share one, even if the modules
+    /// come from different texts; the driver compiles several at a time.
     pub(super) fn of_plan(&self, device: &Arc<Device>, plan: &Plan) -> Vec<Arc<ComputePipeline>> {
         let mut seen = HashSet::new();
         let passes: Vec<(&Pass, PipelineKey)> = (plan.passes.iter())
@@ -114,7 +114,7 @@ impl Pipelines {
                     made.extend(there);
                     continue;
                 }
-                // Who needs one that cannot be made asks for it by its pass, and is told why.
+                // A pass whose pipeline cannot be made asks for it by itself, and gets the error.
                 made.extend(self.of_key(device, pass, key).ok());
                 batch.done();
             }
@@ -128,7 +128,7 @@ impl Pipelines {
             }
             let others: Vec<_> = (1..cores.min(unknown)).map(|_| scope.spawn(work)).collect();
             let mut made = work();
-            // A thread that panicked leaves what it did not make to the one that asks for it.
+            // Pipelines that a panicking thread did not make are left to the pass that asks for them.
             made.extend(others.into_iter().filter_map(|other| other.join().ok()).flatten());
             made
         })

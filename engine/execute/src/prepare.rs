@@ -43,7 +43,7 @@ pub struct Pipelined {
 
 /// A plan with everything it needs on the device.
 pub struct Prepared {
-    /// Number of the swap after which it was prepared: it shares resources with what ran then.
+    /// Number of the swap after which it was prepared: it shares resources with the plan that ran then.
     pub(super) swaps_before: u64,
     pub(super) replay: Replay,
     pub(super) resources: Vec<Arc<Physical>>,
@@ -79,7 +79,7 @@ pub(super) struct PreparedDisplay {
     pub(super) pipeline: Arc<ComputePipeline>,
     /// For each copy of the debug target, without a reference.
     pub(super) sets: Vec<Descriptors>,
-    /// What the sets are made of: the debug target for each of its copies, and the picture.
+    /// The sources of the sets: the debug target for each of its copies, and the picture.
     sources: Vec<Resource>,
     target: Resource,
     pub(super) variant: Variant,
@@ -147,8 +147,8 @@ impl Builder {
         self.shared.pipelines.compiling()
     }
 
-    /// Has the driver compile what a plan runs, several shaders at a time. They are there for [`Self::prepare`] as long as the result is held;
-    /// what cannot be made is its error.
+    /// Has the driver compile a plan's shaders, several at a time. They are there for [`Self::prepare`] as long as the result is held; a
+    /// failed pipeline is its error.
     pub fn compile_pipelines(&self, plan: &Plan) -> Pipelined {
         if tracing::enabled!(tracing::Level::DEBUG) {
             self.shared.pipelines.tell_reused(plan);
@@ -156,7 +156,7 @@ impl Builder {
         Pipelined { _held: self.shared.pipelines.of_plan(&self.shared.device, plan) }
     }
 
-    /// Makes everything that a plan needs. What the running plan has and the new one describes alike is shared, contents included;
+    /// Makes everything that a plan needs. A resource that the running plan and the new one describe alike is shared, contents included;
     /// the running plan is not disturbed.
     #[allow(clippy::needless_pass_by_value, reason = "the result keeps it")]
     pub fn prepare(&self, plan: Arc<Plan>, sources: &Sources) -> Result<Prepared, ExecuteError> {
@@ -290,7 +290,7 @@ impl Builder {
         Ok(PreparedPass { pipeline, sets, rotations, groups, label })
     }
 
-    /// What one access puts into its binding.
+    /// The resource that one access puts into its binding.
     fn element(
         &self,
         physical: &Physical,
@@ -393,7 +393,7 @@ impl Builder {
     }
 }
 
-/// The descriptor sets of the display shader, one for each copy of what it reads.
+/// The descriptor sets of the display shader, one for each copy of its inputs.
 pub(super) fn display_sets(
     device: &Arc<Device>,
     pipeline: &ComputePipeline,
@@ -409,8 +409,7 @@ pub(super) fn display_sets(
     sources.iter().map(set).collect()
 }
 
-/// What tells one way of showing a plan's debug target from another. `captures` counts the copies that were asked for: each of them shows
-/// it anew.
+/// A digest of the way of showing a plan's debug target. `captures` counts the requested copies: each of them shows the target again.
 pub(super) fn display_key(plan: &Plan, push: &display::Push, captures: u64) -> Digest {
     let shown = [digest::of_bytes(0, bytemuck::bytes_of(push)), digest::of_value(0, &plan.present)];
     digest::of(captures, &shown)

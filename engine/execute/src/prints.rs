@@ -1,5 +1,5 @@
-//! What passes print: a buffer on the device for all passes of a plan that print, copied at the end of each frame in which one of them ran, and
-//! read when the device has finished that frame. Nothing waits for it. A plan without such passes has no buffer and copies nothing.
+//! Prints of passes: a buffer on the device for all passes of a plan that print, copied at the end of each frame in which one of them ran,
+//! and read when the device has finished that frame. Nothing waits for it. A plan without such passes has no buffer and copies nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use super::error::ExecuteError;
 /// Where a pass's part of the buffer may begin: no device asks for a larger multiple (Vulkan 1.3, `minStorageBufferOffsetAlignment`).
 const ALIGNMENT: u64 = 256;
 
-/// What the calls of one pass have printed in one frame in which it ran.
+/// The prints of one pass in one frame in which it ran.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassPrints {
     /// Frames that the executor had run before.
@@ -23,7 +23,7 @@ pub struct PassPrints {
     pub pass: String,
     /// The lines, in the order in which they were written.
     pub lines: Vec<PrintedLine>,
-    /// What was printed beyond the lines that there is room for, by call.
+    /// Prints beyond the lines that there is room for, by call.
     pub omitted: Vec<Omitted>,
     /// All assertions of the pass's shader.
     pub assertions: Vec<Assertion>,
@@ -51,7 +51,7 @@ pub struct Omitted {
     pub count: u32,
 }
 
-/// What became of an assertion in one frame.
+/// The outcome of an assertion in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assertion {
     /// The assertion.
@@ -104,7 +104,7 @@ impl PrintReadback {
         Ok(PrintReadback { plan: plan.clone(), passes, memory, cleared: AtomicBool::new(false), bytes: end })
     }
 
-    /// What the shader of a pass prints to: its part of the buffer.
+    /// The pass's part of the buffer, which its shader prints to.
     pub(super) fn binding(&self, planned: usize) -> Option<Resource> {
         let pass = self.passes.iter().find(|pass| pass.planned == planned)?;
         let (buffer, _) = self.memory.as_ref()?;
@@ -141,7 +141,7 @@ impl PrintReadback {
         recording.barrier(&Barrier::default().memory(COPIED, next));
     }
 
-    /// What was recorded was submitted.
+    /// The recorded copies were submitted.
     pub(super) fn submitted(&self) {
         self.cleared.store(true, Ordering::Relaxed);
     }
@@ -151,7 +151,7 @@ impl PrintReadback {
         slot as u64 * self.bytes
     }
 
-    /// What the passes of a finished frame have printed, of those that were copied in it.
+    /// The prints of the passes that were copied in a finished frame.
     pub(super) fn read(&self, slot: usize, frame: u64, copied: &[usize]) -> Vec<PassPrints> {
         let Some((_, staging)) = &self.memory else { return Vec::new() };
         let passes = copied.iter().filter_map(|index| self.passes.get(*index));
@@ -178,7 +178,7 @@ const COPIED: (vk::PipelineStageFlags2, vk::AccessFlags2) = (
     vk::AccessFlags2::from_raw(vk::AccessFlags2::TRANSFER_READ.as_raw() | vk::AccessFlags2::TRANSFER_WRITE.as_raw()),
 );
 
-/// What the words of a pass's part of the buffer mean.
+/// Decodes a pass's part of the buffer.
 fn told(prints: &Prints, words: &[u32], frame: u64, pass: &str) -> PassPrints {
     let beyond = |access: &Access| Some((access.clone(), access.recorded(words)?));
     let mut told = PassPrints {

@@ -28,11 +28,11 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) display: display::Push,
     /// The descriptors for that, one for each copy of the debug target.
     pub(super) display_sets: &'a [Descriptors],
-    /// What fills the reference that it is compared with.
+    /// The step that fills the reference that it is compared with.
     pub(super) filler: Option<&'a Filler>,
-    /// What is copied of it.
+    /// The copy that is taken of it.
     pub(super) capture: Option<&'a Capture>,
-    /// Thumbnails that are made of what passes write.
+    /// Thumbnails of the outputs of passes.
     pub(super) thumbnails: Option<&'a mut Making<'t>>,
     /// Why the uniform blocks could not be written: then the frame must not be submitted.
     pub(super) failed: Option<raxel_gpu::Error>,

@@ -15,7 +15,7 @@ use super::report::PassOutcome;
 use super::ticks::Ticks;
 use crate::moment::Fraction;
 
-/// What a frame is recorded into: the device's command buffer, or nothing at all to measure the walk itself.
+/// The receiver of a frame's commands: the device's command buffer, or nothing at all to measure the walk itself.
 pub trait Recorder {
     /// The bytes of all uniform blocks of the frame, at their offsets in the uniform buffer.
     fn uniforms(&mut self, bytes: &[u8]);
@@ -35,7 +35,7 @@ pub trait Recorder {
     fn present(&mut self);
 }
 
-/// What a walk recorded.
+/// The commands that a walk recorded, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Dispatches, the display's not counted.
@@ -65,7 +65,7 @@ struct Pass {
     due: bool,
     /// Digest of everything but the values: pipeline, workgroups, bindings.
     base: Digest,
-    /// The same with the sizes of what is bound: a shader can ask for them.
+    /// The same with the sizes of bound resources: a shader can ask for them.
     sized: Digest,
 }
 
@@ -87,7 +87,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// For a plan whose `init` contents are in place. `display` says how the debug target is shown: equal numbers, equal pictures.
+    /// For a plan whose `init` contents are in place. `display` is a digest of the display of the debug target: equal numbers, equal
+    /// pictures.
     pub fn new(plan: &Arc<Plan>, display: u128) -> Replay {
         let pass = |planned: &PassPlan| {
             let pass = plan.graph.pass(planned.pass);
@@ -165,7 +166,7 @@ impl Replay {
         }
     }
 
-    /// Writes the frame's values and decides what runs. `frame` is the number that rotates histories. `false`: nothing need run.
+    /// Writes the frame's values and decides which passes run. `frame` is the number that rotates histories. `false`: nothing need run.
     pub fn decide(&mut self, frame: u64, inputs: &FrameInputs<'_>) -> bool {
         self.ticks.advance(inputs.clock);
         self.schedule(inputs);
@@ -256,7 +257,7 @@ impl Replay {
         self.ticks.rotation(frame, selector)
     }
 
-    /// What becomes of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.
+    /// The outcome of each pass in the decided frame; order of the plan's passes. `disabled` are the passes that are switched off.
     pub(super) fn outcomes(&self, disabled: &[PassId]) -> Vec<PassOutcome> {
         let mut outcomes = vec![PassOutcome::NotDue; self.passes.len()];
         for (step, run) in self.plan.steps.iter().zip(&self.run) {

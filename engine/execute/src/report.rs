@@ -1,4 +1,4 @@
-//! What a frame or a swap did, and the pictures and texels that are read back.
+//! Reports of a frame or a swap, and the pictures and texels that are read back.
 
 use raxel_graph::checked::PassId;
 use raxel_shader::format::Format;
@@ -6,7 +6,7 @@ use raxel_shader::interface::ScalarKind;
 
 use super::texel::Decoder;
 
-/// What one frame did.
+/// The report of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameReport {
     /// Number of frames that the executor ran before this one.
@@ -27,7 +27,7 @@ pub struct FrameReport {
     pub cpu_nanoseconds: u64,
 }
 
-/// What a swap of plans did with the resources, by name.
+/// The effect of a swap of plans on the resources, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SwapReport {
     /// Resources that kept their contents.
@@ -58,7 +58,7 @@ pub struct GpuTimes<'a> {
     pub passes: &'a [PassTime],
 }
 
-/// What a pass of the plan did in the last frame.
+/// The outcome of a pass of the plan in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassOutcome {
     /// The pass ran.

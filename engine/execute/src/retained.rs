@@ -47,8 +47,8 @@ impl<K: Eq + Hash, T> Retained<K, T> {
         self.keep_to_budget();
     }
 
-    /// A plan was swapped in, and the one before is gone. What was made for plans that never ran goes at once: an edit that a newer one has
-    /// overtaken is not taken back to.
+    /// A plan was swapped in, and the one before is gone. Objects made for plans that never ran are dropped at once: a superseded edit is
+    /// not restored.
     pub(super) fn swapped(&mut self) {
         self.entries.retain(|_, entry| {
             let in_use = Arc::strong_count(&entry.thing) > 1;

@@ -2,8 +2,8 @@
 
 use raxel_graph::plan::CopySelector;
 
-/// The combinations of copies that a pass can touch. Each selector comes with its period: after so many steps of its counter, it selects the
-/// same copies again. There are as many ways as the product of the periods.
+/// The combinations of copies that a pass can touch. Each selector comes with its period: after that number of steps of its counter, it
+/// selects the same copies again. There are as many ways as the product of the periods.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rotations(Vec<(CopySelector, u64)>);
 

@@ -1,4 +1,4 @@
-//! What the executor and its builders share.
+//! State that the executor shares with its builders.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,13 +12,13 @@ use super::physical::Physical;
 use super::pipelines::Pipelines;
 use super::source::WriteQueue;
 
-/// What the executor and its builders share.
+/// State that the executor shares with its builders.
 pub(super) struct Shared {
     pub(super) device: Arc<Device>,
     pub(super) options: ExecutorOptions,
     /// Nanoseconds.
     watchdog: AtomicU64,
-    /// What the running plan uses.
+    /// Objects that the running plan uses.
     pub(super) running: Mutex<Running>,
     /// Writes of sources that wait for the next frame.
     pub(super) writes: Arc<WriteQueue>,
@@ -33,7 +33,7 @@ pub(super) struct Running {
     pub(super) picture: Option<Arc<PictureImage>>,
 }
 
-/// What the debug target is mapped to.
+/// The image that the debug target is mapped to.
 pub(super) struct PictureImage {
     pub(super) image: Arc<Image>,
     /// Is in `GENERAL`.
@@ -71,7 +71,7 @@ impl Shared {
     }
 }
 
-/// What a panicking thread left behind in these maps is whole: entries are put in last.
+/// A panicking thread leaves these maps whole: entries are put in last.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -23,7 +23,7 @@ pub(super) struct FrameSlot {
     /// The words that are warned of, and which of them that frame has copied; none once they are read.
     pub(super) counted: Option<Arc<CounterReadback>>,
     pub(super) copied: Vec<u32>,
-    /// What passes print to, and those of its passes that that frame has copied; none once they are read.
+    /// The print buffer and the passes whose prints that frame has copied; none once they are read.
     pub(super) printed: Option<Arc<PrintReadback>>,
     pub(super) printing: Vec<usize>,
     /// When it was submitted last.
@@ -63,7 +63,7 @@ impl FrameSlot {
         self.times_read = true;
     }
 
-    /// How many passes of its frame the device has finished, as far as it says.
+    /// How many passes of its frame the device has finished, by its marks.
     pub(super) fn finished(&self) -> usize {
         self.instrumentation.as_ref().map_or(0, |of| of.finished(self.index, self.frame, &self.ran))
     }

@@ -1,5 +1,5 @@
-//! What is supplied to plans from outside: a buffer, an image, or both, with a version that says when their contents changed. The
-//! runtime writes parts of them between frames.
+//! Resources that plans get from outside: a buffer, an image, or both, with a version that changes with their contents. The runtime writes
+//! parts of them between frames.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -68,7 +68,7 @@ pub enum WriteError {
     OutOfRange {
         /// Name of the source.
         name: String,
-        /// The part, and what there is.
+        /// The part, and the existing size.
         part: String,
     },
     /// Too many bytes wait already.
@@ -123,7 +123,7 @@ impl ExternalResource {
         self.version.load(Ordering::Acquire)
     }
 
-    /// What a plan must know of its size.
+    /// The facts about its size that a plan needs.
     pub fn size(&self) -> SourceSize {
         SourceSize {
             bytes: self.buffer.as_ref().map_or(0, |buffer| buffer.size()),
@@ -222,7 +222,7 @@ impl WriteQueue {
         Ok(())
     }
 
-    /// Takes the oldest writes, whole ones, of about so many bytes; always one, if there is one, and those that belong to its frame.
+    /// Takes the oldest writes, whole ones, of about `most` bytes; always one, if there is one, and those that belong to its frame.
     pub(super) fn take(&self, most: usize, taken: &mut Vec<Write>) {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut bytes, mut joined) = (0, false);
@@ -239,7 +239,7 @@ impl WriteQueue {
     }
 }
 
-/// What is supplied to a plan, by the name of the resource that it stands for.
+/// Resources supplied to a plan, by the name of the resource that each stands for.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     by_resource: BTreeMap<String, Arc<ExternalResource>>,
@@ -256,12 +256,12 @@ impl Sources {
         self.by_resource.insert(resource.to_owned(), source);
     }
 
-    /// What a resource is supplied with.
+    /// The supplied resource of that name.
     pub fn get(&self, resource: &str) -> Option<&Arc<ExternalResource>> {
         self.by_resource.get(resource)
     }
 
-    /// Sizes by the names that the planner knows: what is supplied may be read and copied.
+    /// Sizes by the planner's names: supplied resources may be read and copied.
     pub fn sizes(&self) -> BTreeMap<String, SourceSize> {
         let sources = self.by_resource.values();
         sources

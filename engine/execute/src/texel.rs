@@ -4,12 +4,12 @@ use half::f16;
 use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
-/// Reads texels of one format. What the format says is looked up once, not for each texel.
+/// Reads texels of one format. The properties of the format are looked up once, not for each texel.
 pub struct Decoder {
     channels: usize,
     /// Bits of each channel, from the least significant.
     widths: [u32; 4],
-    /// What the bits mean.
+    /// The meaning of the bits.
     meaning: Meaning,
 }
 

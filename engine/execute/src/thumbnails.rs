@@ -40,7 +40,7 @@ pub struct Thumbnail {
     pub rgba: Vec<u8>,
 }
 
-/// What makes thumbnails of the running plan.
+/// The maker of thumbnails of the running plan.
 pub(super) struct Thumbnails {
     image: Arc<Image>,
     initialized: bool,
@@ -63,14 +63,14 @@ struct Node {
     size: [u32; 2],
     /// The pass writes targets alone.
     repeats: bool,
-    /// The frame in which the newest thumbnail was made, or could have been, and what told that run of the pass from others.
+    /// The frame in which the newest thumbnail was made, or could have been, and the digest of that run of the pass.
     made: Option<(u64, Digest)>,
 }
 
 /// Thumbnails that the frame that is recorded makes.
 pub(super) struct Making<'a> {
     thumbnails: &'a mut Thumbnails,
-    /// Indices of their nodes, and what each is copied to.
+    /// Indices of their nodes, and the buffer for each.
     chosen: Vec<(usize, Arc<Buffer>)>,
     recorded: Vec<bool>,
 }
@@ -105,8 +105,8 @@ impl Thumbnails {
         Ok(Thumbnails { image, initialized: false, nodes, on_the_way: Vec::new() })
     }
 
-    /// Chooses what the next frame makes: of the stale ones, those that have waited longest. `runs` tells the newest run of each pass from others;
-    /// `None` where every pass runs in every frame.
+    /// Chooses the thumbnails of the next frame: of the stale ones, those that have waited longest. `runs` identifies the newest run of
+    /// each pass; `None` where every pass runs in every frame.
     pub(super) fn begin(&mut self, device: &Arc<Device>, runs: Option<&[Digest]>) -> Result<Making<'_>, ExecuteError> {
         let is_stale = |node: &Node| match (node.made, runs) {
             (Some((_, made)), Some(runs)) => made != runs[node.pass],
@@ -181,7 +181,7 @@ impl Node {
     }
 }
 
-/// How a target is shown in so many pixels.
+/// How a target is shown in `size` pixels.
 fn describe(plan: &Plan, of: ResourceId, (mip, layer): (u32, u32), size: [u32; 2]) -> Option<(display::Variant, Push)> {
     let ResourceKind::Target(target) = &plan.graph.resource(of).kind else { return None };
     let planned = plan.resources.iter().find(|planned| planned.resource == of)?;
@@ -198,8 +198,8 @@ fn fitting(extent: [u32; 2]) -> [u32; 2] {
 }
 
 impl Making<'_> {
-    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes again what is there. What passes write into buffers
-    /// may be acted on, so no pass that does runs once more.
+    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes the same contents again. Buffers that passes
+    /// write may be acted on, so no pass that writes one runs again.
     pub(super) fn forced(&self) -> impl Iterator<Item = usize> + '_ {
         let nodes = self.chosen.iter().map(|(index, _)| &self.thumbnails.nodes[*index]);
         nodes.filter(|node| node.repeats).map(|node| node.pass)

@@ -1,4 +1,4 @@
-//! Ticks of the clocks of a graph: how many are due in a frame, and what they rotate.
+//! Ticks of the clocks of a graph: the number that is due in a frame, and the rotation of copies.
 //!
 //! Tick k of a clock is due when k / hz seconds have passed, tick 0 at the start. A frame runs those that have become due since the last
 //! one, `most` of them at most; time beyond that is dropped. Times and rates are fractions of whole numbers ([`crate::moment`]), so
@@ -97,12 +97,12 @@ impl Ticks {
         }
     }
 
-    /// Whether the frame runs so many ticks and one more.
+    /// Whether the frame runs more than `tick` ticks.
     pub fn is_due(&self, clock: ClockId, tick: u32) -> bool {
         tick < self.clocks[clock.0 as usize].due
     }
 
-    /// The number that rotates what is counted that way.
+    /// The number that rotates copies with this selector.
     pub fn rotation(&self, frame: u64, selector: CopySelector) -> u64 {
         let (clock, ticks) = match selector {
             CopySelector::Frame => return frame,
@@ -113,7 +113,7 @@ impl Ticks {
         ORIGIN + self.clocks[clock.0 as usize].finished + ticks - 1
     }
 
-    /// What `clock.NAME.…` is where the clock stands like that.
+    /// The value of `clock.NAME.…` for this state of the clock.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
     pub fn value(&self, selector: CopySelector, value: ClockValue) -> Value {
         let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = selector else {

@@ -21,7 +21,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    /// Room for the times of a plan, none of which was measured yet.
+    /// Room for the times of a plan. No time is measured yet.
     pub(super) fn of_plan(plan: &Plan) -> Times {
         Times {
             passes: plan.passes.iter().map(|pass| PassTime { pass: pass.pass, nanoseconds: None }).collect(),
@@ -30,7 +30,7 @@ impl Times {
         }
     }
 
-    /// What was read last.
+    /// The latest times that were read.
     pub(super) fn get(&self) -> GpuTimes<'_> {
         GpuTimes { frame: self.frame, span: self.span, passes: &self.passes }
     }
@@ -48,7 +48,7 @@ impl Times {
         // The first and the last time of the frame.
         let mut ends: Option<[u64; 2]> = None;
         self.passes.iter_mut().for_each(|time| time.nanoseconds = None);
-        // Some drivers call the times of a frame before available still: only what was dispatched in this one counts.
+        // Some drivers call the times of a frame before available still: only passes that were dispatched in this one count.
         for &pass in &slot.ran {
             let (Some(time), Some([begin, end])) =
                 (self.passes.get_mut(pass as usize), self.ticks.get(2 * pass as usize..2 * pass as usize + 2))
@@ -74,7 +74,7 @@ impl Times {
         Ok(())
     }
 
-    /// Tells who listens to traces where the passes of a frame lie in it.
+    /// Reports the places of a frame's passes in it to traces.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! What passes report of finished frames: the counters that the graph warns of, and their prints.
+//! Reports of passes in finished frames: the counters that the graph warns of, and their prints.
 
 use std::sync::Arc;
 
@@ -6,30 +6,30 @@ use super::counters::CounterReading;
 use super::executor::Executor;
 use super::prints::PassPrints;
 
-/// What was read and not taken yet.
+/// Reports that were read and not taken yet.
 #[derive(Default)]
 pub(super) struct Told {
-    /// What frames of the running plan have counted in words that are warned of, in their order.
+    /// The counts of frames of the running plan in words that are warned of, in their order.
     pub(super) counted: Vec<CounterReading>,
-    /// What passes have printed in finished frames, in their order.
+    /// The prints of passes in finished frames, in their order.
     printed: Vec<PassPrints>,
 }
 
 impl Executor {
-    /// What frames that the device has finished have counted in the words that the graph warns of, since the last call; frame after frame.
+    /// The counts of frames that the device has finished in words that the graph warns of, since the last call; frame after frame.
     pub fn take_counted(&mut self) -> Vec<CounterReading> {
         self.read_finished();
         std::mem::take(&mut self.told.counted)
     }
 
-    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. Also what a plan has printed
-    /// that runs no more.
+    /// The prints of passes in frames that the device has finished, since the last call; frame after frame. Also the prints of a plan that
+    /// no longer runs.
     pub fn take_prints(&mut self) -> Vec<PassPrints> {
         self.read_finished();
         std::mem::take(&mut self.told.printed)
     }
 
-    /// Reads what finished frames have counted and printed.
+    /// Reads the counts and prints of finished frames.
     fn read_finished(&mut self) {
         let order = if self.slots[0].frame < self.slots[1].frame { [0, 1] } else { [1, 0] };
         for slot in order {

@@ -10,7 +10,7 @@ use super::FRAMES;
 use super::error::ExecuteError;
 use super::source::{Part, Write, WriteQueue};
 
-/// Bytes that one frame uploads, unless a single write has more. What is left follows with the next frame.
+/// Bytes that one frame uploads, unless a single write has more. The rest follows with the next frame.
 pub const FRAME_BYTES: usize = 32 << 20;
 
 /// Bytes of the smallest staging buffer.
@@ -58,7 +58,7 @@ impl Uploads {
         Ok(true)
     }
 
-    /// Records the copies of what was staged, with the barriers that the plan has for them: before, between and after.
+    /// Records the copies of staged data, with the barriers that the plan has for them: before, between and after.
     pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, [before, between, after]: &[Barrier; 3]) {
         let Some(staging) = self.staging[slot].as_ref().filter(|_| !self.writes.is_empty()) else { return };
         recording.barrier(before);
@@ -109,7 +109,7 @@ struct Stored {
     boxes: Vec<(usize, u32, [u32; 3], [u32; 3])>,
 }
 
-/// Boxes that are compared with each other; more of them are told apart by a barrier, which is cheaper.
+/// The most boxes that are compared with each other; with more, a barrier is cheaper.
 const MOST_BOXES: usize = 64;
 
 impl Stored {
@@ -119,7 +119,7 @@ impl Stored {
         match write.part {
             Part::Bytes { offset } => {
                 let end = offset + write.bytes.len() as u64;
-                // What starts before the end of this one and is the last to do so.
+                // The last range that starts before the end of this one.
                 let before = self.bytes.range((source, 0)..(source, end)).next_back();
                 if before.is_some_and(|(_, before)| *before > offset) {
                     return false;

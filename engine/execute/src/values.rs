@@ -4,7 +4,7 @@ use raxel_graph::ValueType;
 use raxel_graph::checked::{Fill, Value};
 use raxel_shader::interface::Scalar;
 
-/// Where a value goes in a block, and as what.
+/// The place of a value in a block, and its type.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     offset: u32,
@@ -43,7 +43,7 @@ pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
         }
         for row in 0..rows {
             let Some(component) = component(value, column as usize, row as usize) else { continue };
-            put(block, offset + (row * size(scalar)) as usize, scalar, component);
+            put(block, offset + (row * scalar.size()) as usize, scalar, component);
         }
     }
 }
@@ -97,15 +97,6 @@ fn component(value: &Value, column: usize, row: usize) -> Option<Component> {
     }
 }
 
-fn size(scalar: Scalar) -> u32 {
-    match scalar {
-        Scalar::I8 | Scalar::U8 => 1,
-        Scalar::I16 | Scalar::U16 | Scalar::F16 => 2,
-        Scalar::Bool | Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-        Scalar::I64 | Scalar::U64 | Scalar::F64 | Scalar::Address => 8,
-    }
-}
-
 #[expect(
     clippy::cast_possible_truncation,
     reason = "casts of floats saturate, and a member of 32 bits gets a 32-bit float"
@@ -135,7 +126,7 @@ fn put(block: &mut [u8], offset: usize, scalar: Scalar, component: Component) {
             integer.to_le_bytes()
         }
     };
-    let size = size(scalar) as usize;
+    let size = scalar.size() as usize;
     if let Some(place) = block.get_mut(offset..offset + size) {
         place.copy_from_slice(&bytes[..size]);
     }

@@ -1,4 +1,4 @@
-//! What one input may use: memory and processor time, both counted, so that a busy machine changes nothing. And no panic, caught or not.
+//! Limits of one input: memory and processor time, both counted, so that a busy machine changes nothing. And no panic, caught or not.
 
 use std::cell::Cell;
 use std::panic::{set_hook, take_hook};
@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// What an input of n bytes may use.
+/// The limits of an input of n bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
-    /// Bytes that may be allocated at a time, whatever the input is.
+    /// Bytes that may be allocated at a time, for any input.
     pub bytes: u64,
     /// Bytes that may be allocated besides for each byte of the input.
     pub bytes_per_byte: u64,
@@ -19,7 +19,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Of parsers: 32 MiB, 4 KiB a byte and 4 seconds. The time is a hundred times what any input should take.
+    /// Of parsers: 32 MiB, 4 KiB a byte and 4 seconds. The time is a hundred times that of any input.
     pub const PARSER: Bounds = Bounds { bytes: 32 << 20, bytes_per_byte: 4 << 10, time: Duration::from_secs(4) };
 }
 

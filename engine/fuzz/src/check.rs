@@ -1,11 +1,11 @@
-//! Promises that hold for whatever reads a text: errors are there, are in the text, and can be printed.
+//! Promises that hold for every reader of text: errors are there, are in the text, and can be printed.
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 
-/// What the readers of project files give.
+/// The result of a reader of project files.
 pub(crate) type Outcome<T> = Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>;
 
-/// Checks what was said, and gives the value if there is one.
+/// Checks the diagnostics, and returns the value if there is one.
 pub(crate) fn outcome<T>(outcome: Outcome<T>, texts: &SourceMap) -> Option<T> {
     match outcome {
         Ok((value, warnings)) => {

@@ -1,6 +1,6 @@
 //! Fuzz targets of every parser and protocol: each is a function of some bytes, which may be anything, that panics when a promise is broken.
 //!
-//! `tests/replay.rs` runs the corpus and mutations of it with fixed seeds, with every other test. docs/fuzzing.md tells how to use them.
+//! `tests/replay.rs` runs the corpus and mutations of it with fixed seeds, with every other test. docs/fuzzing.md explains their use.
 
 mod bounds;
 mod check;

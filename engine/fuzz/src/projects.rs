@@ -2,10 +2,10 @@
 
 use raxel_diagnostics::MemoryFiles;
 
-/// What begins a file.
+/// The line that begins a file.
 pub(crate) const MARK: &str = "#file ";
 
-/// Writes the files of an input into a project. What is before the first mark is the file `first`.
+/// Writes the files of an input into a project. The text before the first mark is the file `first`.
 pub(crate) fn add(files: &MemoryFiles, first: &str, input: &[u8]) {
     let mut path = first.to_owned();
     let mut content: Vec<u8> = Vec::new();
@@ -21,7 +21,7 @@ pub(crate) fn add(files: &MemoryFiles, first: &str, input: &[u8]) {
 }
 
 /// The files of an input whose files may hold any bytes: each is the length of its name (u8), the name, the length of its content (u32,
-/// little-endian), the content. What is cut off is left out.
+/// little-endian), the content. A part that is cut off is left out.
 pub(crate) fn parts(mut input: &[u8]) -> impl Iterator<Item = (String, Vec<u8>)> {
     std::iter::from_fn(move || {
         let (length, rest) = input.split_first()?;

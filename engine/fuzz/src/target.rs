@@ -1,4 +1,4 @@
-//! A target: what is fuzzed, what it may use, and where its inputs begin.
+//! A target: the code under test, its limits, and the origin of its inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ pub struct Target {
     pub name: &'static str,
     /// Reads an input. It panics when something is not as it is promised.
     pub(crate) run: fn(&[u8]),
-    /// What one input may use.
+    /// The limits of one input.
     pub(crate) bounds: Bounds,
     /// How inputs are changed.
     pub(crate) mutation: Mutation,

@@ -90,7 +90,7 @@ macro_rules! replays {
 
 replays!(demo, exr, graph, png, project, save, shader_text, spirv, vox, world, world_whole, zarr);
 
-/// A folder that belongs to no target is a corpus that nobody runs.
+/// A folder that belongs to no target is a corpus that no target runs.
 #[test]
 fn every_corpus_has_a_target() {
     let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");

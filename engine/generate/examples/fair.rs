@@ -73,7 +73,7 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// Everything turns about the middle of the voxel at the origin.
+/// Everything turns about the centre of the voxel at the origin.
 fn carousel() -> Vec<Operation> {
     let mut parts = vec![
         cylinder(1, [0, 0, 0], 23.5, 23.5, 2, WOOD, Mode::Add),
@@ -169,7 +169,7 @@ fn sailboat() -> Vec<Operation> {
     ]
 }
 
-/// The voxel of the i-th of so many places on a circle about the origin.
+/// The voxel of the i-th of `count` places on a circle about the origin.
 fn on_circle(radius: f64, i: i32, count: i32) -> (i64, i64) {
     let angle = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
     ((radius * angle.cos()).round() as i64, (radius * angle.sin()).round() as i64)
@@ -183,7 +183,7 @@ fn cuboid(min: [i64; 3], max: [i64; 3], material: u16, mode: Mode) -> Operation 
     part(Box3 { bounds: Bounds { min, max }, shell: None }, material, mode)
 }
 
-/// Along an axis, about the middle of the voxel `base`.
+/// Along an axis, about the centre of the voxel `base`.
 fn cylinder(
     axis: usize,
     base: [i64; 3],

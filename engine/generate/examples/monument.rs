@@ -123,7 +123,7 @@ fn block(min: [i64; 3], max: [i64; 3]) -> Box3 {
     Box3 { bounds: Bounds { min, max }, shell: None }
 }
 
-/// A flat cylinder about the middle, at a height.
+/// A flat cylinder about the centre, at a height.
 fn disc(y: i64, radius: f64, height: i64) -> Cylinder {
     Cylinder { axis: 1, base: [0.0, y as f64, 0.0], radius, top_radius: radius, height }
 }

@@ -1,7 +1,7 @@
 //! Worlds without end: the operations of a build, asked for one tile at a time.
 //!
-//! What is in a tile follows from the operations, the tile and its level alone. Heights of columns are kept for a while, since the tiles
-//! above and below each other share them; that shows nowhere but in the time.
+//! The contents of a tile follow from the operations, the tile and its level alone. Heights of columns are kept for a while, since the tiles above
+//! and below each other share them; that shows nowhere but in the time.
 
 mod recent;
 
@@ -23,7 +23,7 @@ use crate::{Draft, Jittered, Operation, Placed, Solid, Terrain};
 use recent::Recent;
 
 /// Columns of tiles whose heights and models are kept: 35 kB each.
-const KEPT_COLUMNS: usize = 512;
+const KEPT_COLUMNS: usize = 1024;
 
 /// The operations of a world file, ready to make any tile. At most one stage: a [`crate::Scatter`], which has to see everything
 /// that was built before, is no part of it.
@@ -52,12 +52,12 @@ thread_local! {
     static WORKING: RefCell<DenseChunk> = RefCell::default();
 }
 
-/// What a tile holds after some of the operations.
+/// The contents of a tile after some of the operations.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     /// The same in every cell; air is empty.
     Uniform(MaterialIndex),
-    /// The working copy says.
+    /// The working copy has it.
     Mixed,
 }
 
@@ -237,7 +237,7 @@ impl Tile<'_> {
         }
     }
 
-    /// Applies something that tells cells apart.
+    /// Applies an operation that treats cells differently.
     fn mixed(&mut self, apply: impl FnOnce(&mut Draft<'_>)) {
         match self.state {
             State::Uniform(0) => self.dense.clear(),
@@ -281,7 +281,7 @@ impl Tile<'_> {
                     };
                     if covered {
                         let count = solid.materials.len().max(1);
-                        // The middle of a coarse cell may lie beside a shape that reaches into the cell.
+                        // The centre of a coarse cell may lie beside a shape that reaches into the cell.
                         let bounds = solid.shape.bounds();
                         let middle: [i64; 3] =
                             std::array::from_fn(|i| (min[i] + edge / 2).clamp(bounds.min[i], bounds.max[i] - 1));

@@ -1,5 +1,5 @@
-//! What builds voxels. Operations are plain data that says what is where, applied chunk by chunk in the order of the file: [`build`] makes
-//! a bounded world of them, a [`Generator`] makes any tile of a world without end.
+//! Generators of voxels. Operations are plain data, applied chunk by chunk in the order of the file: [`build`] makes a bounded world of
+//! them, a [`Generator`] makes any tile of a world without end.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
@@ -33,13 +33,13 @@ use raxel_world::{Bounds, ChunkPos};
 /// One operation of a build. Materials are palette indices of the world being built.
 #[allow(clippy::large_enum_variant, reason = "a world has a handful of them")]
 pub enum Operation {
-    /// A closed form that can tell inside from outside.
+    /// A closed form that can decide between inside and outside.
     Solid(Solid),
     /// A height field of noise.
     Terrain(Terrain),
     /// A model at one or more places.
     Place(Placed),
-    /// A model at random places on what was built before.
+    /// A model at random places on the earlier operations' ground.
     Scatter(Scatter),
     /// A model at random places on the land, at most one in each cell of a grid.
     Jittered(Jittered),
@@ -66,7 +66,7 @@ pub(crate) struct LocalBox {
     pub high: [i32; 3],
 }
 
-/// What an operation needs of a chunk while it is being built.
+/// The things that an operation needs of a chunk while it is being built.
 pub(crate) struct Draft<'a> {
     /// Where the chunk lies.
     pub pos: ChunkPos,

@@ -16,7 +16,7 @@ pub struct Maze {
     walls: Vec<bool>,
 }
 
-/// What a maze is made from.
+/// The settings of a maze.
 #[derive(Clone, Copy, Debug)]
 pub struct MazePlan {
     /// Smallest corner.

@@ -1,4 +1,4 @@
-//! The Menger sponge: a cube of which, at every scale, the middle of each face and the very middle are missing.
+//! The Menger sponge: a cube without the centre of each face and without its own centre, at every scale.
 
 use raxel_world::Bounds;
 

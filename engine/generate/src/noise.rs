@@ -37,8 +37,8 @@ impl Noise {
         self.sampler_for(1)
     }
 
-    /// The same for samples so many voxels apart, but for octaves with less than two of them a wave, which would be taken at random places:
-    /// their mean is zero, except where they are folded. One is always there.
+    /// The same for samples `spacing` voxels apart, but without octaves that have less than two samples a wave, which would be taken at
+    /// random places: their mean is zero, except where they are folded. One is always there.
     #[expect(clippy::cast_possible_truncation, reason = "any 32 bits of a mixed seed will do")]
     pub(crate) fn sampler_for(&self, spacing: i64) -> Sampler {
         let mut strength = 1.0;
@@ -65,12 +65,12 @@ impl Noise {
     }
 }
 
-/// Places that noise is worked out for at once: what two registers of the least of processors hold.
+/// Places that noise is computed for at once: two registers of the least of processors.
 pub(crate) const AT_ONCE: usize = 8;
 
 /// Noise made ready to be sampled.
 pub(crate) struct Sampler {
-    /// What the noise is compiled for once more, beside the least of processors: registers twice as wide. Every bit stays the same.
+    /// The wider processor that the noise is also compiled for: its registers are twice those of the least one. Every bit stays the same.
     processor: Arch,
     octaves: Vec<Octave>,
     scale: f64,

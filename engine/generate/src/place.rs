@@ -22,7 +22,7 @@ pub struct Placed {
     pub mode: Mode,
 }
 
-/// Which parts of which placements touch a chunk: index of the placement, position of the part in the model.
+/// The parts of placements that touch a chunk: index of the placement, position of the part in the model.
 pub(crate) type Touching = BTreeMap<ChunkPos, Vec<(usize, ChunkPos)>>;
 
 impl Placed {
@@ -36,7 +36,7 @@ impl Placed {
         }
     }
 
-    /// Chunks that are touched and by what; `None` when they are more than `limit`.
+    /// Chunks that are touched, each with the placements; `None` when they are more than `limit`.
     pub(crate) fn touching(&self, limit: u64) -> Option<Touching> {
         let boxes: Vec<_> = (self.model.chunks())
             .map(|(pos, chunk)| (pos, chunk.bounds().moved(pos.origin().to_array().map(i64::from))))

@@ -58,21 +58,21 @@ impl Scattered {
     }
 }
 
-/// A number of models at random places on what was built before.
+/// A number of models at random places on the earlier operations' ground.
 pub struct Scatter {
-    /// What is scattered.
+    /// The scattered thing.
     pub scattered: Scattered,
     /// How many.
     pub count: u64,
 }
 
 impl Scatter {
-    /// At most so many can be asked for.
+    /// The largest count.
     pub const MAX_COUNT: u64 = 1 << 20;
     /// Places tried for each one wanted.
     const TRIES: u64 = 32;
 
-    /// Chooses the places on the chunks built so far. They are the same whatever the number of threads.
+    /// Chooses the places on the chunks built so far. They are the same for any number of threads.
     #[expect(clippy::cast_possible_truncation, reason = "a number of turns is below 4")]
     pub(crate) fn choose(&self, chunks: &BTreeMap<ChunkPos, Arc<Chunk>>) -> Placed {
         let Scattered { min, max, spacing, turn, seed, .. } = self.scattered;
@@ -113,7 +113,7 @@ impl Scatter {
 /// A model at random places on the land, at most one in each cell of a grid. Whether a cell has one, and where, follows from the cell and
 /// the columns of the land alone, so that any part of an endless world can be made by itself.
 pub struct Jittered {
-    /// What is scattered. Its spacing is less than `cell`.
+    /// The scattered thing. Its spacing is less than `cell`.
     pub scattered: Scattered,
     /// Voxels along a cell of the grid.
     pub cell: i64,
@@ -122,7 +122,7 @@ pub struct Jittered {
 }
 
 impl Jittered {
-    /// At most so many cells are looked at for a world that is built whole.
+    /// The most cells that are looked at for a world that is built whole.
     pub const MAX_CELLS: u64 = 1 << 22;
 
     /// Where a cell of the grid has one, if the land there allows it: the column, and how often it is turned.
@@ -185,7 +185,7 @@ impl Jittered {
             .is_some_and(|bounds| bounds.max[1] - 1 - self.scattered.anchor[1] < self.scattered.sink)
     }
 
-    /// Whether there are so many that they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
+    /// Whether they cover at least an eighth of the land, seen from above, where each cell of the grid has one.
     pub(crate) fn is_dense(&self) -> bool {
         let [x, _, z] = self.scattered.model.bounds().map_or([0; 3], |bounds| bounds.size().map(u128::from));
         8 * x * z >= u128::from(self.cell.unsigned_abs()).pow(2)
@@ -219,7 +219,7 @@ impl Jittered {
     }
 }
 
-/// The land that the terrains of a build make, whatever else is built on it.
+/// The land that the terrains of a build make, without anything else that is built on it.
 pub(crate) struct Land<'t> {
     terrains: Vec<(Relief<'t>, Option<CaveField<'t>>, &'t Terrain)>,
 }

@@ -1,4 +1,4 @@
-//! Closed forms: box, ball, cylinder, and whatever else can say for a cube of voxels whether it is inside, outside or both.
+//! Closed forms: box, ball, cylinder, and every other form that can decide for a cube of voxels whether it is inside, outside or both.
 
 use raxel_world::MaterialIndex;
 use raxel_world::{Bounds, ChunkPos};
@@ -26,7 +26,7 @@ pub trait Shape: Send + Sync {
     /// How the cube of `edge` voxels at `min` lies to it. [`Span3::Both`] is always allowed.
     fn span(&self, min: [i64; 3], edge: i64) -> Span3;
 
-    /// Whether a voxel is in it. Where [`Self::span`] cannot tell that for every single voxel, a shape says it here.
+    /// Whether a voxel is in it. A shape answers here for voxels that [`Self::span`] cannot decide.
     fn contains(&self, cell: [i64; 3]) -> bool {
         self.span(cell, 1) == Span3::Inside
     }
@@ -45,7 +45,7 @@ pub trait Shape: Send + Sync {
     }
 }
 
-/// A shape, what to do with its voxels, and what they become.
+/// A shape, the effect on its voxels, and their new material.
 pub struct Solid {
     /// The form.
     pub shape: Box<dyn Shape>,

@@ -10,14 +10,14 @@
 #![allow(clippy::inline_always, reason = "arrays stay in registers only where nothing is called")]
 #![allow(clippy::needless_bitwise_bool, reason = "a lazy operator is a branch")]
 
-/// One factor for each axis: what a hash is made of.
+/// One factor of a hash for each axis.
 const PRIMES: [i32; 3] = [501_125_321, 1_136_930_381, 1_720_413_743];
 const MIX: i32 = 0x27d4_eb2d;
 
 /// Directions on the plane: 24 of them, 7.5° + 15° n from the second axis on, five times over; then every third.
 const PLANE: [[f32; 2]; 128] = plane();
 
-/// Directions in space: the middles of a cube's edges, five times over; then the corners of a tetrahedron.
+/// Directions in space: the centres of a cube's edges, five times over; then the corners of a tetrahedron.
 const SPACE: [[f32; 3]; 64] = space();
 
 /// The sine of 7.5° + 15° n in the first quarter.
@@ -63,7 +63,7 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Coordinates below which that is so for all lattices.
 const NEAR: f64 = 1e9;
 
-/// All bits where something holds, and none elsewhere: what a comparison leaves in a register.
+/// All bits where the condition holds, and none elsewhere, as a comparison leaves them in a register.
 #[inline(always)]
 fn mask<const N: usize>(holds: impl Fn(usize) -> bool) -> [u32; N] {
     std::array::from_fn(|n| if holds(n) { u32::MAX } else { 0 })
@@ -94,7 +94,7 @@ fn are_near<const N: usize, const AXES: usize>(places: &[[f64; N]; AXES]) -> boo
     sums.iter().sum::<f64>() < NEAR
 }
 
-/// Whole parts towards zero, as 64-bit values and as whole numbers; `near` as [`are_near`] says.
+/// Whole parts towards zero, as 64-bit values and as whole numbers; `near` as in [`are_near`].
 #[inline(always)]
 fn truncated<const N: usize>(values: [f64; N], near: bool) -> ([f64; N], [i32; N]) {
     if !near {
@@ -135,7 +135,7 @@ fn floors_far<const N: usize>(values: [f64; N]) -> ([f64; N], [i32; N]) {
     (whole.map(f64::from), whole)
 }
 
-/// The direction that a hash names, out of so many, which are a power of two.
+/// The direction that a hash names, of `count`, which is a power of two.
 #[inline(always)]
 fn direction<const N: usize>(hashes: [i32; N], shift: u32, count: usize) -> [usize; N] {
     let mixed = hashes.map(|hash| hash.wrapping_mul(MIX));
@@ -168,7 +168,7 @@ fn along_space<const N: usize>(hashes: [i32; N], [x, y, z]: [[f32; N]; 3]) -> [f
     std::array::from_fn(|n| x[n] * a[n] + y[n] * b[n] + z[n] * c[n])
 }
 
-/// What a corner adds: its falloff to the fourth power, or nothing where that is none.
+/// The contribution of a corner: its falloff to the fourth power, or nothing without falloff.
 #[inline(always)]
 fn share<const N: usize>(falloff: [f32; N], along: [f32; N]) -> [f32; N] {
     let there: [u32; N] = mask(|n| falloff[n] > 0.0);
@@ -266,7 +266,7 @@ pub(super) fn space_noise<const N: usize>(mut seed: i32, [x, y, z]: [[f64; N]; 3
         let mut hashes = [seed; N];
         for axis in 0..3 {
             hashes = std::array::from_fn(|n| {
-                // The prime, or what it is taken away by.
+                // The prime, or the number that it is subtracted from.
                 let (plus, step) = (!minus[axis][n].cast_signed(), PRIMES[axis]);
                 let step = (step ^ plus).wrapping_sub(plus) & along[axis][n].cast_signed();
                 hashes[n] ^ lattice[axis][n].wrapping_add(step)

@@ -106,7 +106,7 @@ pub fn build_within(
     Ok((World::from_shared(materials, chunks), shortfalls))
 }
 
-/// What operations reach over, known before anything is made. Models count nothing: their places are not chosen yet.
+/// The reach of operations, known before anything is made. Models count nothing: their places are not chosen yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
     /// Chunks of 64³ voxels, counted once for each operation that may make them.
@@ -115,7 +115,7 @@ pub struct Reach {
     pub bounds: Option<Bounds>,
 }
 
-/// What operations reach over. An error where it is more than the limits allow.
+/// The reach of operations. An error where it is more than the limits allow.
 pub fn reach(operations: &[Operation], limits: &BuildLimits) -> Result<Reach, BuildError> {
     let mut chunks: u128 = 0;
     let mut bounds: Option<Bounds> = None;
@@ -141,9 +141,9 @@ fn added(operation: &Operation) -> Option<Bounds> {
     }
 }
 
-/// Chunks that an operation may make; none when it only changes what is there.
+/// Chunks that an operation may make; none when it only changes those that are there.
 fn chunks_reached(operation: &Operation) -> u128 {
-    // Of models, chunks are counted when it is known what they touch.
+    // Chunks of models are counted when their places are known.
     added(operation).map_or(0, |bounds| bounds.chunk_count())
 }
 

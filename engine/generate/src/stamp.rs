@@ -1,7 +1,7 @@
 //! Models made ready to be put into the tiles of an endless world, at any level.
 //!
-//! A tile has dozens of models that may reach into it, again for each tile of a column. What can be known of a model without its place is
-//! therefore found once: the box of each of its parts, and their blocks that are not empty.
+//! A tile has dozens of models that may reach into it, again for each tile of a column. So the facts of a model without its place are found once: the
+//! box of each of its parts, and their blocks that are not empty.
 
 use std::sync::Arc;
 

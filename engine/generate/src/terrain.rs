@@ -28,13 +28,13 @@ pub struct Band {
     pub above: Option<i64>,
     /// Surface lower than this.
     pub below: Option<i64>,
-    /// At least so many voxels between this column and its highest or lowest neighbour.
+    /// At least this many voxels between this column and its highest or lowest neighbour.
     pub slope: Option<i64>,
     /// Voxels that it is deep.
     pub depth: i64,
 }
 
-/// Fills what lies lower than a level and is not land.
+/// Fills the space below a level that is not land.
 #[derive(Clone, Debug)]
 pub struct Water {
     /// Palette index.
@@ -69,13 +69,13 @@ pub struct Terrain {
     pub amplitude: f64,
     /// Above 1, low land becomes wider and high land steeper: the noise in 0…1 is raised to this power.
     pub exponent: u32,
-    /// What makes the heights.
+    /// The source of the heights.
     pub noise: Noise,
     /// Valleys.
     pub river: Option<River>,
     /// The land has no voxel below this.
     pub floor: i64,
-    /// Only so many voxels below the surface, and what a neighbour's lower surface lays bare.
+    /// Only this many voxels below the surface, and those that a neighbour's lower surface lays bare.
     pub shell: Option<i64>,
     /// At least one.
     pub layers: Vec<Layer>,
@@ -87,7 +87,7 @@ pub struct Terrain {
     pub caves: Option<Caves>,
     /// Add, subtract or paint.
     pub mode: Mode,
-    /// Voxels along a cell: 1, or 4, 16, 64 where the land is only worked out in cells of so many.
+    /// Voxels along a cell: 1, or 4, 16, 64 if the land is computed only in cells of that size.
     pub cell: i64,
 }
 
@@ -109,7 +109,7 @@ struct Column {
 /// The 64 × 64 columns of a column of tiles, in 4 × 4 blocks: block `tx + 16·tz`, then `x + 4·z` in it.
 pub(crate) struct Surface(Vec<Column>);
 
-/// Heights of the 66 × 66 columns of a column of tiles and around it, in voxels; x fastest. Those around are 0 where nobody needs them.
+/// Heights of the 66 × 66 columns of a column of tiles and around it, in voxels; x fastest. Those around are 0 if no reader needs them.
 pub(crate) struct Heights {
     of: Box<[i64]>,
     /// Smallest and largest of the inner ones.
@@ -278,7 +278,7 @@ impl Terrain {
         let end = in_cells(height, cell).max(least);
         let depth = if cell == 1 { depth } else { in_cells(depth, cell).max(1) };
         if let Some(water) = self.water.as_ref().filter(|water| cell > 1 && water.level > height) {
-            // Water is what is seen, also where it does not reach the middle of a cell.
+            // Water is visible even where it does not reach the centre of a cell.
             let level = in_cells(water.level, cell).max(bottom + 1);
             return Column {
                 inside: true,
@@ -374,7 +374,7 @@ impl Terrain {
     }
 }
 
-/// What the land is made of, in cells.
+/// The materials of the land, in cells.
 struct Strata {
     /// From the surface down: material, depth.
     layers: Vec<(MaterialIndex, i64)>,

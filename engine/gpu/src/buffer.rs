@@ -16,7 +16,7 @@ use crate::memory::{Backing, Held, Location};
 use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
 
-/// What a buffer is.
+/// The properties of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferInfo {
     /// Bytes; at least 1.
@@ -76,14 +76,14 @@ impl Buffer {
                 })
             }
             Err(error) => {
-                // SAFETY: nobody has seen the buffer.
+                // SAFETY: no other code has the buffer yet.
                 unsafe { device.raw.destroy_buffer(raw, None) };
                 Err(error)
             }
         }
     }
 
-    /// What a buffer would need.
+    /// The memory that a buffer would need.
     pub fn requirements(device: &Device, info: &BufferInfo) -> vk::MemoryRequirements {
         let create = create_info(info);
         let query = vk::DeviceBufferMemoryRequirements::default().create_info(&create);
@@ -116,7 +116,7 @@ impl Buffer {
         );
     }
 
-    /// Whether its memory is the device's own, so that the device reads what the host writes at full speed.
+    /// Whether its memory is the device's own, so that the device reads the host's writes at full speed.
     pub fn is_device_local(&self) -> bool {
         let Held::Own(memory) = &self.held else { return true };
         memory.allocation().memory_properties().contains(vk::MemoryPropertyFlags::DEVICE_LOCAL)
@@ -140,7 +140,7 @@ impl Buffer {
     /// Writes bytes from the host while submitted work may use other bytes of the buffer.
     ///
     /// # Safety
-    /// Nobody else accesses these bytes meanwhile: no submitted work that may be unfinished, and no other thread.
+    /// Nothing else accesses these bytes meanwhile: no submitted work that may be unfinished, and no other thread.
     pub(crate) unsafe fn write_part(&self, offset: u64, bytes: &[u8]) -> Result<()> {
         let to = self.part(offset, bytes)?;
         // SAFETY: `part` has as many bytes; the rest is the caller's promise.
@@ -173,7 +173,7 @@ impl Buffer {
         self.location
     }
 
-    /// What a recording that uses the buffer sets; `None` where the host does not write it.
+    /// The last use, which each recording with the buffer sets; `None` where the host does not write it.
     pub(crate) fn last_use(&self) -> Option<&Arc<LastUse>> {
         self.last_use.as_ref()
     }
@@ -192,8 +192,8 @@ impl Buffer {
         let head = start.align_offset(align_of::<u64>()).min(into.len());
         let (before, rest) = into.split_at_mut(head);
         let (words, after) = rest.split_at_mut(rest.len() & !7);
-        // SAFETY: the mapping has `size` bytes, and `offset` and the length lie within. The middle starts at an aligned address. The reads
-        // are volatile and no reference is made, since the device may write meanwhile.
+        // SAFETY: the mapping has `size` bytes, and `offset` and the length lie within. The aligned part starts at an aligned address. The
+        // reads are volatile and no reference is made, since the device may write meanwhile.
         unsafe {
             for (i, byte) in before.iter_mut().enumerate() {
                 *byte = start.add(i).read_volatile();

@@ -1,4 +1,4 @@
-//! Looks at the physical devices: what each is, and what of raxel's needs it lacks.
+//! Looks at the physical devices: the properties of each, and raxel's needs that it lacks.
 
 use std::ffi::CStr;
 
@@ -8,7 +8,7 @@ use crate::choice::{Candidate, DeviceKind, Version};
 use crate::instance::Instance;
 use crate::result::{Named, Result};
 
-/// A physical device with what the choice and the opening need.
+/// A physical device with the facts for the choice and the opening.
 pub(crate) struct Seen {
     pub(crate) physical: vk::PhysicalDevice,
     pub(crate) candidate: Candidate,

@@ -1,10 +1,10 @@
-//! Which physical device is used, and why: a pure function over what the devices say of themselves.
+//! The choice of the physical device and its reason: a pure function over the reported properties of the devices.
 
 use std::fmt;
 
 use ash::vk;
 
-/// What a device says of itself, as far as the choice depends on it.
+/// The reported properties of a device, as far as the choice depends on them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
     /// Place in the loader's list.
@@ -15,7 +15,7 @@ pub struct Candidate {
     pub kind: DeviceKind,
     /// Vulkan version.
     pub version: Version,
-    /// What raxel needs and the device lacks, by Vulkan's names.
+    /// Needs of raxel that the device lacks, by Vulkan's names.
     pub missing: Vec<&'static str>,
     /// Bytes of device-local memory.
     pub memory: u64,
@@ -64,7 +64,7 @@ impl fmt::Display for DeviceKind {
     }
 }
 
-/// What was decided about one candidate.
+/// The decision about one candidate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdict {
     /// The candidate.

@@ -1,4 +1,4 @@
-//! Command buffers: what is recorded for the device.
+//! Command buffers: recording commands for the device.
 #![expect(
     clippy::cast_possible_wrap,
     reason = "sides of images are far below 2³¹: `maxImageDimension` of no device comes near"
@@ -143,7 +143,7 @@ impl CommandBuffer {
         self.submitted
     }
 
-    /// Forgets what was recorded and starts anew.
+    /// Forgets the recorded commands and starts over.
     ///
     /// # Errors
     /// [`Error::InFlight`] while the device has not finished the last submission; wait for [`Self::submitted`] first.
@@ -164,7 +164,7 @@ impl CommandBuffer {
     }
 }
 
-/// A command buffer while it is recorded. Dropped without [`Self::submit`], what was recorded is given up.
+/// A command buffer while it is recorded. Dropped without [`Self::submit`], its commands are dropped.
 pub struct Recording<'a> {
     commands: &'a mut CommandBuffer,
     /// The compute pipeline that is bound. It outlives the recording, also when it is dropped: no other has its handle.
@@ -256,7 +256,7 @@ impl Recording<'_> {
     /// # Panics
     /// If the buffer is smaller, or the number of bytes is no multiple of 4.
     pub fn update_buffer(&mut self, buffer: &Buffer, bytes: &[u8]) {
-        // `vkCmdUpdateBuffer` takes so many at a time.
+        // `vkCmdUpdateBuffer` takes this many bytes at a time.
         const MOST: usize = 65_536;
         buffer.require(0, bytes.len() as u64, 4);
         self.uses(buffer);
@@ -295,14 +295,14 @@ impl Recording<'_> {
     pub fn push(&mut self, pipeline: &ComputePipeline, bytes: &[u8]) {
         let most = pipeline.layout.push_bytes as usize;
         assert!(bytes.len().is_multiple_of(4) && bytes.len() <= most, "{} of {most} bytes are pushed", bytes.len());
-        // SAFETY: as in `clear_image`; the layout has a range of at least so many bytes.
+        // SAFETY: as in `clear_image`; the layout has a range of at least this many bytes.
         unsafe {
             let stages = vk::ShaderStageFlags::COMPUTE;
             self.device().raw.cmd_push_constants(self.raw(), pipeline.layout.raw, stages, 0, bytes);
         }
     }
 
-    /// Dispatches so many workgroups of the pipeline that is bound.
+    /// Dispatches `groups` workgroups of the bound pipeline.
     ///
     /// # Panics
     /// If none is.
@@ -420,7 +420,7 @@ impl Recording<'_> {
         // SAFETY: as in `clear_image`.
         unsafe { self.device().raw.cmd_write_timestamp2(self.raw(), stage, timestamps.raw, index) };
         if self.device().capabilities().kind == DeviceKind::Cpu {
-            // llvmpipe, once it has drawn to a window, takes a time with whatever it draws next, which is after the passes that follow. Lavapipe
+            // Once llvmpipe has drawn to a window, it charges a time to its next draw, which is after the passes that follow. Lavapipe
             // draws all that is pending at a barrier.
             let all = vk::PipelineStageFlags2::ALL_COMMANDS;
             let barrier = [vk::MemoryBarrier2::default().src_stage_mask(all).dst_stage_mask(all)];

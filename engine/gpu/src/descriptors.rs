@@ -12,7 +12,7 @@ use crate::pipeline::{ComputePipeline, PipelineLayout, Sampler};
 use crate::result::{Named, Result};
 use crate::retire::Dead;
 
-/// What one descriptor points to.
+/// The target of one descriptor.
 #[derive(Clone)]
 pub enum Resource {
     /// A storage image in `GENERAL`.
@@ -42,7 +42,7 @@ pub struct Descriptors {
     pub(crate) sets: Vec<vk::DescriptorSet>,
     /// The layout that they were made for.
     pub(crate) layout: u64,
-    /// The upload buffers among what they point to.
+    /// The upload buffers among their targets.
     pub(crate) uses: UploadUses,
     pool: vk::DescriptorPool,
     device: Arc<Device>,

@@ -1,4 +1,4 @@
-//! The logical device: one queue, its timeline, its memory, and what it can do.
+//! The logical device: one queue, its timeline, its memory, and its capabilities.
 
 mod open;
 
@@ -31,7 +31,7 @@ pub struct DeviceOptions {
     pub validation: Validation,
 }
 
-/// What the device can do, as far as raxel asks.
+/// The capabilities of the device that raxel uses.
 #[derive(Clone, Debug)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a feature of its own, there or not")]
 pub struct Capabilities {
@@ -92,7 +92,7 @@ pub struct Device {
     pub(crate) allocator: Mutex<Option<Allocator>>,
     pub(crate) retired: Mutex<Retired>,
     pub(crate) pipelines: PipelineCache,
-    /// The driver said so, or it was abandoned.
+    /// The driver reported the loss, or the device was abandoned.
     pub(crate) lost: AtomicBool,
     /// Its work may never end.
     pub(crate) hung: AtomicBool,
@@ -114,7 +114,7 @@ impl Device {
         Self::with_cache(options, raxel_cache::of_process())
     }
 
-    /// As [`Device::new`], but keeps what the driver compiles in this cache, and not in that of the process. `None` keeps nothing.
+    /// As [`Device::new`], but keeps the driver's compiled shaders in this cache, and not in that of the process. `None` keeps nothing.
     pub fn with_cache(options: &DeviceOptions, cache: Option<Arc<Cache>>) -> Result<Arc<Device>> {
         let instance = Instance::new(options.validation)?;
         let wanted = options
@@ -153,22 +153,22 @@ impl Device {
         &self.verdicts
     }
 
-    /// What it can do.
+    /// Its capabilities.
     pub fn capabilities(&self) -> &Capabilities {
         &self.capabilities
     }
 
-    /// A number that no other device of this process has: what is kept for a device is kept under it.
+    /// A number that no other device of this process has: caches of a device use it as their key.
     pub fn id(&self) -> u64 {
         self.id
     }
 
-    /// What the validation layer said.
+    /// Messages of the validation layer.
     pub fn log(&self) -> &ValidationLog {
         &self.instance.log
     }
 
-    /// Whether a call said that the device is gone. Nothing can be done with a lost device but to open another.
+    /// Whether a call reported the loss of the device. Nothing can be done with a lost device but to open another.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
     }
@@ -190,7 +190,8 @@ impl Device {
         self.pipelines.counts()
     }
 
-    /// Keeps what the driver has compiled so far for the next process, if this one has a cache (`raxel_cache`). Closing the device does so, too.
+    /// Keeps the driver's compiled shaders so far for the next process, if this one has a cache (`raxel_cache`). Closing the device does
+    /// so, too.
     pub fn keep_pipelines(&self) {
         self.pipelines.keep(&self.raw);
     }
@@ -204,7 +205,7 @@ impl Device {
         }
     }
 
-    /// Remembers a loss, whoever met it.
+    /// Remembers a loss, whichever call reports it.
     pub(crate) fn watch<T>(&self, result: Result<T>) -> Result<T> {
         if matches!(result, Err(Error::DeviceLost)) {
             self.lost.store(true, Ordering::Relaxed);
@@ -260,7 +261,7 @@ impl Device {
         }
     }
 
-    /// What optimal-tiling images of a format can be used for.
+    /// The uses of optimal-tiling images of a format.
     pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
         // SAFETY: a query on the physical device.
         unsafe { self.instance.raw.get_physical_device_format_properties(self.physical, format) }
@@ -287,7 +288,7 @@ impl Drop for Device {
             std::mem::forget(self.instance.clone());
             return;
         }
-        // SAFETY: nobody else holds the device, so no other thread can be in a call with it.
+        // SAFETY: this is the last holder of the device, so no other thread can be in a call with it.
         unsafe {
             let _ = self.raw.device_wait_idle();
             let retired = self.retired.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -1,7 +1,8 @@
 //! Memory that the process has freed and the C library still holds.
 
-/// Gives free pages of the heaps back to the system. Drivers compile on the heaps of the C library, and what they keep lies scattered among
-/// what they free; glibc by itself gives back only the end of a heap. Takes some milliseconds; does nothing with another C library.
+/// Gives free pages of the heaps back to the system. Drivers compile on the heaps of the C library, and the memory that they keep lies
+/// scattered among the memory that they free. By itself, glibc returns only the end of a heap. Takes some milliseconds; does nothing with
+/// another C library.
 pub fn trim_heaps() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

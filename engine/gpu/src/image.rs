@@ -10,7 +10,7 @@ use crate::memory::{Backing, Held, Location};
 use crate::result::{Error, Named, Result};
 use crate::retire::Dead;
 
-/// What an image is.
+/// The properties of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageInfo {
     /// Texel format.
@@ -93,14 +93,14 @@ impl Image {
                 Ok(Image { raw, device, _held: held, info: *info, name })
             }
             Err(error) => {
-                // SAFETY: nobody has seen the image.
+                // SAFETY: no other code has the image yet.
                 unsafe { device.raw.destroy_image(raw, None) };
                 Err(error)
             }
         }
     }
 
-    /// What an image would need.
+    /// The memory that an image would need.
     pub fn requirements(device: &Device, info: &ImageInfo) -> vk::MemoryRequirements {
         let create = info.create_info();
         let query = vk::DeviceImageMemoryRequirements::default().create_info(&create);
@@ -110,7 +110,7 @@ impl Image {
         answer.memory_requirements
     }
 
-    /// What it is.
+    /// Its properties.
     pub fn info(&self) -> &ImageInfo {
         &self.info
     }

@@ -1,4 +1,4 @@
-//! The Vulkan loader and instance, with the validation layer when it is wanted.
+//! The Vulkan loader and instance, with the validation layer on request.
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, OnceLock};
@@ -36,8 +36,8 @@ pub(crate) struct Instance {
 }
 
 /// The first instance of the process. It is never destroyed, so that the loader keeps the drivers loaded: each time a driver is loaded
-/// again it may take memory that its end does not give back. With NVIDIA's driver 580 the loader found no driver any more after some
-/// forty devices.
+/// again, it may take memory that its end does not release. With NVIDIA's driver 580 the loader found no driver any more after some forty
+/// devices.
 static FIRST: OnceLock<Arc<Instance>> = OnceLock::new();
 
 /// Where Homebrew puts the loader. The dynamic linker of macOS looks in neither folder by itself.
@@ -45,7 +45,7 @@ const HOMEBREW: [&str; 2] = ["/opt/homebrew/lib/libvulkan.1.dylib", "/usr/local/
 
 /// The functions of the Vulkan loader.
 fn load() -> Result<ash::Entry> {
-    // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what every Vulkan program does.
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, as in every Vulkan program.
     let by_name = unsafe { ash::Entry::load() };
     by_name.or_else(|error| {
         let mut others = HOMEBREW.iter().filter(|_| cfg!(target_os = "macos"));
@@ -75,7 +75,7 @@ impl Instance {
     }
 }
 
-/// What the loader and the validation layer offer.
+/// The offer of the loader and the validation layer.
 struct Offered {
     extensions: Vec<vk::ExtensionProperties>,
     /// Of the validation layer, if it is used.
@@ -176,7 +176,7 @@ fn make(entry: &ash::Entry, offered: &Offered, log: &Arc<ValidationLog>) -> Resu
             .ty(vk::LayerSettingTypeEXT::BOOL32)
             .values(&on)
     };
-    // Since 1.3.290 synchronization validation looks at shader accesses only when told to.
+    // Since 1.3.290 synchronization validation looks at shader accesses only on request.
     let settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
     let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
     let mut info = vk::InstanceCreateInfo::default()
@@ -235,7 +235,7 @@ impl Drop for Instance {
 fn messenger_info(log: &Arc<ValidationLog>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
-        // No performance advice: images stay in `GENERAL` on purpose, and the layer would say so at every copy.
+        // No performance advice: images stay in `GENERAL` on purpose, and the layer would warn at every copy.
         .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
         .pfn_user_callback(Some(on_message))
         .user_data(Arc::as_ptr(log).cast_mut().cast())

@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::queue::TimelineValue;
 use crate::result::{Error, Result};
 
-/// The last submission that uses a buffer. The lock is held while the host writes, so that no submission begins in the middle of a write.
+/// The last submission that uses a buffer. The lock is held while the host writes, so that no submission begins during a write.
 #[derive(Debug, Default)]
 pub(crate) struct LastUse(Mutex<TimelineValue>);
 

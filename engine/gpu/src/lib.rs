@@ -1,13 +1,13 @@
 //! Vulkan for raxel, with the `unsafe` that takes: a device with one queue, memory, images, buffers, compute pipelines, command
 //! buffers, timestamps, windows, triangles over a picture, and bytes to the device and back.
 //!
-//! Objects hold their device and what they are made of. An object that is dropped while the device may still use it is destroyed
-//! when the device's timeline has passed it (`retire`), so a handle that the device sees is alive. The host writes a buffer only
-//! while no submitted work uses it (`last_use`), or word by word ([`SharedWords`]). Commands check that the parts they name exist.
+//! Objects hold their device and their parts. An object that is dropped while the device may still use it is destroyed when the device's
+//! timeline has passed it (`retire`), so a handle that the device sees is alive. The host writes a buffer only while no submitted work uses
+//! it (`last_use`), or word by word ([`SharedWords`]). Commands check that the parts they name exist.
 //!
-//! The caller decides in which order the device accesses memory: [`Barrier`]s say which access comes after which. A wrong order
-//! gives wrong bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). This is
-//! why the library `raxel` does not re-export what records commands.
+//! The caller decides in which order the device accesses memory: [`Barrier`]s say which access comes after which. A wrong order gives wrong
+//! bytes to shaders, and nothing worse. In tests, the validation layer checks it (synchronization validation). So the library `raxel` does
+//! not re-export the types that record commands.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 #![allow(unsafe_code, reason = "Vulkan is a C interface; each block says why it is sound")]

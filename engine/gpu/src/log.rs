@@ -25,7 +25,7 @@ pub struct Message {
 /// At most this many messages are kept.
 const KEPT: usize = 256;
 
-/// Collects what the validation layer says. Shared by every thread that calls Vulkan.
+/// Collects the messages of the validation layer. Shared by every thread that calls Vulkan.
 #[derive(Debug, Default)]
 pub struct ValidationLog {
     messages: Mutex<Vec<Message>>,

@@ -112,14 +112,14 @@ pub enum Backing<'a> {
     Placed(&'a Arc<MemoryBlock>, u64),
 }
 
-/// What holds the memory while the object lives.
+/// The owner of the memory while the object lives.
 pub(crate) enum Held {
     Own(Memory),
     Block(#[allow(dead_code, reason = "held for its lifetime")] Arc<MemoryBlock>),
 }
 
 impl Held {
-    /// Finds memory for an object; gives what to hold, the memory, and the offset to bind at.
+    /// Finds memory for an object; returns the object to hold, the memory, and the offset to bind at.
     pub(crate) fn find(
         device: &Arc<Device>,
         name: &str,

@@ -10,7 +10,7 @@ use crate::result::{Error, Result};
 /// Words before the first instruction of a module.
 const HEADER: usize = 5;
 
-/// What was switched on when the device was opened.
+/// Features that were enabled when the device was opened.
 pub(crate) struct Enabled<'a> {
     pub core: &'a vk::PhysicalDeviceFeatures,
     pub on12: &'a vk::PhysicalDeviceVulkan12Features<'a>,
@@ -39,7 +39,7 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
         C::ImageBuffer,
         C::ImageQuery,
         C::DerivativeControl,
-        // Which of the formats an image can have, the device says of each.
+        // The device reports for each format whether an image can have it.
         C::StorageImageExtendedFormats,
         C::DeviceGroup,
     ];

@@ -1,5 +1,5 @@
-//! Triangles over a picture: textured, coloured, clipped and blended, as immediate-mode user interfaces make them anew each frame. The
-//! layout of a vertex, and what the colours mean, are those of `egui::epaint::Mesh`.
+//! Triangles over a picture: textured, coloured, clipped and blended, as immediate-mode user interfaces make them for each frame. The
+//! layout of a vertex, and the meaning of its colours, are those of `egui::epaint::Mesh`.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ pub struct OverlayMesh<'a> {
     pub indices: &'a [u32],
 }
 
-/// What is drawn over one picture, from back to front.
+/// The drawings over one picture, from back to front.
 #[derive(Clone, Copy, Debug)]
 pub struct OverlayFrame<'a> {
     /// Pixels of the window for each point; positive.
@@ -65,7 +65,7 @@ pub struct TexturePatch<'a> {
 }
 
 /// The SPIR-V of `overlay.vert` and `overlay.frag`, entry points `main`. Vertex inputs 0 to 2 are position, uv and colour; push constants
-/// hold the extent of the picture in points; binding 0 of set 0 is the texture; specialization constant 0 says that the target encodes
+/// hold the extent of the picture in points; binding 0 of set 0 is the texture; specialization constant 0 is true if the target encodes
 /// colours by itself.
 #[derive(Clone, Copy, Debug)]
 pub struct OverlayShaders<'a> {
@@ -169,7 +169,7 @@ impl Overlay {
         Ok(())
     }
 
-    /// Forgets a texture. What was drawn with it stays.
+    /// Forgets a texture. Pictures drawn with it stay.
     pub fn free_texture(&mut self, id: u64) {
         self.textures.remove(&id);
     }
@@ -195,7 +195,7 @@ impl Overlay {
     /// Records the drawing over the picture in an acquired image. `frame` is the number of the frame in flight. Gives the number of meshes drawn.
     ///
     /// # Errors
-    /// [`Error::InUse`] while the device has not finished what was last drawn under the same number; any error of the driver.
+    /// [`Error::InUse`] while the device has not finished the last drawing under the same number; any error of the driver.
     pub fn draw_on(
         &mut self,
         recording: &mut Recording<'_>,
@@ -313,7 +313,7 @@ impl Drop for Overlay {
     }
 }
 
-/// The buffer, made anew when it is too small. The old one is destroyed when the device has finished with it.
+/// The buffer, or a larger one if it is too small. The old one is destroyed when the device has finished with it.
 fn grown<'b>(
     device: &Arc<Device>,
     buffer: &'b mut Option<Buffer>,
@@ -336,7 +336,7 @@ fn grown<'b>(
     reason = "a cast of a float saturates, and sides of pictures are far below 2³¹"
 )]
 fn scissor([left, top, right, bottom]: [f32; 4], scale: f32, [width, height]: [u32; 2]) -> Option<vk::Rect2D> {
-    // The cast takes what is no number, or negative, to 0.
+    // The cast takes negative numbers and NaN to 0.
     let pixel = |points: f32, most: u32| ((points * scale).round() as u32).min(most);
     let (x, y) = (pixel(left, width), pixel(top, height));
     let extent =
@@ -356,7 +356,7 @@ fn pipeline(
         ShaderModule::new(device, "overlay", shaders.vertex)?,
         ShaderModule::new(device, "overlay", shaders.fragment)?,
     );
-    // A target with an sRGB format encodes what the shader gives it, so the shader decodes first.
+    // A target with an sRGB format encodes the shader's output, so the shader decodes first.
     let encodes = matches!(format, vk::Format::R8G8B8A8_SRGB | vk::Format::B8G8R8A8_SRGB);
     let data = u32::from(encodes).to_ne_bytes();
     let entries = [vk::SpecializationMapEntry { constant_id: 0, offset: 0, size: 4 }];

@@ -24,7 +24,7 @@ pub struct DescriptorSlot {
     pub count: u32,
 }
 
-/// What a compute pipeline is made from.
+/// The inputs of a compute pipeline.
 #[derive(Clone, Copy, Debug)]
 pub struct PipelineInfo<'a> {
     /// The module.
@@ -65,7 +65,7 @@ impl PipelineLayout {
         stages: vk::ShaderStageFlags,
     ) -> Result<PipelineLayout> {
         let push_bytes = push_bytes.next_multiple_of(4);
-        // From here on, `Drop` frees what was made so far.
+        // From here on, `Drop` frees the objects so far.
         let mut layout = PipelineLayout {
             raw: vk::PipelineLayout::null(),
             id: NEXT_LAYOUT.fetch_add(1, Ordering::Relaxed),

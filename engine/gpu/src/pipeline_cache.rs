@@ -1,4 +1,4 @@
-//! What the driver makes of shaders, kept from one run to the next (`VkPipelineCache`).
+//! The driver's compiled shaders, kept from one run to the next (`VkPipelineCache`).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,7 +12,7 @@ use crate::result::{Named, Result};
 const HEADER: usize = 16 + vk::UUID_SIZE;
 
 /// Most bytes that are kept of a device: some hundred shaders that hold a tracer. Drivers never forget a pipeline by themselves, so with
-/// more than that the next process begins anew.
+/// more than that the next process starts over.
 const MAX_BYTES: usize = 48 << 20;
 
 /// Pipelines that a device has made.
@@ -35,7 +35,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// With what `disk` holds for this device and this version of its driver.
+    /// With the entry of `disk` for this device and this version of its driver.
     pub(crate) fn new(
         raw: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,
@@ -52,7 +52,8 @@ impl PipelineCache {
         });
         let create = |bytes: &[u8]| {
             let info = vk::PipelineCacheCreateInfo::default().initial_data(bytes);
-            // SAFETY: the data is empty, or what this driver gave for this device: the header says so, and its hash that it is whole.
+            // SAFETY: the data is empty, or came from this driver for this device: the header names both, and a hash proves that it is
+            // whole.
             unsafe { raw.create_pipeline_cache(&info, None) }
         };
         // A driver may refuse its own data, and works without.
@@ -66,7 +67,7 @@ impl PipelineCache {
         })
     }
 
-    /// A pipeline was made; `feedback` is what the driver said of it.
+    /// A pipeline was made; `feedback` is the driver's report.
     pub(crate) fn count(&self, feedback: vk::PipelineCreationFeedback) {
         let flags = feedback.flags;
         let found = flags.contains(vk::PipelineCreationFeedbackFlags::VALID)
@@ -79,7 +80,7 @@ impl PipelineCache {
         PipelineCounts { made: self.made.load(Ordering::Relaxed), found: self.found.load(Ordering::Relaxed) }
     }
 
-    /// Writes what the driver has, if it compiled anything since the last time.
+    /// Writes the driver's data, if it compiled anything since the last time.
     pub(crate) fn keep(&self, raw: &ash::Device) {
         let Some((cache, name)) = &self.disk else { return };
         let counts = self.counts();
@@ -87,7 +88,7 @@ impl PipelineCache {
         if self.written.swap(compiled, Ordering::Relaxed) == compiled {
             return;
         }
-        // SAFETY: the cache is alive, and a driver reads it while others add to it. What it does not give is not kept.
+        // SAFETY: the cache is alive, and a driver reads it while others add to it. Without an answer, nothing is kept.
         match unsafe { raw.get_pipeline_cache_data(self.raw) } {
             Ok(bytes) if bytes.len() > MAX_BYTES => cache.remove(name),
             Ok(bytes) if bytes.len() > HEADER => cache.write(name, &bytes),

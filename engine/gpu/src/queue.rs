@@ -1,4 +1,4 @@
-//! The one queue and its timeline: every submission gets the next value, and whatever waits, waits for a value.
+//! The one queue and its timeline: every submission gets the next value, and every wait is for a value.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -143,8 +143,8 @@ impl Device {
         self.wait(self.submitted(), timeout)
     }
 
-    /// Waits until the queue has done everything that it was given so far, but no longer than `timeout`: what `vkQueueWaitIdle` does, which has no
-    /// limit. `queue` is the locked queue.
+    /// Waits until the queue has done all of its work so far, but no longer than `timeout`. `vkQueueWaitIdle` has no limit. `queue` is the
+    /// locked queue.
     pub(crate) fn wait_queue(&self, queue: vk::Queue, timeout: Duration) -> Result<()> {
         // SAFETY: plain data.
         let fence = unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.named("vkCreateFence")?;

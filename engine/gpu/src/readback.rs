@@ -42,7 +42,7 @@ impl ReadbackRing {
         ReadbackRing { device: device.clone(), slots: Vec::new() }
     }
 
-    /// Asks for `size` bytes of a buffer from `offset` on (both multiples of 4), as everything submitted so far leaves them.
+    /// Asks for `size` bytes of a buffer from `offset` on (both multiples of 4), after everything submitted so far.
     ///
     /// # Errors
     /// [`Error::ReadbacksInFlight`] when too many tickets are held. Any error of the driver.
@@ -72,7 +72,7 @@ impl ReadbackRing {
         let mut recording = slot.commands.begin()?;
         recording.barrier(&Barrier::full());
         copy(&mut recording, &staging);
-        // What comes after waits for the copy, and the host sees it.
+        // Later commands wait for the copy, and the host sees it.
         let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
         let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
@@ -80,7 +80,7 @@ impl ReadbackRing {
         Ok(Readback { device, staging: Some(staging), size, submitted })
     }
 
-    /// A slot that neither a ticket nor the device uses, with room for so many bytes.
+    /// A slot of at least that size that neither a ticket nor the device uses.
     fn free_slot(&mut self, name: &str, size: u64) -> Result<&mut Slot> {
         let reached = self.device.reached()?;
         let free = |slot: &Slot| Arc::strong_count(&slot.staging) == 1 && slot.commands.submitted() <= reached;
@@ -93,7 +93,7 @@ impl ReadbackRing {
             }
             None => return Err(Error::ReadbacksInFlight { most: SLOTS }),
         };
-        // A buffer that is far too large is given back: one large picture must not pin its memory for ever.
+        // A buffer that is far too large is released: one large picture must not pin its memory for ever.
         if !(size..=size.saturating_mul(4).max(1 << 16)).contains(&self.slots[index].staging.size()) {
             self.slots[index].staging = Arc::new(self.staging(name, size)?);
         }
@@ -107,7 +107,7 @@ impl ReadbackRing {
 }
 
 impl Readback {
-    /// What a submission of the caller's own copies into a host-visible buffer.
+    /// A read-back of the copy that the caller's own submission makes into a host-visible buffer.
     pub fn of(device: &Arc<Device>, staging: Arc<Buffer>, submitted: TimelineValue) -> Readback {
         Readback { device: device.clone(), size: staging.size(), staging: Some(staging), submitted }
     }
@@ -117,7 +117,7 @@ impl Readback {
         if self.device.has_reached(self.submitted)? { self.copied().map(Some) } else { Ok(None) }
     }
 
-    /// What the device reaches when it has copied them.
+    /// The value that the device reaches when it has copied them.
     pub fn submitted(&self) -> TimelineValue {
         self.submitted
     }

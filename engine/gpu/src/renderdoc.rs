@@ -9,7 +9,7 @@ const VERSION: c_int = 10_102;
 
 type GetApi = unsafe extern "C" fn(version: c_int, api: *mut *mut c_void) -> c_int;
 
-/// `RENDERDOC_API_1_1_2` of `renderdoc_app.h`: pointers to functions, of which these are used.
+/// `RENDERDOC_API_1_1_2` of `renderdoc_app.h`: pointers to functions, some of which are used.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Api {
@@ -64,7 +64,7 @@ impl RenderDoc {
         (found == 1 && !api.is_null()).then_some(RenderDoc { api: api.cast_const().cast(), _library: library })
     }
 
-    /// Captures what `work` submits to the device, and gives the file of the capture, if RenderDoc has made one.
+    /// Captures the submissions of `work`, and returns the file of the capture, if RenderDoc has made one.
     pub fn capture<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PathBuf>) {
         // SAFETY: RenderDoc gave a table of this version, which lives as long as its library.
         let api = unsafe { self.api.read() };

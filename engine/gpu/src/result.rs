@@ -1,4 +1,4 @@
-//! What can go wrong on a device.
+//! Errors of a device.
 
 use ash::vk;
 
@@ -11,7 +11,7 @@ pub enum Error {
     /// The Vulkan loader library is not installed.
     #[error("no Vulkan loader: {reason}\n{}", INSTALL)]
     NoLoader {
-        /// What the system said.
+        /// The message of the system.
         reason: String,
     },
     /// The loader found no driver, or every driver lacks something raxel needs.
@@ -23,7 +23,7 @@ pub enum Error {
     /// The device that was asked for by name or index is not there or not suitable.
     #[error("no suitable Vulkan device `{wanted}`{}", list(.candidates))]
     NoSuchDevice {
-        /// What was asked for.
+        /// The request.
         wanted: String,
         /// One line for each device there is.
         candidates: Vec<String>,
@@ -79,7 +79,7 @@ pub enum Error {
     /// No memory left for this.
     #[error("out of memory for `{name}` ({size} bytes)")]
     OutOfMemory {
-        /// What it was for.
+        /// The object that it was for.
         name: String,
         /// Bytes asked for.
         size: u64,
@@ -101,7 +101,7 @@ pub enum Error {
         name: String,
         /// Format.
         format: vk::Format,
-        /// What it was to be used as.
+        /// The intended usage.
         usage: String,
     },
     /// A shader needs a feature that the device does not have.
@@ -112,7 +112,7 @@ pub enum Error {
         /// The SPIR-V capability.
         lacks: String,
     },
-    /// A pipeline with more resources of a kind than the device can bind.
+    /// A pipeline with more resources of one type than the device can bind.
     #[error("`{name}` binds {count} {what}, but the device allows {limit} (`{limit_name}`)")]
     TooManyBindings {
         /// Name of the pipeline.
@@ -123,13 +123,13 @@ pub enum Error {
         what: &'static str,
         /// How many the device can bind.
         limit: u32,
-        /// What Vulkan calls the limit.
+        /// Vulkan's name of the limit.
         limit_name: &'static str,
     },
     /// The window system offers no format raxel can show a picture in.
     #[error("the surface offers none of the 8-bit RGBA or BGRA formats; it offers {offered:?}")]
     SurfaceFormat {
-        /// What it offers.
+        /// The offered formats.
         offered: Vec<vk::Format>,
     },
     /// The device cannot present to this window.
@@ -147,15 +147,15 @@ pub enum Error {
         name: String,
         /// Name of the call.
         call: &'static str,
-        /// What it returned.
+        /// The returned code.
         result: vk::Result,
     },
-    /// Anything else a Vulkan call says.
+    /// Any other error of a Vulkan call.
     #[error("{call}: {result}")]
     Vulkan {
         /// Name of the call.
         call: &'static str,
-        /// What it returned.
+        /// The returned code.
         result: vk::Result,
     },
 }
@@ -168,7 +168,7 @@ const INSTALL: &str = if cfg!(target_os = "macos") {
     "help: on Debian or Ubuntu: sudo apt-get install libvulkan1 mesa-vulkan-drivers"
 };
 
-/// What may help where there are devices, and none that will do.
+/// Advice for machines whose devices do not suffice.
 const RENEW: &str = if cfg!(target_os = "macos") {
     "help: a newer MoltenVK may do: brew upgrade molten-vk"
 } else if cfg!(windows) {

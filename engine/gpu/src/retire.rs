@@ -1,4 +1,4 @@
-//! Deferred destruction: what is dropped while the device may still use it is destroyed when the timeline has passed it.
+//! Deferred destruction: objects that are dropped while the device may still use them are destroyed when the timeline has passed them.
 
 use std::collections::VecDeque;
 use std::sync::{MutexGuard, PoisonError};
@@ -66,7 +66,7 @@ impl Device {
         }
     }
 
-    /// Destroys what the device has finished with. Called once a frame.
+    /// Destroys objects that the device has finished with. Called once a frame.
     pub fn collect(&self) {
         let Ok(reached) = self.reached() else { return };
         loop {
@@ -85,7 +85,7 @@ impl Device {
     /// The device has finished all work that uses these.
     pub(crate) unsafe fn free(&self, dead: impl Iterator<Item = Dead>) {
         for dead in dead {
-            // SAFETY: each handle was made on this device, is owned by the list alone, and the caller says it is not in use.
+            // SAFETY: each handle was made on this device, is owned by the list alone, and by the caller's promise is not in use.
             unsafe {
                 match dead {
                     Dead::Buffer(buffer) => self.raw.destroy_buffer(buffer, None),

@@ -17,7 +17,7 @@ use crate::result::{Error, Result};
 const ALIGNMENT: u64 = 16;
 
 /// Copies of bytes to a buffer on the device, gathered from many threads and submitted together. Writers wait only while the ring is full
-/// of copies that the device has not finished; nobody waits in [`UploadRing::flush`].
+/// of copies that the device has not finished; [`UploadRing::flush`] never waits.
 pub struct UploadRing {
     device: Arc<Device>,
     target: Arc<Buffer>,
@@ -28,12 +28,12 @@ pub struct UploadRing {
 
 #[derive(Default)]
 struct State {
-    /// Bytes of the ring that were ever taken, and ever given back: places are these modulo its size.
+    /// Bytes of the ring that were ever taken, and ever released: places are these modulo its size.
     taken: u64,
     given_back: u64,
     /// Copies that are not submitted, by where they go: place in the ring and bytes. No two of them meet.
     waiting: BTreeMap<u64, (u64, u64)>,
-    /// Copies that the device may not have finished, with what is given back when it has.
+    /// Copies that the device may not have finished, with the bytes that each releases when it has.
     submitted: VecDeque<Batch>,
     /// Command buffers that have finished.
     idle: Vec<CommandBuffer>,
@@ -46,7 +46,7 @@ struct Batch {
 }
 
 impl UploadRing {
-    /// A ring of so many bytes, at least 64, in front of a buffer. A write that waits for the device longer than `timeout` fails.
+    /// A ring of that many bytes, at least 64, in front of a buffer. A write that waits for the device longer than `timeout` fails.
     pub fn new(device: &Arc<Device>, target: &Arc<Buffer>, bytes: u64, timeout: Duration) -> Result<Self> {
         let size = bytes.max(4 * ALIGNMENT).next_multiple_of(ALIGNMENT);
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_SRC, location: Location::Upload };
@@ -74,7 +74,7 @@ impl UploadRing {
         Ok(())
     }
 
-    /// Submits what was taken, without waiting for it.
+    /// Submits the taken copies, without waiting for them.
     pub fn flush(&self) -> Result<()> {
         self.submit(&mut self.state())
     }
@@ -99,7 +99,7 @@ impl UploadRing {
             };
             self.device.wait(oldest.finished_at, self.timeout)?;
         };
-        // SAFETY: the place was just reserved: the device has finished with what lay there, and other writers wait for the state.
+        // SAFETY: the place was just reserved: the device has finished with the bytes there, and other writers wait for the state.
         unsafe { self.staging.write_part(place, bytes) }?;
         state.waiting.insert(offset, (place, size));
         Ok(())
@@ -126,7 +126,7 @@ impl UploadRing {
         Ok(())
     }
 
-    /// Gives back what the device has finished with.
+    /// Releases the bytes that the device has finished with.
     fn collect(&self, state: &mut State) -> Result<()> {
         while let Some(batch) = state.submitted.front() {
             if !self.device.has_reached(batch.finished_at)? {
@@ -146,11 +146,11 @@ impl UploadRing {
 }
 
 impl State {
-    /// A place for so many bytes in one piece; `None` while there is none.
+    /// A place for `bytes` bytes in one piece; `None` while there is none.
     fn reserve(&mut self, bytes: u64, size: u64) -> Option<u64> {
         let bytes = bytes.next_multiple_of(ALIGNMENT);
         let place = self.taken % size;
-        // What is left at the end is skipped when it is too small.
+        // The rest at the end is skipped when it is too small.
         let skipped = if place + bytes > size { size - place } else { 0 };
         let taken = self.taken + skipped + bytes;
         if taken - self.given_back > size {

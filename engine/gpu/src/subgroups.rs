@@ -1,4 +1,4 @@
-//! Which subgroups compute pipelines get, and what that makes of packets of rays.
+//! The subgroups of compute pipelines, and their consequence for packets of rays.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ pub enum Packets {
     Asked([u32; 2]),
     /// In packets, by one half of subgroups of 64.
     Halves,
-    /// One by one: what packets need and the device lacks, and the size of its subgroups.
+    /// One by one: the needs of packets that the device lacks, and the size of its subgroups.
     None(Vec<&'static str>, u32),
 }
 
@@ -59,7 +59,7 @@ impl Capabilities {
         }
     }
 
-    /// Whether the device has what packets of rays (`<raxel/packet.glsl>`) need.
+    /// Whether the device has the features for packets of rays (`<raxel/packet.glsl>`).
     pub fn traces_packets(&self) -> bool {
         !matches!(self.packets(), Packets::None(..))
     }
@@ -73,12 +73,12 @@ impl Capabilities {
     }
 }
 
-/// The sizes of subgroups that a compute pipeline can ask for, whatever its workgroup.
+/// The sizes of subgroups that a compute pipeline can ask for with any workgroup.
 pub(crate) fn sizes(
     sizes: &vk::PhysicalDeviceSubgroupSizeControlProperties<'_>,
     limits: &vk::PhysicalDeviceLimits,
 ) -> Option<[u32; 2]> {
-    // A workgroup may have at most so many subgroups; the smallest must still cover the largest workgroup.
+    // A workgroup has a limit of subgroups; the smallest must still cover the largest workgroup.
     let invocations = limits.max_compute_work_group_invocations;
     let covers = |size: &u32| size.saturating_mul(sizes.max_compute_workgroup_subgroups) >= invocations;
     let range = sizes.min_subgroup_size..=sizes.max_subgroup_size;

@@ -27,7 +27,7 @@ const FORMATS: [(vk::Format, bool); 4] = [
 /// Acquires in flight: one more than frames, so that a semaphore is free when its turn comes.
 const ACQUIRES: usize = 3;
 
-/// What became of a picture that was to be shown.
+/// The outcome of presenting a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presented {
     /// It is on its way to the screen.
@@ -40,7 +40,7 @@ pub enum Presented {
     NotReady,
 }
 
-/// What there is to draw to.
+/// The image to draw to, if there is one.
 pub enum Acquire<'s> {
     /// An image of the window.
     Image(AcquiredImage<'s>),
@@ -67,9 +67,9 @@ pub struct Surface {
     chain: Option<Chain>,
     acquires: Vec<AcquireSemaphore>,
     turn: usize,
-    /// Acquired and not presented: the image of the chain, and the semaphore that says when it may be drawn to.
+    /// Acquired and not presented: the image of the chain, and the semaphore that is signalled when it may be drawn to.
     held: Option<(u32, usize)>,
-    /// Longest wait for the device when the swapchain is made anew.
+    /// Longest wait for the device when the swapchain is made again.
     patience: Duration,
     /// Holds the picture's bytes as sRGB texels, so that a blit to an sRGB window leaves them as they are.
     encoded: Option<Arc<Image>>,
@@ -174,7 +174,7 @@ impl Surface {
     }
 
     /// Waits for an image of the window, at most `timeout` for each of a few tries: the window may change again and again while it is
-    /// dragged. A surface that the window system took away is made anew.
+    /// dragged. A surface that the window system took away is created again.
     pub fn acquire(&mut self, timeout: Duration) -> Result<Acquire<'_>> {
         for _ in 0..4 {
             match self.try_acquire(timeout) {
@@ -207,7 +207,7 @@ impl Surface {
             Ok((index, suboptimal)) => {
                 self.turn += 1;
                 self.held = Some((index, turn));
-                // A suboptimal image can still be presented; the chain is made anew after it.
+                // A suboptimal image can still be presented; the chain is made again after it.
                 chain.stale = suboptimal;
                 Ok(Some(true))
             }
@@ -220,7 +220,7 @@ impl Surface {
         }
     }
 
-    /// Makes the `VkSurfaceKHR` of the window, and learns what it can do.
+    /// Makes the `VkSurfaceKHR` of the window, and asks for its capabilities.
     fn connect(&mut self) -> Result<()> {
         let device = self.device.clone();
         let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };
@@ -259,7 +259,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Makes a lost surface anew for the same window.
+    /// Replaces a lost surface by one of the same window.
     fn reconnect(&mut self) -> Result<()> {
         let chain = self.chain.take();
         self.destroy(chain)?;
@@ -271,7 +271,7 @@ impl Surface {
         self.connect()
     }
 
-    /// Makes the swapchain anew for the window's area.
+    /// Makes a swapchain for the window's present area.
     fn rebuild(&mut self) -> Result<()> {
         let device = self.device.clone();
         let (Some(surface), Some(functions)) = (&device.instance.surface, &device.swapchain) else { return Ok(()) };
@@ -364,7 +364,7 @@ impl Surface {
         }
         let held = self.held.take().map(|(_, turn)| turn);
         let queue = self.device.queue.lock();
-        // What is left on the queue are presents, which wait for nothing that is not signalled.
+        // Only presents are left on the queue, and they wait for nothing that is not signalled.
         match self.device.wait_queue(*queue, self.patience) {
             Ok(()) | Err(Error::DeviceLost) => {}
             Err(error) => return Err(error),

@@ -1,4 +1,4 @@
-//! The end of an X server, as Xlib tells of it.
+//! The end of an X server, as Xlib reports it.
 
 use std::ffi::{c_int, c_void};
 use std::sync::OnceLock;
@@ -11,8 +11,8 @@ const LOADED: c_int = 0x2 | 0x4;
 
 static HANDLER: OnceLock<fn() -> !> = OnceLock::new();
 
-/// Has `handler` called when Xlib loses its server. By itself Xlib then writes a line to stderr and ends the process with exit code 1, which a
-/// script cannot tell from other ends. Nothing happens where Xlib is not loaded; the first handler stays.
+/// Has `handler` called when Xlib loses its server. By itself Xlib then writes a line to stderr and ends the process with exit code 1,
+/// which a script cannot distinguish from other ends. Nothing happens where Xlib is not loaded; the first handler stays.
 pub fn on_lost_x_server(handler: fn() -> !) {
     HANDLER.get_or_init(|| handler);
     // SAFETY: with `RTLD_NOLOAD` nothing is loaded, so that no initialiser runs.

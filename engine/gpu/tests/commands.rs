@@ -1,4 +1,4 @@
-//! What the types of this crate promise whatever the caller does. These tests need a Vulkan driver and fail without one.
+//! The promises of the types of this crate to every caller. These tests need a Vulkan driver and fail without one.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -150,7 +150,7 @@ fn any_part_of_what_the_device_wrote_can_be_copied_out() {
         }
     }
     assert!(!host.read(60, &mut [0; 5]) && !host.read(u64::MAX, &mut [0; 5]));
-    // What the device alone sees cannot be read.
+    // Memory that only the device sees cannot be read.
     assert!(!buffer.read(0, &mut [0; 4]));
     silent(&device);
 }

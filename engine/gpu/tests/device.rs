@@ -158,7 +158,7 @@ fn volumes_are_uploaded_mip_by_mip_in_pieces() {
     assert_eq!(device.log().take(), []);
 }
 
-/// The driver never sees them: the validation layer would say so.
+/// The driver never sees them: the validation layer would report it.
 #[test]
 fn shaders_that_ask_for_more_than_the_device_has_are_refused() {
     let device = Device::new(&options(None)).expect("a driver and the validation layer");

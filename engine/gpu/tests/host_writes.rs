@@ -1,4 +1,4 @@
-//! The host and the device never touch a buffer at once, whatever the caller does. These tests need a Vulkan driver and fail without one.
+//! The host and the device never touch a buffer at the same time, for any caller. These tests need a Vulkan driver and fail without one.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -94,7 +94,7 @@ fn a_buffer_that_submitted_work_uses_is_not_written() {
         recording.dispatch([1; 3]);
         recording.barrier(&Barrier::full());
         linger(&mut recording, &large);
-        // What is recorded and not submitted sees what is written now.
+        // Commands that are recorded and not submitted see this write.
         copied.write(0, &[1; 64]).expect("nothing is submitted");
         bound.write(0, &[1; 64]).expect("nothing is submitted");
         let value = recording.submit().expect("it runs");

@@ -51,7 +51,7 @@ fn text(passes: usize) -> String {
     text
 }
 
-/// The name says what the shader binds.
+/// The name has the shader's bindings.
 fn shader_name(pass: usize, passes: usize) -> String {
     let mut name = String::from("s");
     for (there, letter) in

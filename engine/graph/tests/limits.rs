@@ -16,7 +16,7 @@ use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::Format;
 use raxel_shader::interface::Block;
 
-/// Everything that is said, in a line each.
+/// All messages, in a line each.
 fn said(hand: &Hand, shown: &str) -> String {
     let found = hand.plan(shown).expect_err("this graph does not fit");
     let mut text = String::new();
@@ -149,7 +149,7 @@ fn sizes_follow_the_output() {
     ");
 }
 
-/// The world in its graph: three dimensions, rounded up, at least one texel, whatever follows it.
+/// The world in its graph: three dimensions, rounded up, at least one texel; any size may follow it.
 #[test]
 fn sizes_follow_the_world() {
     let mut hand = Hand::new("world");
@@ -182,7 +182,7 @@ fn sizes_follow_the_world() {
     insta::assert_snapshot!(text);
 }
 
-/// What does not fit in one row of workgroups goes on in the next, and the rows are of one length.
+/// Workgroups that do not fit in one row continue in the next, and the rows are of one length.
 #[test]
 fn long_lists_take_rows() {
     let mut hand = Hand::new("rows");

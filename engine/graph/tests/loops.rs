@@ -32,7 +32,7 @@ fn passes(plan: &Plan) -> Vec<String> {
     plan.passes.iter().map(|pass| shown(plan.graph.pass(pass.pass))).collect()
 }
 
-/// What an error says of its places.
+/// The labels of an error.
 fn labels(found: &raxel_diagnostics::Diagnostic) -> Vec<&str> {
     found.labels.iter().map(|label| label.text.as_str()).collect()
 }
@@ -58,7 +58,7 @@ fn names_change_places_after_each_round() {
     let odd = ["start b", "relax[0] b a", "relax[1] a b", "relax[2] b a", "finish a color"];
     assert_eq!(passes(&relaxing(3).plan("color").unwrap()), odd);
     assert_eq!(passes(&relaxing(0).plan("color").unwrap()), ["start a", "finish a color"]);
-    // The result is called `a`, whoever looks at it.
+    // The result is called `a`, for every reader.
     assert_eq!(passes(&relaxing(1).plan("a").unwrap()), ["start b", "relax[0] b a"]);
     let culled: Vec<_> = relaxing(2).plan("b").unwrap().culled.iter().map(|culled| culled.pass.0).collect();
     assert_eq!(culled, [2, 3], "`b` is what the last round but one gave: `relax[1]` only read it");
@@ -71,7 +71,7 @@ fn plans_lead_back_to_the_passes_of_the_file() {
     assert_eq!(declared, [0, 1, 1, 1, 2]);
     let rounds: Vec<_> = plan.passes.iter().map(|pass| plan.graph.pass(pass.pass).round.unwrap().index).collect();
     assert_eq!(rounds, [None, Some(0), Some(1), Some(2), None]);
-    // What is taken after a pass of a loop is taken after its last round, under the name that it has there.
+    // A present point after a pass of a loop is after its last round, under the name that it has there.
     let mut hand = relaxing(3);
     hand.after = Some("relax");
     let plan = hand.plan("b").unwrap();
@@ -139,7 +139,7 @@ fn counts_follow_params_and_mips() {
     assert_eq!(of("down[3]").groups, Some([3, 2, 1]));
     assert_eq!(plan.graph.pass(of("up[6]").pass).push[0].from, ValueOrigin::Value(Value::U32(6)));
     assert_eq!(plan.graph.pass(of("up[6]").pass).specialization, [(0, ValueOrigin::Value(Value::U32(6)))]);
-    // Where a mip is wanted that is not there, the round is named.
+    // If a round wants a mip that is not there, the message names the round.
     hand.graph.loops[1].rounds = Rounds::Fixed(9);
     let found = hand.plan("color").unwrap_err();
     assert_eq!(found[0].message, "pass `up[8]` binds mip 9 of `pyramid`, which has 9");
@@ -149,7 +149,7 @@ fn counts_follow_params_and_mips() {
 fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
     let carried = |rounds: u32| {
         let mut hand = relaxing(rounds);
-        // Nobody makes `a` anew: each frame goes on from the last.
+        // No pass makes `a` from scratch: each frame continues from the last.
         hand.graph.passes.remove(0);
         hand
     };
@@ -171,7 +171,7 @@ fn what_is_carried_from_frame_to_frame_needs_an_even_number_of_swaps() {
     other.graph.loops.swap(0, 1);
     other.graph.passes[0].in_loop = Some(inside(last));
     assert_eq!(labels(&other.plan("color").unwrap_err()[0]).last(), Some(&"1 round, with a swap after each"));
-    // A clear makes it anew.
+    // A clear replaces it.
     let mut cleared = carried(3);
     for resource in &mut cleared.graph.resources[..2] {
         if let ResourceKind::Target(target) = &mut resource.kind {
@@ -240,7 +240,7 @@ fn a_loop_that_not_every_frame_runs_leaves_names_where_they_were() {
         refused(&rare(3)),
         "`a` and `b` change places an odd number of times in loop `relax`, which not every frame runs"
     );
-    // What is made only now and then is carried through the other frames.
+    // A resource that is made only now and then is carried through the other frames.
     let mut made = relaxing(3);
     made.graph.passes[0].every = Some(Every::Frames(3));
     assert_eq!(

@@ -1,4 +1,4 @@
-//! What a plan does with graphs written by hand: one claim a test.
+//! Plans of graphs written by hand: one claim a test.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 
@@ -111,7 +111,7 @@ fn a_view_in_the_middle_keeps_what_later_frames_need() {
     hand.pass("shade", &["s sum", "w a"]);
     hand.after = Some("first");
     let plan = hand.plan("a").unwrap();
-    // `shade` only matters to this frame's end, which nobody sees; the others feed `sum@1` of the next frame.
+    // `shade` only matters to this frame's end, which is not shown; the others feed `sum@1` of the next frame.
     assert_eq!(live(&plan), ["first", "second", "accumulate"]);
     let present = plan.steps.iter().position(|step| *step == Step::Present).unwrap();
     assert!(plan.steps[present..].contains(&Step::Dispatch { pass: 1 }));
@@ -126,7 +126,7 @@ fn a_store_behind_one_of_now_and_then_makes_nothing_anew() {
     hand.pass("late", &["w t"]);
     hand.after = Some("now");
     assert_eq!(live(&hand.plan("t").unwrap()), ["rare", "now", "late"]);
-    // Made anew in each frame, it holds nothing of the last one.
+    // Made in each frame, it holds nothing of the last one.
     hand.graph.passes[0].every = None;
     assert_eq!(live(&hand.plan("t").unwrap()), ["rare", "now"]);
 }
@@ -141,7 +141,7 @@ fn a_view_before_the_first_store_shows_the_whole_last_frame() {
     hand.pinned = vec!["pinned"];
     hand.after = Some("early");
     assert_eq!(live(&hand.plan("t").unwrap()), ["late", "second"]);
-    // Behind the store that makes it anew, nothing of the last frame is seen.
+    // Behind the store that replaces it, nothing of the last frame is seen.
     hand.after = Some("late");
     assert_eq!(live(&hand.plan("t").unwrap()), ["late"]);
 }
@@ -232,7 +232,7 @@ fn targets_of_different_times_share_memory() {
     assert_eq!(plan.blocks.len(), 1);
     assert_eq!(places("a"), places("c"));
     assert!(places("a").is_some());
-    // `b` lives beside both and shares with nobody; `color` is shown.
+    // `b` lives beside both and shares memory with neither; `color` is shown.
     assert_eq!(places("b"), None);
     assert_eq!(lifetime(&plan, "color"), Lifetime::Persistent);
     let activated: usize = barriers(&plan).iter().map(|barrier| barrier.activate.len()).sum();

@@ -1,4 +1,4 @@
-//! What the printers say about graphs written by hand.
+//! Printed plans of graphs written by hand.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 

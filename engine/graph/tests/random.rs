@@ -45,7 +45,7 @@ fn every_plan_is_right() {
     assert!(enough, "{passes} passes, {culled} culled, {barriers} barriers, {placed} blocks");
 }
 
-/// What plans take of everything, in figures of many graphs: another choice, be it right, is seen.
+/// The total resources of plans of many graphs, so that a change of choices is noticed, even a right one.
 #[test]
 fn what_plans_take_is_known() {
     const AT_ONCE: u64 = 300;

@@ -1,4 +1,4 @@
-//! What a workgroup shares and what a pass binds fit the device or are refused.
+//! The shared memory of a workgroup and the bindings of a pass fit the device or are refused.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![allow(missing_docs, reason = "a test")]
 

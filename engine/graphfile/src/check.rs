@@ -1,5 +1,5 @@
-//! Phase 5, check: compares the graph with what its shaders declare, and its parts with each other. Each file holds one family of checks.
-//! Every disagreement is reported once and names both places.
+//! Phase 5, check: compares the graph with the declarations of its shaders, and its parts with each other. Each file holds one family of
+//! checks. Every disagreement is reported once and names both places.
 
 mod bindings;
 mod blocks;
@@ -34,7 +34,7 @@ struct Context<'a> {
     pass: &'a Pass,
     shader: &'a Arc<Shader>,
     sources: &'a dyn Catalog,
-    /// No earlier pass uses the shader: what is to be said of the shader alone is said now.
+    /// No earlier pass uses the shader, so mistakes of the shader alone are reported now.
     first_use: bool,
     /// How much it matters that the shader does not use something that the pass gives it.
     unused: Severity,
@@ -63,7 +63,7 @@ impl Context<'_> {
     }
 }
 
-/// Checks everything that can be said without a device. `None` when a pass is so broken that there is no graph.
+/// Checks everything that can be checked without a device. `None` when a pass is so broken that there is no graph.
 pub fn check(
     resolved: &Resolved,
     reflected: &Reflected,
@@ -85,7 +85,7 @@ pub fn check(
         let checked = check_pass(&Context { graph: resolved, pass, shader, sources, first_use, unused }, found);
         passes.extend(checked);
     }
-    // What flows from pass to pass, once all of them are known.
+    // Checks of the flow from pass to pass, once all of them are known.
     let complete = passes.len() == resolved.passes.len() && resolved.present.is_some();
     if !complete {
         return None;

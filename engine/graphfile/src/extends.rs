@@ -1,7 +1,6 @@
-//! Phase 2, extends: a graph file and the files it extends become one model of what they say together. The file laid on top wins,
-//! key by key; params, targets, buffers, blocks, loops, passes, bind entries and block members are
-//! matched by name. Places stay those of the file
-//! that a value came from.
+//! Phase 2, extends: a graph file and the files that it extends become one model. The file laid on top wins, key by key; params, targets,
+//! buffers, blocks, loops, passes, bind entries and block members are matched by name. Places stay those of the file that a value came
+//! from.
 
 use std::collections::HashMap;
 
@@ -23,7 +22,7 @@ const MOST: usize = 4096;
 /// A model with the files it came from, the given one first.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// What the files say together.
+    /// The merged declarations.
     pub model: File,
     /// Their paths.
     pub files: Vec<String>,
@@ -198,7 +197,7 @@ fn too_many(file: &File) -> Option<Diagnostic> {
     )
 }
 
-/// What a new pass removes was never there.
+/// A key that a new pass removes was never there.
 pub fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
     let removed = (pass.bind.iter().filter(|bind| bind.remove).map(|bind| ("binding", &bind.name)))
         .chain(blocks(pass).flat_map(|block| &block.members).filter(|m| m.remove).map(|m| ("member", &m.path)));
@@ -240,7 +239,7 @@ fn place(
     passes.insert(index, moved);
 }
 
-/// What a target of the base loses under another.
+/// The keys that a target of the base loses under another.
 pub fn settle_target(below: &mut Target, above: &Target) {
     if above.source.is_some() || above.copy.is_some() {
         // A source brings its own format, extent and contents.
@@ -261,7 +260,7 @@ pub fn settle_target(below: &mut Target, above: &Target) {
     }
 }
 
-/// What a buffer of the base loses under another.
+/// The keys that a buffer of the base loses under another.
 pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
     if above.source.is_some() || above.copy.is_some() {
         // A source brings its own size and contents.

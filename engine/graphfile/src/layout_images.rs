@@ -11,8 +11,8 @@ use crate::model::Mip;
 use crate::reflect::Reflected;
 use crate::resolve::{Bind, Declared, Resolved, supplied_image};
 
-/// What follows the GLSL name of a source's block in the name of its image, `world` and `world_voxels`, and in the name by which the
-/// image of a copy is written, mip 0 of it.
+/// The suffix of the GLSL name of a source's block in the name of its image, `world` and `world_voxels`, and in the name by which the image
+/// of a copy is written, mip 0 of it.
 const SUFFIXES: [(&str, Option<u32>); 2] = [("_voxels", None), ("_texels", Some(0))];
 
 /// Binds each image `NAME_voxels` and `NAME_texels` that a shader uses and its pass does not bind, where NAME is bound to a source with

@@ -76,13 +76,13 @@ pub fn compile_with(
     variants::write_out(&mut loaded.model, &mut found);
     // Names become indices, words become types, literals become values.
     let mut resolved = resolve::resolve(loaded, sources, &mut found);
-    // Each distinct shader is compiled once; its interface says what it must be given.
+    // Each distinct shader is compiled once; its interface lists its needs.
     let reflected = reflect::reflect(&resolved, shaders, texts, &mut found);
     // The image of a source goes with its buffer.
     layout_images::add(&mut resolved, &reflected, sources);
     // The graph is compared with its shaders.
     let graph = check::check(&resolved, &reflected, sources, options.unused, &mut found);
-    // What is wrong with a pass is wrong in each of its cases.
+    // A mistake in a pass is the same in each of its cases.
     let mut once: Vec<Diagnostic> = Vec::new();
     found.retain(|diagnostic| {
         !once.contains(diagnostic) && {

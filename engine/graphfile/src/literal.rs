@@ -6,7 +6,7 @@ use raxel_shader::interface::Scalar;
 
 use crate::model::{Data, Literal};
 
-/// What a literal is, for messages: `an integer`, `3 numbers`.
+/// A description of a literal, for messages: `an integer`, `3 numbers`.
 pub fn describe(literal: &Literal) -> String {
     match &literal.data {
         Data::Bool(_) => "a boolean".to_owned(),

@@ -1,5 +1,5 @@
-//! The file model: what graph files say, word for word, each value with its place. Nothing is looked up yet, and every key may be
-//! missing, because a file that `extends` another says only what differs. [`crate::extends`] lays such files over each other.
+//! The file model: the contents of graph files, word for word, each value with its place. Nothing is looked up yet, and every key may be
+//! missing, because a file that `extends` another has only the differences. [`crate::extends`] lays such files over each other.
 
 mod passes;
 
@@ -220,7 +220,7 @@ pub enum Size {
     },
 }
 
-/// What `of` says when a size follows the bounds of the world.
+/// The value of `of` when a size follows the bounds of the world.
 pub const WORLD: &str = "world";
 
 /// A part of another target, of the world, or of the output.
@@ -309,7 +309,7 @@ pub struct Buffer {
     /// the binding. With it, their shaders see `RX_BINDS_` and the name of the binding. Always bound when left out.
     #[keys(shape = facts_of_worlds())]
     pub when: Option<Spanned<String>>,
-    /// Warnings while a word of it is not 0: passes count there what should not happen, e.g. a full queue. None when left out.
+    /// Warnings while a word of it is not 0: passes count unwanted events there, e.g. a full queue. None when left out.
     #[keys(read = warnings, shape = listed_warnings())]
     pub warnings: Option<Vec<Warning>>,
 }
@@ -320,10 +320,10 @@ pub struct Warning {
     /// Place of the count, a `uint`, in the buffer: bytes, a multiple of 4.
     #[keys(read = whole_word, range = 0..=LARGEST_BUFFER, default = 0, unit = "bytes")]
     pub offset: u64,
-    /// What is counted, and what it means for the picture, e.g. "faces found no slot". The count follows. Needed.
+    /// The counted thing and its meaning for the picture, e.g. "faces found no slot". The count follows. Needed.
     #[keys(read = |node| at(node, filled(node)), shape = Shape::Schema(json!({ "type": "string", "minLength": 1 })))]
     pub says: Spanned<String>,
-    /// What to do about it; may be left out.
+    /// Advice to the user; may be left out.
     pub help: Option<String>,
 }
 
@@ -432,7 +432,7 @@ pub struct SharedBlock {
     pub remove: bool,
 }
 
-/// The values of one push-constant or uniform block; `M` is a [`Member`], or what it is when its names are resolved.
+/// The values of one push-constant or uniform block; `M` is a [`Member`], or its form with resolved names.
 #[derive(Clone, Debug)]
 pub struct Fills<M> {
     /// The key of the table: `push`, the GLSL name of the uniform block, or the name in `[blocks.*]`.
@@ -474,7 +474,7 @@ pub struct Literal {
     pub span: Span,
 }
 
-/// What a [`Literal`] holds.
+/// The contents of a [`Literal`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
     /// `true`, `false`.

@@ -1,5 +1,5 @@
 //! Phase 1, parse: the text of one graph file becomes a [`File`](crate::model::File). Reports everything that is wrong with the file alone:
-//! syntax, unknown keys, wrong types, numbers out of range. What a name refers to is none of its business.
+//! syntax, unknown keys, wrong types, numbers out of range. It does not look up names.
 
 pub mod loops;
 mod passes;
@@ -52,7 +52,7 @@ pub fn by_name<T: Named>(node: &Node<'_, '_>) -> Option<Vec<T>> {
     ByName::read(node, &(), &()).map(|tables| tables.0)
 }
 
-/// `[[passes]]`, whatever is wrong with them.
+/// `[[passes]]`, with all mistakes in them.
 pub fn passes(node: &Node<'_, '_>) -> Option<Vec<Pass>> {
     Some(node.array()?.iter().filter_map(|node| Pass::read(node, &(), &())).collect())
 }
@@ -68,7 +68,7 @@ impl<C: ?Sized> Value<C> for Choices {
             name if name.trim().is_empty() => element.bad_value(format!("`{}` is empty", element.name)),
             name => Some(Spanned::new(name, element.span.clone())),
         };
-        // Every element is read, so that everything wrong is said.
+        // Every element is read, so that every mistake is reported.
         let names: Vec<Option<Spanned<String>>> = elements.iter().map(name).collect();
         names.into_iter().collect::<Option<_>>().map(Self)
     }

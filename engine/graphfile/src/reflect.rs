@@ -1,4 +1,4 @@
-//! Phase 4, reflect: every distinct shader is compiled once, several at a time, and says what it must be given.
+//! Phase 4, reflect: every distinct shader is compiled once, several at a time, and its interface lists its needs.
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
-//! Phase 3, resolve: names become indices, words become types, literals become values. Whatever needs no shader to be known to be
-//! wrong is reported here. What is wrong is kept with a stand-in and `sound: false`, so that later phases can go on and report the
-//! rest; a graph with any error is never handed on.
+//! Phase 3, resolve: names become indices, words become types, literals become values. Mistakes that show without a shader are reported
+//! here. A wrong part is kept with a stand-in and `sound: false`, so that later phases can continue and report the rest; a graph with any
+//! error is never handed on.
 
 mod clears;
 mod conditions;
@@ -58,7 +58,7 @@ pub struct Resolved {
     pub files: Vec<String>,
 }
 
-/// Something declared in the file. When it is not `sound`, parts of it are stand-ins for what is reported as wrong.
+/// Something declared in the file. When it is not `sound`, parts of it are stand-ins for parts with reported mistakes.
 #[derive(Clone, Debug)]
 pub struct Declared<T> {
     /// The thing.
@@ -85,13 +85,13 @@ pub struct Loop {
 pub struct Pass {
     /// Its name.
     pub name: Spanned<String>,
-    /// What to compile, at the place of `shader`; `None` when that is missing or wrong.
+    /// The compiler's request, at the place of `shader`; `None` when that is missing or wrong.
     pub request: Option<Spanned<Request>>,
     /// `None` when it is missing or wrong. That of a queue is indirect, from a buffer that is made for it.
     pub dispatch: Option<Spanned<checked::Dispatch>>,
     /// The queue that is dispatched.
     pub queue: Option<Queue>,
-    /// The mip that the dispatch covers, where the round says it.
+    /// The mip that the dispatch covers, where the round decides it.
     pub dispatch_mip: Option<Spanned<RoundIndex>>,
     /// `loop`; `None` when it is missing or unknown.
     pub in_loop: Option<Spanned<LoopId>>,
@@ -111,7 +111,7 @@ pub struct Pass {
     pub when: Vec<Condition>,
     /// `every`.
     pub every: Option<Every>,
-    /// Whether the file's entries are all known, so that what is absent is meant to be absent.
+    /// Whether the file's entries are all known, so that an absent one is meant to be absent.
     pub sound: bool,
 }
 
@@ -207,7 +207,7 @@ pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic
     Resolved { name, about, present, params, clocks, resources, blocks, loops, passes, materials, files }
 }
 
-/// What a pass can name.
+/// The names that a pass can use.
 struct Scope<'a> {
     params: &'a [Declared<checked::Param>],
     param_names: &'a Names,

@@ -1,5 +1,5 @@
-//! The JSON Schema (draft 7) of a graph file, for editors: completion, hover texts, mistakes underlined while typing. What can only
-//! be known with the shaders at hand the compiler says.
+//! The JSON Schema (draft 7) of a graph file, for editors: completion, hover texts, mistakes underlined while typing. The compiler reports
+//! mistakes that show only with the shaders at hand.
 
 use raxel_diagnostics::schema::with_defaults;
 use raxel_graph::ValueType;
@@ -54,7 +54,7 @@ fn flag(about: &str, default: bool) -> Value {
     json!({ "description": about, "type": "boolean", "default": default })
 }
 
-/// What a value is when it is left out.
+/// The value with its default.
 fn with(default: Value, mut value: Value) -> Value {
     value["default"] = default;
     value
@@ -78,12 +78,12 @@ fn table(about: &str, properties: &Value) -> Value {
     json!({ "description": about, "type": "object", "additionalProperties": false, "properties": properties })
 }
 
-/// What is declared in the definitions of the schema.
+/// A reference to one of the schema's definitions.
 pub fn reference(definition: &str) -> Shape {
     Shape::Schema(definition_of(definition))
 }
 
-// A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: what needs one is
+// A reference has no description of its own, and `allOf`, which could give it one, makes Taplo run out of stack: a shape that needs one is
 // written out.
 
 fn described(about: &str, shape: &Shape) -> Value {
@@ -97,19 +97,19 @@ fn counts(about: &str) -> Value {
     json!({ "description": about, "type": "array", "items": count, "minItems": 1, "maxItems": 3 })
 }
 
-/// What a param can be: anything but a matrix.
+/// The types of a param: all but a matrix.
 pub fn param_types() -> Shape {
     Shape::Words(ValueType::words().filter(|word| *word != "mat4").collect())
 }
 
-/// What a member can be; an array of it, too.
+/// The types of a member, and arrays of them.
 pub fn member_types() -> Shape {
     let words: Vec<&str> = ValueType::words().collect();
     let array = format!("^({})\\[[0-9]+\\]$", words.join("|"));
     either(&[Shape::Words(words).schema(), json!({ "type": "string", "pattern": array })])
 }
 
-/// What a buffer's value can be.
+/// The types of a buffer's value.
 pub fn value_types() -> Shape {
     Shape::Words(ValueType::words().collect())
 }
@@ -159,7 +159,7 @@ describe! {
     Every => either(&[
         text("The clock: the pass runs once for each tick."),
         rhythm("So many times a second, at most once a frame.", "hz"),
-        rhythm("Every so many frames.", "frames"),
+        rhythm("Once in this many frames.", "frames"),
         rhythm("Until nothing has changed for so long.", "still"),
     ]);
     Rounds => either(&[
@@ -268,7 +268,7 @@ pub fn facts_of_worlds() -> Shape {
     Shape::Schema(json!({ "enum": words }))
 }
 
-/// What `when` can be.
+/// The conditions of `when`.
 pub fn conditions() -> Shape {
     let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
     either(&[

@@ -67,7 +67,7 @@ fn own(pass: &Pass, fact: &Fact) -> Option<bool> {
     asks.then_some(word.len() < when.len())
 }
 
-/// The define that tells a shader that a buffer is bound. The check against the shader reports names that GLSL does not allow.
+/// The define by which a shader knows that a buffer is bound. The check against the shader reports names that GLSL does not allow.
 fn define(binding: &Spanned<String>) -> Option<(Spanned<String>, String)> {
     let named = binding.value.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') && !binding.value.contains("__");
     let named = named && !binding.value.starts_with('_') && binding.value.len() <= 200;

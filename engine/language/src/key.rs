@@ -1,4 +1,4 @@
-//! Keys as data: what schemas, reference pages, completion and hover texts are made from.
+//! Keys as data: the source of schemas, reference pages, completion and hover texts.
 
 use std::fmt;
 use std::ops::{Bound, RangeBounds};
@@ -8,7 +8,7 @@ use serde_json::Value;
 /// The keys of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Form {
-    /// What the table is.
+    /// The description of the table.
     pub about: &'static str,
     /// Its keys, in the order in which they are declared.
     pub keys: Vec<Key>,
@@ -21,19 +21,19 @@ pub struct Form {
 pub struct Key {
     /// As it is written.
     pub name: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub about: &'static str,
-    /// What its value is.
+    /// The shape of its value.
     pub shape: Shape,
     /// Unit of its value.
     pub unit: Option<&'static str>,
-    /// What stands for it when it is absent.
+    /// The value for an absent key.
     pub default: Option<Value>,
     /// It must be there.
     pub needed: bool,
 }
 
-/// What a value is.
+/// The shape of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A string.
@@ -42,29 +42,29 @@ pub enum Shape {
     Flag,
     /// An integer in a range.
     Integer {
-        /// The smallest, if it is told.
+        /// The smallest, if the schema shows it.
         least: Option<i64>,
-        /// The largest, if it is told.
+        /// The largest, if the schema shows it.
         most: Option<i64>,
     },
     /// A finite number in a range.
     Number {
-        /// The smallest, if it is told.
+        /// The smallest, if the schema shows it.
         least: Option<f64>,
-        /// The largest, if it is told.
+        /// The largest, if the schema shows it.
         most: Option<f64>,
     },
     /// One of several words.
     Words(Vec<&'static str>),
-    /// This word and no other: the key that tells one of several forms of a table from the others.
+    /// This word and no other: the key that distinguishes one of several forms of a table.
     Word(&'static str),
     /// An array.
     Array {
-        /// What each element is.
+        /// The shape of each element.
         of: Box<Shape>,
-        /// The smallest number of elements, if it is told.
+        /// The smallest number of elements, if the schema shows it.
         least: Option<usize>,
-        /// The largest number of elements, if it is told.
+        /// The largest number of elements, if the schema shows it.
         most: Option<usize>,
     },
     /// A table.
@@ -73,7 +73,7 @@ pub enum Shape {
     ByName(Box<Shape>),
     /// One of several.
     Either(Vec<Shape>),
-    /// What none of the others can say, as a JSON schema.
+    /// A shape that none of the others can describe, as a JSON schema.
     Schema(Value),
 }
 
@@ -97,7 +97,7 @@ impl Form {
     }
 }
 
-/// In a line: the name, what the value is, and what it means.
+/// In a line: the name, the shape of the value, and the meaning.
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.shape)?;

@@ -4,9 +4,9 @@ use raxel_diagnostics::names::closest;
 use raxel_diagnostics::table::Table;
 use raxel_diagnostics::{Code, Diagnostic, Spanned, codes};
 
-/// What can be laid over an equal thing of the base, by name.
+/// Things that can be laid over an equal thing of the base, by name.
 pub trait Layer {
-    /// What it is, for messages.
+    /// Its name, for messages.
     const WHAT: &'static str;
     /// Code of the message that the base has none of this name.
     const UNKNOWN: Code;
@@ -17,7 +17,7 @@ pub trait Layer {
     /// Whether it takes its equal out of the base.
     fn removed(&self) -> bool;
 
-    /// Checks what is new over the base.
+    /// Checks a table that is new over the base.
     fn added(&self, _: &mut Vec<Diagnostic>) {}
 
     /// Puts `above` over this.
@@ -96,7 +96,7 @@ pub fn removes(table: &Table<'_, '_>, beside: &[&str]) -> bool {
                 table.reporter().report(
                     Diagnostic::error(
                         codes::files::CONFLICTING_KEYS,
-                        format!("`{key}` and `remove` exclude each other: what is removed has no `{key}`"),
+                        format!("`{key}` and `remove` exclude each other: a removed entry has no `{key}`"),
                     )
                     .label(other.key_span, "this one")
                     .label(node.key_span.clone(), "and this one"),

@@ -37,9 +37,9 @@
 //!
 //! # Attributes
 //!
-//! The first paragraph of a doc comment is the meaning of a key, for schemas and reference pages; further paragraphs are for whoever reads
-//! the code. A key must be there unless its type is an `Option`, a `Vec` or [`ByName`], or it has a `default` or `absent`. Values can be
-//! of every type that implements [`Value`]; a [`Spanned`] one has its place.
+//! The first paragraph of a doc comment is the meaning of a key, for schemas and reference pages; further paragraphs are for readers of the
+//! code. A key must be there unless its type is an `Option`, a `Vec` or [`ByName`], or it has a `default` or `absent`. Values can be of
+//! every type that implements [`Value`]; a [`Spanned`] one has its place.
 //!
 //! | of a field | |
 //! |---|---|
@@ -74,7 +74,7 @@
 //!
 //! The variants of an enum without fields are words; `rename` gives one another word. Of an enum with fields each variant is a form of one
 //! table; `Name(Type)` is a form with the keys of another declaration. Without a `tag`, a variant with `key = "pass"` is meant where that
-//! key is there, and the last one otherwise; `excludes = "…"` says why the other forms' keys cannot stand beside it.
+//! key is there, and the last one otherwise; `excludes = "…"` is the reason why the other forms' keys cannot stand beside it.
 //!
 //! # What does not compile
 //!

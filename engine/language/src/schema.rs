@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use crate::{Form, Key, Shape};
 
 impl Form {
-    /// The schema of a whole file. Descriptions tell the defaults, too.
+    /// The schema of a whole file. Descriptions contain the defaults, too.
     pub fn document(&self, title: &str) -> Value {
         let mut schema = self.definition();
         schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
@@ -14,12 +14,12 @@ impl Form {
         with_defaults(schema)
     }
 
-    /// The schema of the table, which says what the table is.
+    /// The schema of the table, with its description.
     pub fn definition(&self) -> Value {
         described(self.about, self.schema())
     }
 
-    /// The schema of the table; of one with several forms, of each, which says what the form is.
+    /// The schema of the table; of one with several forms, of each, with its description.
     pub fn schema(&self) -> Value {
         if self.forms.is_empty() {
             return table(self.keys.iter());
@@ -45,7 +45,7 @@ fn table<'k>(keys: impl Iterator<Item = &'k Key> + Clone) -> Value {
 }
 
 impl Key {
-    /// The schema of its value, with what it means.
+    /// The schema of its value, with its meaning.
     pub fn schema(&self) -> Value {
         let mut schema = self.shape.schema();
         if schema.get("$ref").is_none() {

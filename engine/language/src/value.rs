@@ -9,12 +9,12 @@ use serde_json::{Value as Json, json};
 use crate::schema::number;
 use crate::{Form, Shape};
 
-/// A type that says what its values are.
+/// A type with a description of its values.
 pub trait Describe: Sized {
-    /// What `range` limits; `()` where nothing can be limited.
+    /// The limits that `range` sets; `()` where nothing can be limited.
     type Limits: Default;
 
-    /// What a value within limits is.
+    /// The shape of a value within limits.
     fn shape(limits: &Self::Limits) -> Shape;
 
     /// The value when the key is absent; `None` if the key must be there.
@@ -28,7 +28,7 @@ pub trait Describe: Sized {
     }
 }
 
-/// Says of types what their values are, where a reader is written by hand: `Color => Shape::Text;`.
+/// Describes the values of types whose reader is written by hand: `Color => Shape::Text;`.
 #[macro_export]
 macro_rules! describe {
     ($($value:ty => $shape:expr;)*) => {$(
@@ -42,7 +42,7 @@ macro_rules! describe {
     )*};
 }
 
-/// A type that can be read. `C` is what reading needs to know besides the text.
+/// A type that can be read. `C` is the context of reading besides the text.
 pub trait Value<C: ?Sized = ()>: Describe {
     /// Reads a value. Reports everything that is wrong with it, and then gives `None`.
     fn read(node: &Node<'_, '_>, limits: &Self::Limits, context: &C) -> Option<Self>;
@@ -125,7 +125,7 @@ impl<C: ?Sized, T: Named<C>> Value<C> for ByName<T> {
     }
 }
 
-/// Numbers from one to another. Those of a declaration are told in the schema, those of a type are not.
+/// Numbers from one to another. Limits of a declaration are shown in the schema, those of a type are not.
 #[derive(Clone, Debug)]
 pub struct NumberRange<T> {
     range: RangeInclusive<T>,

@@ -351,7 +351,7 @@ fn layers_are_read_whatever_is_wrong_with_them() {
             "`s.a.value` needs a number, not a string",
             "`label` and `icon` exclude each other: there is room for one",
             "`s.c` has no key `vlaue`",
-            "`value` and `remove` exclude each other: what is removed has no `value`",
+            "`value` and `remove` exclude each other: a removed entry has no `value`",
             "`s.f` is large and has no label",
         ]
     );
@@ -488,7 +488,7 @@ fn layers_have_layers_in_them() {
         [
             "`b[0]` needs the key `title`",
             "`b[0].width` needs a number, not a string",
-            "`width` and `remove` exclude each other: what is removed has no `width`",
+            "`width` and `remove` exclude each other: a removed entry has no `width`",
         ]
     );
     assert!(flawed[0].name.value.is_empty() && flawed.iter().all(|board| board.flawed));

@@ -1,4 +1,4 @@
-//! What the runtime compares a shader's world block with: a description derived from the Rust header.
+//! The interface that the runtime compares a shader's world block with: a description derived from the Rust header.
 
 /// Bytes of an element of the runtime array `words`.
 pub const WORDS_STRIDE: u32 = 4;
@@ -40,8 +40,8 @@ impl GlslType for [i32; 3] {
     const NAME: &'static str = "ivec3";
 }
 
-/// Declares a header: a `Pod` struct whose fields are the members of the block, and its description. All headers begin alike; what is
-/// declared comes after that.
+/// Declares a header: a `Pod` struct whose fields are the members of the block, and its description. All headers begin alike; the declared
+/// members come after that.
 #[macro_export]
 macro_rules! layout_header {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $ty:ty,)* }) => {

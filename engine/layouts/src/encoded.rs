@@ -1,11 +1,11 @@
-//! What encoding a world gives, within the limits of a device.
+//! The result of encoding a world, within the limits of a device.
 
 use raxel_world::MaterialIndex;
 use thiserror::Error;
 
 use super::Layout;
 
-/// What shaders do with an encoding.
+/// The accesses of shaders to an encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Read it.
@@ -21,11 +21,11 @@ pub struct Encoded {
     pub words: Vec<u32>,
     /// Bytes that say where solid voxels are.
     pub geometry_bytes: u64,
-    /// Bytes that say what they are made of, the palette included.
+    /// Bytes that describe the materials of voxels, the palette included.
     pub attribute_bytes: u64,
 }
 
-/// What a device can hold.
+/// The capacities of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncodingLimits {
     /// Bytes of the largest storage buffer.
@@ -37,7 +37,7 @@ pub struct EncodingLimits {
 }
 
 impl From<u64> for EncodingLimits {
-    /// Buffers of so many bytes, and images as most devices have them: 2048 texels a side, 4 GiB.
+    /// Buffers of that many bytes, and images as most devices have them: 2048 texels a side, 4 GiB.
     fn from(buffer_bytes: u64) -> Self {
         Self { buffer_bytes, image_side: 2048, image_bytes: 4 << 30 }
     }
@@ -95,9 +95,9 @@ pub enum LayoutError {
 pub struct EncodedImage {
     /// Texels of mip 0.
     pub size: [u32; 3],
-    /// Every mip down to one texel, x first, then y, then z, without padding. A texel of mip k is 0 when its cube of 2^k voxels is
-    /// empty, else the material of one of its voxels. Along each axis mip k has ⌊size / 2^k⌋ texels, at least 1, as images have them:
-    /// what is left over at the far end has no texel.
+    /// Every mip down to one texel, x first, then y, then z, without padding. A texel of mip k is 0 when its cube of 2^k voxels is empty,
+    /// else the material of one of its voxels. Along each axis mip k has ⌊size / 2^k⌋ texels, at least 1, as images have them: the
+    /// remainder at the far end has no texel.
     pub mips: Vec<Vec<MaterialIndex>>,
 }
 

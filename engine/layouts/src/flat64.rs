@@ -46,7 +46,7 @@ layout_header! {
     }
 }
 
-/// What one distinct chunk takes in the buffer.
+/// The words of one distinct chunk in the buffer.
 #[derive(Clone, Copy, Default)]
 struct ChunkSize {
     leaves: usize,
@@ -231,7 +231,7 @@ impl Occupied {
             for z in 0..self.size[2] {
                 for x in 0..self.size[0] {
                     let at = index(self.size, [seen(0, x), seen(1, y), seen(2, z)]);
-                    // What lies outside is empty.
+                    // Texels outside are empty.
                     let outside = usize::from(x == 0) | usize::from(y == 0) << 1 | usize::from(z == 0) << 2;
                     let ahead = (1..8).filter(|step| step & outside == 0);
                     let radius = ahead.map(|step| empty[at.wrapping_add_signed(steps[step])]).min();
@@ -328,7 +328,7 @@ fn fill_records(
     }
 }
 
-/// For each octant of directions, mirrored so that its rays go up: what is added to the bits of a cell (mirrored ones inverted), with
+/// For each octant of directions, mirrored so that its rays go up: the number to add to the bits of a cell (mirrored ones inverted), with
 /// the mirror of a packed cell; the first and the last cells of the solids.
 fn fill_octants(extent: &Extent, words: &mut [u32]) {
     for (octant, words) in words.chunks_mut(3 * QUAD).enumerate() {

@@ -9,14 +9,14 @@ use raxel_world::World;
 use super::hashed_chunks::Form;
 use super::{Access, BlockMember, Encoded, EncodedImage, EncodingLimits, LayoutError};
 
-/// A way to lay out a world in a buffer. Layouts are told apart by their names.
+/// A way to lay out a world in a buffer. Layouts are identified by their names.
 #[derive(Clone, Copy)]
 pub struct Layout(&'static Encoding);
 
 /// Encodes the voxels of a world as texels of an image.
 pub type EncodeImage = fn(&World, EncodingLimits) -> Result<EncodedImage, LayoutError>;
 
-/// What a layout is: its name, its buffer, and what can be done with it.
+/// The parts of a layout: its name, its buffer, and the operations on it.
 pub struct Encoding {
     /// Its name in `source = "world.<name>"`; no other layout has it.
     pub name: &'static str,
@@ -87,7 +87,7 @@ impl Layout {
         (self.0.block)()
     }
 
-    /// Encodes a world for a buffer of at most so many bytes, or for a device of these limits.
+    /// Encodes a world for a buffer with a limit of bytes, or for a device of these limits.
     pub fn encode(self, world: &World, limits: impl Into<EncodingLimits>) -> Result<Encoded, LayoutError> {
         (self.0.encode)(world, limits.into(), Access::Read)
     }
@@ -97,7 +97,8 @@ impl Layout {
         self.0.has_set
     }
 
-    /// Whether its buffer follows edits of the world by writing what they touched ([`LiveLayout`](super::LiveLayout)). The others are encoded again.
+    /// Whether edits of the world write only the touched parts of its buffer ([`LiveLayout`](super::LiveLayout)). The others are encoded
+    /// again.
     pub const fn follows_edits(self) -> bool {
         !matches!(self.0.edits, Edits::Encode)
     }

@@ -46,7 +46,7 @@ pub fn lights(world: &World) -> Vec<Light> {
     lights_by(world, &world.materials().iter().map(power).collect::<Vec<_>>())
 }
 
-/// The same with the powers of its palette given. What stands behind them gives off nothing.
+/// The same with the powers of its palette given. Materials beyond them emit nothing.
 pub(crate) fn lights_by(world: &World, powers: &[f32]) -> Vec<Light> {
     let mut found = Vec::new();
     for (position, chunk) in world.chunks() {
@@ -66,7 +66,7 @@ pub(crate) fn lights_by(world: &World, powers: &[f32]) -> Vec<Light> {
     found
 }
 
-/// Luminance of what a material gives off; 0 where it is no number.
+/// Luminance of a material's emission; 0 where it is no number.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a list of lamps has 32-bit floats and numbers its lamps in 32 bits"
@@ -81,7 +81,7 @@ pub(crate) fn power(material: &Material) -> f32 {
 fn is_bare(world: &World, voxel: IVec3, face: u32) -> bool {
     let mut beside = voxel.to_array();
     let axis = (face >> 1) as usize;
-    // Beyond the last coordinate there is nobody to be lit.
+    // Beyond the last coordinate there is nothing to light.
     let Some(next) = beside[axis].checked_add(if face & 1 == 1 { 1 } else { -1 }) else { return false };
     beside[axis] = next;
     world.voxel(IVec3::from_array(beside)) == 0
@@ -139,7 +139,7 @@ pub(crate) fn alias_table(powers: &[f64], total: f64) -> Vec<Draw> {
             small.push(high);
         }
     }
-    // What is left over is 1 but for rounding, and stays.
+    // The remaining ones are 1 up to rounding, and stay.
     draws
 }
 

@@ -1,4 +1,4 @@
-//! Layouts in a buffer with room to spare. An edit replaces only what it touched.
+//! Layouts in a buffer with room to spare. An edit replaces only the touched parts.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ pub enum LiveLayout {
 }
 
 impl LiveLayout {
-    /// Puts a world into a buffer of at most so many bytes, whose words are given as well. A layout that does not follow edits
+    /// Puts a world into a buffer of at most `limit` bytes, whose words are returned as well. A layout that does not follow edits
     /// ([`Layout::follows_edits`]) is taken as `tree64`.
     pub fn new(layout: Layout, world: &World, limit: u64) -> Result<(Self, Vec<u32>), LayoutError> {
         match layout.edits() {

@@ -21,7 +21,7 @@ const DEPTHS: u32 = 5;
 const CHUNK_WORDS: usize = first_node(DEPTHS + 1);
 /// Depth of nodes of 4³ voxels: the blocks of a chunk.
 const BLOCKS: u32 = 3;
-/// Bits of a node all of whose voxels are solid and of one material: the mask of all children, and the bit that says so.
+/// Bits of a node all of whose voxels are solid and of one material: the mask of all children, and the bit that marks such nodes.
 const FILLED: u32 = 0x1ff;
 
 /// Index in a chunk of the first node of a depth: 1 + 8 + … + 8^(depth − 1).

@@ -7,7 +7,7 @@ use raxel_world::MaterialIndex;
 const MOST: usize = 16;
 
 /// How the materials of several voxels are packed: a palette of 2^(2^kind) materials, two a word, then 2^kind bits for each voxel in turn.
-/// Kind 4 has no palette, and the 16 bits are the material. What does not fill a word is 0.
+/// Kind 4 has no palette, and the 16 bits are the material. The rest of a word is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packing {
     /// 0, 1, 2 or 4.
@@ -47,7 +47,7 @@ impl Packing {
         words(self.kind, self.voxels)
     }
 
-    /// Writes it into so many words, which are 0.
+    /// Writes it into `words`, which are 0.
     pub fn write(&self, materials: impl Iterator<Item = MaterialIndex>, words: &mut [u32]) {
         let (palette, indices) = words.split_at_mut(palette_words(self.kind));
         for (word, pair) in palette.iter_mut().zip(self.palette.chunks(2)) {

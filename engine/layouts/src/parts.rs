@@ -1,4 +1,4 @@
-//! What encoders iterate over: the distinct chunks of a world, or their 32³ octants, and the places of each.
+//! The parts that encoders iterate over: the distinct chunks of a world, or their 32³ octants, and the places of each.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub struct Parts<T> {
 }
 
 impl<T: Copy> Parts<T> {
-    /// What an encoder stores for an access: where voxels will be written, equal parts are stored separately.
+    /// The parts to store for an access: where voxels will be written, equal parts are stored separately.
     #[must_use]
     pub fn for_access(self, access: Access) -> Self {
         match access {

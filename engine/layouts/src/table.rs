@@ -171,8 +171,8 @@ impl LiveTable {
         Some(is_new)
     }
 
-    /// True when the key was there. What is behind it moves up, so that no search ends too early (Knuth, "The Art of Computer
-    /// Programming" 3, 6.4, algorithm R).
+    /// True when the key was there. Later entries move up, so that no search ends too early (Knuth, "The Art of Computer Programming" 3,
+    /// 6.4, algorithm R).
     fn clear(&mut self, key: Key) -> bool {
         let mut hole = self.find(key);
         if self.slots[hole][3] == NO_ENTRY {

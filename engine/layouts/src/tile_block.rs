@@ -39,7 +39,7 @@ impl TileNode {
         Self([u32::MAX, u32::MAX, 0, FILLED | u32::from(material)])
     }
 
-    /// A node of these children, the first of which is at `first`, in nodes.
+    /// A node of these children. `first` is the place of the first one, in nodes.
     pub fn of_children(mask: u64, first: u32) -> Self {
         Self([mask as u32, (mask >> 32) as u32, first, 0])
     }
@@ -67,7 +67,7 @@ pub struct TileBlock<'c> {
     chunk: &'c Chunk,
     level: u32,
     size: ChunkSize,
-    /// What its blocks of several materials are made of.
+    /// The materials of its blocks of several materials.
     materials: SharedMaterials,
 }
 
@@ -87,7 +87,7 @@ impl<'c> TileBlock<'c> {
         Ok(Self { chunk, level, size, materials })
     }
 
-    /// What a tile of cells takes: nodes of 16³ cells and of 4³.
+    /// The size of a tile of cells: nodes of 16³ cells and of 4³.
     fn cells(chunk: &Chunk) -> (ChunkSize, SharedMaterials) {
         let nodes = || Bits(chunk.root_mask()).map(|node| node as usize);
         let split = || nodes().filter(|node| filled_node(chunk, *node).is_none());

@@ -42,7 +42,7 @@ pub(super) fn packed_link(kind: u32, at: usize) -> u32 {
     (code >> 1) << 31 | (code & 1) << 29 | at as u32
 }
 
-/// What one distinct chunk takes in the buffer.
+/// The words of one distinct chunk in the buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChunkSize {
     /// Nodes of 16³ voxels.
@@ -55,7 +55,7 @@ pub(super) struct ChunkSize {
     pub(super) attributes: usize,
 }
 
-/// A node: mask, address of its first child, and what its voxels are made of.
+/// A node: mask, address of its first child, and the materials of its voxels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Node {
     pub(super) mask: u64,
@@ -84,8 +84,8 @@ struct Sections {
 }
 
 layout_header! {
-    /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of what they point to: words,
-    /// nodes of four words, leaves of two.
+    /// Header of the layout `tree64`. Addresses count from the first word behind the header, in units of their targets: words, nodes of
+    /// four words, leaves of two.
     Tree64Header {
         /// Address of the root node.
         root: u32,

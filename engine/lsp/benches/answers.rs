@@ -24,7 +24,7 @@ struct Editor {
     text: String,
     /// The line and the column of the word.
     word: [usize; 2],
-    /// What was asked and typed so far.
+    /// Number of requests and edits so far.
     count: i32,
 }
 

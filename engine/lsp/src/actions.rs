@@ -66,7 +66,7 @@ fn meant(text: &str, diagnostic: &Diagnostic) -> Option<Fix> {
     if !inner.is_empty() && is_file {
         return Some((format!("Change `{inner}` to `{meant}`"), bytes, wrong.replacen(inner, meant, 1)));
     }
-    // What stands around the word in a value stays: `param.` in `param.sun`, `@1` behind a target.
+    // The text around the word in a value stays: `param.` in `param.sun`, `@1` behind a target.
     let words_of_message = diagnostic.message.split('`').skip(1).step_by(2);
     let candidates: Vec<&str> = words_of_message.filter(|word| *word != meant && !word.is_empty()).collect();
     let in_value = |value: Range<usize>| {

@@ -1,4 +1,4 @@
-//! The functions and variables of GLSL that a compute shader has, with what they are: the GLSL specification 4.60, chapters 7 and 8.
+//! The functions and variables of GLSL that a compute shader has, with their descriptions: the GLSL specification 4.60, chapters 7 and 8.
 
 use std::sync::LazyLock;
 

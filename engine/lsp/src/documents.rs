@@ -31,7 +31,7 @@ pub(super) struct Documents {
 }
 
 impl Documents {
-    /// A text was opened or changed. What lies in no project is left alone.
+    /// A text was opened or changed. A text outside of all projects is left alone.
     pub fn set(&mut self, address: &Url, text: String) {
         let Ok(file) = address.to_file_path() else { return };
         if let Some(known) = self.open.get_mut(&file) {
@@ -83,7 +83,7 @@ impl Documents {
     }
 }
 
-/// What was read of each file.
+/// The contents of each file that was read.
 type Texts = BTreeMap<String, Result<Arc<[u8]>, FileError>>;
 
 /// A project's files with some texts in their place. Each file is read once between two calls of [`Overlay::update`].
@@ -175,7 +175,7 @@ mod tests {
             assert_eq!(position(text, byte), Position { line, character }, "{byte}");
             assert_eq!(offset(text, Position { line, character }), byte);
         }
-        // Behind the end, and in the middle of a letter.
+        // Behind the end, and within a letter.
         assert_eq!(offset(text, Position { line: 0, character: 99 }), 5);
         assert_eq!(offset(text, Position { line: 99, character: 0 }), text.len());
         assert_eq!(position(text, 10), Position { line: 1, character: 2 });

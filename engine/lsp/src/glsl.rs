@@ -1,16 +1,16 @@
-//! What the text of a shader declares outside of its functions, as far as it can be read without compiling it: a text that is being typed seldom
-//! compiles.
+//! The declarations of a shader outside of its functions, as far as they can be read without compiling it: a text that is being typed
+//! seldom compiles.
 
 use std::ops::Range;
 
-/// What a declaration is.
+/// The kinds of declarations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DeclarationKind {
     Function,
     Struct,
     /// A push-constant block.
     Push,
-    /// What `bind` of a graph names: an image, a sampler, a block.
+    /// A name for `bind` of a graph: an image, a sampler, a block.
     Binding,
     /// Anything else with a value: a constant, a shared variable, a macro.
     Constant,
@@ -153,7 +153,7 @@ fn next_statement(code: &str, start: usize) -> Option<Range<usize>> {
     None
 }
 
-/// What a statement declares.
+/// The declaration of a statement.
 fn declaration(code: &str, statement: Range<usize>) -> Option<Declaration> {
     let text = &code[statement.clone()];
     let at = |place: Range<usize>| statement.start + place.start..statement.start + place.end;

@@ -58,7 +58,7 @@ pub(super) fn word(text: &str, at: usize) -> &str {
     &text[start..end]
 }
 
-/// What stands in front of the dot of the member that is typed at a byte of a shader: `push` in `push.ex`.
+/// The expression in front of the dot of the member that is typed at a byte of a shader: `push` in `push.ex`.
 pub(super) fn owner(text: &str, at: usize) -> Option<&str> {
     let name = |c: char| c.is_alphanumeric() || c == '_';
     let before = text[..at].trim_end_matches(name).strip_suffix('.')?;

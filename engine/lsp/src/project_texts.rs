@@ -236,7 +236,7 @@ pub(super) fn declared_in(texts: &[ProjectText]) -> impl Iterator<Item = (&Proje
     texts.iter().flat_map(|text| declarations(&text.text).into_iter().map(move |declaration| (text, declaration)))
 }
 
-/// What binds a shader's name: graph, pass and the line of the entry, in every graph of the project.
+/// The bindings of a shader's name: graph, pass and the line of the entry, in every graph of the project.
 pub(super) fn bound_by(documents: &Documents, document: &Document, name: &str) -> Vec<String> {
     let Some(shader) = document.path.strip_prefix("shaders/") else { return Vec::new() };
     let mut found = Vec::new();

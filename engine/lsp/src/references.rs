@@ -61,7 +61,7 @@ impl Uses {
     }
 }
 
-/// Where the name at a byte is used, its declaration included. The error says why nobody can tell.
+/// Where the name at a byte is used, its declaration included. The error has the reason if they cannot be found.
 pub(super) fn uses(documents: &Documents, document: &Document, at: usize) -> Result<Uses, String> {
     if document.is_toml() {
         return uses_in_toml(documents, document, at);

@@ -223,7 +223,7 @@ impl Reader<'_> {
             match token.text {
                 "(" => depth += 1,
                 ")" => depth -= 1,
-                // What is half typed ends with its statement.
+                // A half-typed text ends with its statement.
                 "{" | "}" => return at - 1,
                 _ => {}
             }

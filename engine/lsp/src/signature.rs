@@ -13,7 +13,7 @@ use super::glsl::{DeclarationKind, comment_on, is_name};
 use super::project_texts::{declared_in, shader};
 use super::scopes::code_of;
 
-/// What a call at a byte of a shader can mean.
+/// The possible meanings of a call at a byte of a shader.
 pub(super) fn help(documents: &Documents, document: &Document, at: usize) -> Option<SignatureHelp> {
     if document.is_toml() {
         return None;

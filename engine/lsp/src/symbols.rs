@@ -8,7 +8,7 @@ use super::documents::{self, Document};
 use super::glsl::{DeclarationKind, declarations};
 use super::names::{declared, named_passes};
 
-/// What a document declares, in its order.
+/// The declarations of a document, in its order.
 pub(super) fn symbols(document: &Document) -> Vec<DocumentSymbol> {
     let text = &document.text;
     if !document.is_toml() {

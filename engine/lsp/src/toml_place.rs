@@ -1,6 +1,6 @@
 //! Where in a TOML file the cursor is, although the file is being typed and may be no TOML: the table by its header, the key by its line.
 
-/// What surrounds the cursor.
+/// The surroundings of the cursor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct TomlPlace {
     /// The names of the header above: `["passes", "push"]` for `[passes.push]`, and of inline tables around the cursor.

@@ -1,4 +1,4 @@
-//! Times of a demo's frames and of their passes: what `raxel bench --demo` prints, and what the checks of `raxel test` are about.
+//! Times of a demo's frames and of their passes, for `raxel bench --demo` and the checks of `raxel test`.
 
 use std::time::Instant;
 
@@ -55,7 +55,7 @@ impl FrameTimes {
         Ok(())
     }
 
-    /// What became of the demo's checks that are about passes: their indices with the median of the pass over all graphs, `None` when it
+    /// The outcomes of the demo's checks that are about passes: their indices with the median of the pass over all graphs, `None` when it
     /// never ran or the device has no clock.
     pub fn judge<'d>(&self, demo: &'d Demo) -> impl Iterator<Item = PassVerdict<'d>> {
         demo.checks.iter().enumerate().filter_map(|(index, check)| {
@@ -69,7 +69,7 @@ impl FrameTimes {
     }
 }
 
-/// What became of a check about a pass.
+/// The outcome of a check about a pass.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PassVerdict<'d> {
     /// Of the demo's checks.

@@ -1,4 +1,4 @@
-//! A flight through a streamed world, against the same flight with everything there: what `raxel bench stream` prints.
+//! A flight through a streamed world, against the same flight with everything there: `raxel bench stream`.
 
 mod edits;
 mod part;
@@ -17,9 +17,11 @@ pub use edits::{EditLatency, Edits, Rate};
 pub use part::FlightPart;
 pub use passes::Passes;
 
+pub use crate::times::percentile;
+
 use part::Path;
 
-/// What is measured.
+/// The settings of a flight.
 #[derive(Clone)]
 pub struct FlightOptions {
     /// How the session is opened. Its world is streamed.
@@ -30,8 +32,8 @@ pub struct FlightOptions {
     pub seconds: f64,
     /// Seconds of the way down, and at each place after a jump.
     pub stay: f64,
-    /// Edits after the flight: so many small balls, and as many large ones, are put in view and taken away again. As many frames with edits
-    /// of many chunks follow. The large balls and the frames have an upper limit.
+    /// Edits after the flight: this many small balls, and as many large ones, are put in view and taken away again. As many frames with
+    /// edits of many chunks follow. The large balls and the frames have an upper limit.
     pub balls: u32,
     /// Whether the path is flown again with every place complete.
     pub resident: bool,
@@ -67,7 +69,7 @@ pub enum FlightError {
     },
 }
 
-/// What was measured of one frame.
+/// The measurements of one frame.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Frame {
     /// Seconds since the flight began.
@@ -104,7 +106,7 @@ pub struct Frame {
     /// Whether all of that is known of the place where the camera is, and not of the one before.
     #[serde(skip)]
     looked: bool,
-    /// Whether what is missing in view is known.
+    /// Whether the missing tiles in view are known.
     #[serde(skip)]
     known: bool,
 }
@@ -138,14 +140,14 @@ pub struct Flight {
     pub jumps: Vec<Arrival>,
     /// Edits in view after the flight.
     pub edits: Edits,
-    /// What was kept on the host at the end of the flight.
+    /// Memory that the host holds at the end of the flight.
     pub kept: Kept,
-    /// The same path, every place complete before its frame: what loading costs is the difference. Nothing if that was not asked for.
+    /// The same path, every place complete before its frame: the difference is the cost of loading. Nothing if that was not asked for.
     pub resident: Flown,
     /// The pool at the end.
     #[serde(skip)]
     pub pool: PoolStats,
-    /// What the session that loaded had to say, such as what its passes have counted, and the texts that it points into. The same path with
+    /// Messages of the session that loaded, such as the counts of its passes, and the texts that they point into. The same path with
     /// everything there would say it again.
     #[serde(skip)]
     pub messages: (Vec<Diagnostic>, SourceMap),
@@ -179,15 +181,6 @@ pub struct Kept {
     pub made: u64,
 }
 
-/// What `part` (0 to 1) of some values do not exceed: the nearest rank.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of values")]
-pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    let rank = (part * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
-}
-
 impl Frame {
     /// Whether a pass ran.
     pub fn is_drawn(&self) -> bool {
@@ -202,7 +195,7 @@ impl Flown {
         self.frames.iter().filter(|frame| frame.is_drawn())
     }
 
-    /// What `part` (0 to 1) of the drawn frames do not exceed: the nearest rank.
+    /// The value that `part` (0 to 1) of the drawn frames do not exceed: the nearest rank.
     pub fn percentile(&self, part: f64, of: impl Fn(&Frame) -> f64) -> f64 {
         percentile(self.drawn().map(of), part)
     }
@@ -227,14 +220,14 @@ impl Flown {
         parts
     }
 
-    /// Drawn frames that take longer than so many times their median.
+    /// Drawn frames that take longer than `times` times their median.
     pub fn over(&self, times: f64) -> usize {
         let limit = times * self.percentile(0.5, |frame| frame.milliseconds);
         self.drawn().filter(|frame| frame.milliseconds > limit).count()
     }
 }
 
-/// What each jump came to, from the frames.
+/// The arrival of each jump, from the frames.
 fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     let jump = |n: u32| {
         let after = |is: fn(&Frame) -> bool| {
@@ -251,7 +244,7 @@ fn arrivals(frames: &[Frame]) -> Vec<Arrival> {
     (1..=part::JUMPS).map(jump).collect()
 }
 
-/// A frame that the streamer had not looked at the place of misses what the first one after it does of which that is known.
+/// A frame at a place that the streamer had not looked at yet gets the missing tiles of the next frame at a known place.
 fn count_unknown(frames: &mut [Frame]) {
     let mut next = [0, 0];
     for frame in frames.iter_mut().rev() {
@@ -324,7 +317,7 @@ fn settle(session: &mut Session, patience: Duration) -> Result<(), FlightError> 
             return Err(FlightError::NotStreamed(whose));
         };
         if stream.is_settled() && !stream.has_news() {
-            // What the device still does of these frames is no part of the next one.
+            // The rest of the device's work for these frames is no part of the next one.
             return session.wait().map_err(FlightError::Frame);
         }
         if began.elapsed() > patience {
@@ -362,11 +355,11 @@ fn one(session: &mut Session, camera: Camera) -> Result<Frame, FrameError> {
     while session.wait_picture(Duration::from_secs(1))? != Progress::Done {}
     let whole = began.elapsed();
     let Some(stream) = session.stream() else { return Ok(Frame::default()) };
-    // What was counted for this place is asked for after that it was.
+    // The question whether it has looked comes first: the counts that follow are then of this place.
     let looked = stream.has_looked();
     let (stats, missing) = (stream.stats(), stream.missing_in_view());
     let ThreadTime { spent, waited } = stream.frame_time();
-    // Until everything was there is not what a frame over it takes.
+    // The wait for a complete world is not part of a frame's time.
     let milliseconds = |time: Duration| time.saturating_sub(waited).as_secs_f64() * 1e3;
     Ok(Frame {
         milliseconds: milliseconds(whole),

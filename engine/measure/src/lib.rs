@@ -3,7 +3,7 @@
 //! * [`mod@bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
 //! * [`stress`]: tracers held to the exact one, in as many rays as one likes: `raxel stress`
 //! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`
-//! * [`rays`]: lists of rays through a world on the device, without a graph: what `stress` and tests trace with
+//! * [`rays`]: lists of rays through a world on the device, without a graph, for `stress` and tests
 //! * [`save_latency`]: the time from a save to the picture that shows it: `raxel bench reload`
 //! * [`demo`]: times of a demo's frames and of their passes: `raxel bench --demo`
 //! * [`flight`]: frame times while a world is loaded around a moving camera: `raxel bench stream`

@@ -1,4 +1,4 @@
-//! How long an edit takes from the end of the save to the finished picture: what `raxel bench reload` prints.
+//! The time of an edit from the end of the save to the finished picture: `raxel bench reload`.
 
 use std::fs;
 use std::io;
@@ -12,16 +12,16 @@ use serde::Serialize;
 
 use crate::Times;
 
-/// What is measured.
+/// The settings of the measurement.
 #[derive(Clone)]
 pub struct LatencyOptions {
     /// How the session is opened. The project is copied first; nothing in it is written to.
     pub session: Options,
-    /// An empty folder for the copy. Whoever has made it removes it.
+    /// An empty folder for the copy. The caller removes it.
     pub scratch: PathBuf,
     /// Edits of each kind.
     pub edits: usize,
-    /// The shader to edit: its project path, or the end of it. Without one, that of the last pass that makes what is shown.
+    /// The shader to edit: its project path, or the end of it. Without one, that of the last pass that makes the shown target.
     pub shader: Option<String>,
 }
 
@@ -36,7 +36,7 @@ pub struct SaveLatency {
     pub shader_path: String,
     /// Its edits: compiled, made a pipeline, run.
     pub shader: Times,
-    /// What these were spent on.
+    /// The stages of that time.
     pub stages: ShaderStages,
     /// Edits of its comments: compiled to the module that runs already.
     pub comment: Times,
@@ -44,7 +44,7 @@ pub struct SaveLatency {
     pub graph: Times,
 }
 
-/// What the time of each edit of a shader is spent on, one after the other.
+/// The stages of the time of each edit of a shader, one after the other.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ShaderStages {
     /// Until the edit was seen, and known to be whole.
@@ -55,7 +55,7 @@ pub struct ShaderStages {
     pub plan: Times,
     /// Images, buffers and descriptors were made, and the plan swapped in.
     pub swap: Times,
-    /// The first frame, on the device; with what the driver puts off until a pipeline is used.
+    /// The first frame, on the device; with the driver's work that waits until a pipeline is used.
     pub frame: Times,
 }
 
@@ -76,7 +76,7 @@ pub enum LatencyError {
     NoShader {
         /// Its project path.
         graph: String,
-        /// What was asked for.
+        /// The requested one.
         named: Option<String>,
     },
     /// An edit that should be right is not.

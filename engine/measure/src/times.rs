@@ -11,17 +11,18 @@ pub struct Times {
 
 impl Times {
     /// The value that `part` (0 to 1) of the times do not exceed: the nearest rank. Not a number where nothing was timed.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a rank is at most the number of samples"
-    )]
     pub fn percentile(&self, part: f64) -> f64 {
-        let mut sorted = self.milliseconds.clone();
-        sorted.sort_by(f64::total_cmp);
-        let rank = (part * sorted.len() as f64).ceil() as usize;
-        sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+        percentile(self.milliseconds.iter().copied(), part)
     }
+}
+
+/// The value that `part` (0 to 1) of some values do not exceed: the nearest rank.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rank is at most the number of values")]
+pub fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let rank = (part * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 //! A streamed world on a device while it changes: rays through its buffer against the exact tracer, and every word that a frame can reach
-//! against what it was made of, while other tiles are written, given up and overwritten with poison.
+//! against its source, while other tiles are written, evicted and overwritten with poison.
 //!
 //! The long runs, for a GPU: `RAXEL_PUBLICATIONS=200 RAXEL_RAYS=1000000 cargo test --release -p raxel-measure --test publications --
 //! --ignored --nocapture`.
@@ -108,8 +108,8 @@ fn materials() -> Vec<Material> {
     std::iter::once(Material::air()).chain(matt).chain([lamp]).collect()
 }
 
-/// A world without end of small things in six materials, one of which gives off light, different in every chunk; some chunks are empty, and
-/// some full.
+/// A world without end of small things in six materials, one of them a light, different in every chunk; some chunks are empty, and some
+/// full.
 struct Endless(Vec<Material>);
 
 impl Endless {
@@ -352,7 +352,7 @@ struct Frame {
     finished_at: TimelineValue,
 }
 
-/// What a frame has of its own.
+/// A frame's own buffers.
 struct OwnBuffers {
     ranges: Arc<Buffer>,
     sums: Arc<Buffer>,
@@ -452,7 +452,7 @@ struct Expected {
     lights: TileLights,
 }
 
-/// What is known of chunks, by their places in the world and in the buffer.
+/// The expected contents of chunks, by their places in the world and in the buffer.
 type Known = HashMap<(ChunkPos, u32), Expected>;
 
 /// Everything behind the headers that a publication reaches: its directory and the table of its groups of lamps, as they are, and the words of
@@ -506,8 +506,8 @@ fn reached(
     ranges
 }
 
-/// So many publications in a row, each shown by a frame of which up to three are on the device: the device sums every word that the frame
-/// can reach, of voxels and of lamps, and the sums are those of what the words were made of.
+/// Many publications in a row, each shown by a frame. Up to three frames are on the device at a time. The device sums every word that a
+/// frame can reach, of voxels and of lamps, and the sums are those of the source.
 fn check_words(publications: u64, staged: bool) {
     let device = device();
     let [memory, lamps] = [WORDS, LAMP_WORDS].map(|words| Memory::new(&device, words, staged));

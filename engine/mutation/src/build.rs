@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::groups::Group;
 use crate::plant::{Fault, Planted, origin};
 
-/// The switch that the library gets: the number in `RAXEL_MUTANT` says which fault runs.
+/// The switch that the library gets: the number in `RAXEL_MUTANT` selects the fault that runs.
 pub const SWITCH: &str = "
 #[doc(hidden)]
 pub mod planted {
@@ -49,11 +49,11 @@ type Place = (PathBuf, Range<usize>);
 /// Where the bytes of each text come from, by its path ([`origin`]).
 type Parts = BTreeMap<PathBuf, Vec<Range<usize>>>;
 
-/// What can go wrong.
+/// The result of a step, with any error.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 impl Copy {
-    /// Copies what git tracks and plants the faults of a group.
+    /// Copies the files that git tracks and plants the faults of a group.
     pub fn new(repository: &Path, root: &Path, group: &Group) -> Result<Self> {
         let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(repository).output()?.stdout;
         for file in String::from_utf8(listed)?.split_terminator('\0') {
@@ -122,7 +122,7 @@ impl Copy {
             }
             let mut found = false;
             for places in checked.iter().map(error_places) {
-                // What an error marks first is nearest to its reason.
+                // The first place of an error is nearest to its reason.
                 let reason = places.iter().find_map(|place| self.reason(place, &parts));
                 let reason = reason.or_else(|| places.iter().find_map(|place| self.statement_beside(place, &parts)));
                 if let Some((source, fault)) = reason {
@@ -146,7 +146,7 @@ impl Copy {
         last.or(around).map(|(number, _)| (index, number))
     }
 
-    /// The nearest statement that may be gone: what it gives to a variable, or takes from one, is missed elsewhere.
+    /// The nearest statement that may be gone: a value that it gives to a variable, or takes from one, is missed elsewhere.
     fn statement_beside(&self, place: &Place, parts: &Parts) -> Option<(usize, usize)> {
         let (index, source, at) = self.of_source(place, parts)?;
         let statements = source.left().filter(|(_, fault)| fault.to.is_empty());
@@ -201,7 +201,7 @@ pub fn cargo(root: &Path, arguments: &[&str]) -> Result<(Vec<Value>, bool)> {
     Ok((messages, output.status.success()))
 }
 
-/// File and bytes of each place that an error of the compiler marks, what is wrong before what only belongs to it.
+/// File and bytes of each place that an error of the compiler marks, the wrong one before those that only belong to it.
 fn error_places(message: &Value) -> Vec<Place> {
     let message = &message["message"];
     if message["level"] != "error" {

@@ -18,9 +18,9 @@ pub struct Fault {
     pub line: usize,
     /// Text of that line.
     pub text: String,
-    /// What it replaces: an operator, a number, a statement, the condition of an `if`.
+    /// The text that it replaces: an operator, a number, a statement, the condition of an `if`.
     pub from: String,
-    /// What stands there instead.
+    /// The text in its place.
     pub to: String,
     /// The bytes of the source that it lies in.
     pub range: Range<usize>,
@@ -66,7 +66,7 @@ impl Planted {
             for edit in edits {
                 let text = edit.text.replace("{is}", &format!("crate::planted::is({})", first + number));
                 if edit.range.is_empty() {
-                    // What closes comes before what opens, closings from the inside out, openings from the outside in.
+                    // Closing texts come before opening ones, closings from the inside out, openings from the outside in.
                     let opens = text.ends_with(['(', '{', ' ']);
                     inserts.push((
                         edit.range.start,

@@ -4,17 +4,17 @@
 use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::World;
 
-/// Boxes that a ray meets within this of the nearest one's time (in voxels of the largest axis) cannot be told apart in `f64`.
+/// `f64` cannot order boxes that a ray meets within this of the nearest one's time (in voxels of the largest axis).
 pub const TOLERANCE: f64 = 1e-6;
 
-/// What the brute-force tracer says.
+/// The answer of the brute-force tracer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// The ray meets no solid voxel, not even nearly.
     Miss,
     /// This voxel is first, at this time in lattice steps × 2²⁴.
     Hit([i32; 3], f64),
-    /// Too close to an edge to tell: one of these, or none when `true`.
+    /// Too close to an edge to decide: one of these, or none when `true`.
     Unsure(Vec<[i32; 3]>, bool),
 }
 

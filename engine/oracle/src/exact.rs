@@ -6,13 +6,13 @@ pub use raxel_ray::exact::{ExactHit, Passage, Time, face_of};
 use raxel_ray::{Lattice, ONE, Ray};
 use raxel_world::{ChunkPos, World};
 
-/// What the exact tracer says about a ray.
+/// The exact tracer's answer about a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer {
     /// The first hit, if there is one.
     pub hit: Option<ExactHit>,
     /// Another rule for ties may give another hit: on its way the ray touches an edge or a corner of a solid voxel that it does not go
-    /// through, or enters what it hits by one, or begins on the surface of a solid, or lies in a plane of the lattice.
+    /// through, or enters its hit by one, or begins on the surface of a solid, or lies in a plane of the lattice.
     pub tie: bool,
 }
 

@@ -1,5 +1,5 @@
-//! Worlds, rays and exact hits as files for other tracers, byte by byte as `docs/bench-export.md` says. Everything is relative to the
-//! smallest corner of the world's solid voxels, and little-endian.
+//! Worlds, rays and exact hits as files for other tracers, in the format of `docs/bench-export.md`. Everything is relative to the smallest
+//! corner of the world's solid voxels, and little-endian.
 
 use std::io::{self, Write};
 
@@ -77,7 +77,7 @@ pub fn representable(ray: &Ray, corner: [i32; 3]) -> Option<Exported> {
     for axis in 0..3 {
         let cells = lattice.cell[axis] - i64::from(corner[axis]);
         let fixed = i128::from(cells) * i128::from(ONE) + i128::from(lattice.frac[axis]);
-        // Rounded once to 24 bits; what is left is a multiple of 2⁻²⁴, and so is its fraction.
+        // Rounded once to 24 bits; the rest is a multiple of 2⁻²⁴, and so is its fraction.
         let rounded = (fixed as f64 / ONE as f64) as f32;
         origin[axis] = rounded;
         let whole = f64::from(rounded).floor();

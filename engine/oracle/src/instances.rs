@@ -1,4 +1,4 @@
-//! Rays through a world and its instances, exactly. What `shaders/include/raxel/instances.glsl` finds has to be the same.
+//! Rays through a world and its instances, exactly. `shaders/include/raxel/instances.glsl` has to find the same.
 
 use std::sync::Arc;
 
@@ -127,7 +127,7 @@ impl Scene {
         let start = from_hit(hit.voxel, hit.face, uv, dir);
         let free = hit.instance.map(|index| (index, self.bodies[index].frame));
         let Some((index, Frame { cell, fraction, turn: Rotation::Free(rows) })) = free else { return start.into() };
-        // From the middle of the anchor's cell, in units of 2⁻²⁴.
+        // From the centre of the anchor's cell, in units of 2⁻²⁴.
         let place: [i64; 3] = std::array::from_fn(|i| {
             i64::from(start.cell[i]) * ONE + (f64::from(start.frac[i]) * ONE as f64) as i64 - ONE / 2
         });
@@ -173,7 +173,7 @@ impl SceneOracle<'_> {
         self.first_hit_on(&(*ray).into())
     }
 
-    /// The same along a ray that may leave an instance: in that one it begins where it is said to.
+    /// The same along a ray that may leave an instance: in its frame, the ray begins at the given place.
     #[expect(clippy::cast_possible_truncation, reason = "cells of a model have 32 bits")]
     pub fn first_hit_on(&self, scene_ray: &SceneRay) -> Option<SceneHit> {
         let SceneRay { ray, own } = scene_ray;
@@ -328,7 +328,7 @@ mod tests {
                     uv.push(within.clamp(0.0, 1.0) as f32);
                 }
             }
-            // What goes on from there begins there, and the normal is against the ray.
+            // A ray that continues from it begins there, and the normal is against the ray.
             if hit.instance.is_some() && hit.face != FACE_INSIDE {
                 let onward = scene.from_hit(&hit, [uv[0], uv[1]], ray.dir).ray;
                 let apart = |i: usize| f64::from(onward.cell[i]) + f64::from(onward.frac[i]) - there[i];

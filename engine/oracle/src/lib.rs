@@ -1,7 +1,7 @@
 //! The exact ray caster that every layout is judged by.
 //!
 //! # The ray
-//! A shader traces a [`Ray`]: an integer cell, a fraction and a direction in `f32`. What is traced *exactly* is that ray put on a lattice
+//! A shader traces a [`Ray`]: an integer cell, a fraction and a direction in `f32`. It traces *exactly* that ray put on a lattice
 //! ([`Lattice`]): the fraction rounded down to multiples of 2⁻²⁴, and each direction component cut to 31 bits below the exponent of the
 //! largest one. The lattice has more bits than the `f32` values in all but extreme cases, rounds towards zero (so mirrored rays stay
 //! mirrored) and is found by bit operations alone, so every device traces the same ray.

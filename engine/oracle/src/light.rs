@@ -2,8 +2,8 @@
 //!
 //! It shares the voxels and the exact ray caster with the rest, and no way of sampling. Directions come from a point on a unit sphere that
 //! touches the surface, not from a disc; the disc of the sun has a frame of its own; lamps are found by the rays that meet them, and never
-//! looked for; numbers are random and follow no sequence. What must agree is the scene: matt surfaces, the sun as an even disc, the sky's
-//! formula and the emission of lamps, as `docs/light/judge.md` says them.
+//! looked for; numbers are random and follow no sequence. The scene must be the same: matt surfaces, the sun as an even disc, the sky's
+//! formula and the emission of lamps, as `docs/light/judge.md` defines them.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,7 +20,7 @@ const SUN_HALF_ANGLE: f64 = 0.267;
 /// Surfaces that a path reaches before chance may end it.
 const SURE: u32 = 4;
 
-/// What lights a world besides its lamps: the params of `graphs/light/base/light.toml`.
+/// The light of a world besides its lamps: the params of `graphs/light/base/light.toml`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Degrees from −z towards +x.
@@ -31,7 +31,7 @@ pub struct Light {
     pub sun_strength: f64,
     /// Multiplies the sky.
     pub sky_strength: f64,
-    /// Multiplies what lamps give off.
+    /// Multiplies the emission of lamps.
     pub lamp_strength: f64,
 }
 
@@ -96,7 +96,7 @@ impl<'a> PathTracer<'a> {
         (0..width * height).into_par_iter().map(pixel).collect()
     }
 
-    /// What comes along one path.
+    /// The light along one path.
     fn radiance(&self, cell: [i32; 3], frac: [f32; 3], dir: DVec3, random: &mut SplitMix64) -> DVec3 {
         let (mut light, mut share) = (DVec3::ZERO, DVec3::ONE);
         let (mut cell, mut frac, mut dir) = (cell, frac, dir);

@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use crate::exact::{Answer, ExactHit, Passage};
 
-/// What a tracer made of a ray.
+/// A tracer's result for a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<'h> {
-    /// It says that nothing is hit.
+    /// Nothing is hit.
     Miss,
-    /// It says that this is hit.
+    /// This is hit.
     Hit(&'h Hit),
     /// It gave up at its bound of rounds.
     Hang,
@@ -58,7 +58,7 @@ pub enum Wrong {
     Steps,
 }
 
-/// What t and uv of a right hit may be off by, in 2⁻²³ of their value: two operands rounded to ½ and a division to 2½, as
+/// The largest error of t and uv of a right hit, in 2⁻²³ of their value: two operands rounded to ½ and a division to 2½, as
 /// docs/exactness.md derives it.
 pub const ULPS: f64 = 3.5;
 
@@ -194,7 +194,7 @@ impl Errors {
         }
     }
 
-    /// Adds one ray of another kind, which its own judge has looked at: whether it hits something, whether by a tie, and what is wrong.
+    /// Adds one ray of another kind, with the result of its own judge: whether it hits something, whether by a tie, and its fault.
     pub fn add_judged(&mut self, hits: bool, tie: bool, wrong: Option<Wrong>) {
         self.rays += 1;
         self.hits += u64::from(hits);
@@ -206,7 +206,7 @@ impl Errors {
         self.wrong_without_tie += if tie { 0 } else { self.wrong() - before };
     }
 
-    /// Adds one ray, and says whether its hit is wrong.
+    /// Adds one ray, and returns its fault, if its hit is wrong.
     pub fn add<'h>(&mut self, ray: &Ray, exact: &Answer, found: impl Into<Outcome<'h>>) -> Option<Wrong> {
         let lattice = Lattice::of(ray);
         let (found, end) = (found.into(), End::of(ray, exact, lattice.as_ref()));

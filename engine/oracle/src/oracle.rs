@@ -7,7 +7,7 @@
 //!
 //! > e(a, b) = N(a)·D(b) − N(b)·D(a),
 //!
-//! whose sign says which plane is crossed first (a positive one: that of b; zero: both at once). A crossing of a adds 2²⁴·D(b), so
+//! whose sign decides which plane is crossed first (a positive one: that of b; zero: both at once). A crossing of a adds 2²⁴·D(b), so
 //! following the ray takes additions only; how many planes of b are crossed until the ray leaves a block by a plane of a is one division.
 //! This is the integer form of the walk of Amanatides and Woo (1987), in which nothing is ever rounded.
 //!

@@ -45,7 +45,7 @@ pub struct PeriodHit {
 pub struct FaceCoordinate {
     /// Its exact value.
     pub value: f64,
-    /// By how much a tracer in `f32` may be off: what 1 / period loses on the way there.
+    /// The largest error of a tracer in `f32`: the loss of 1 / period on the way there.
     pub tolerance: f64,
 }
 

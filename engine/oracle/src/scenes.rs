@@ -10,14 +10,14 @@ use crate::sets::Random;
 pub struct Scene {
     /// Name.
     pub name: &'static str,
-    /// What it is made to find.
+    /// The faults that it is made to find.
     pub about: &'static str,
     /// Voxels along an edge of its cube.
     pub size: i32,
     solid: Solid,
 }
 
-/// Where a scene is solid, and of what.
+/// The solid cells of a scene, and their material.
 #[derive(Clone, Copy, Debug)]
 enum Solid {
     /// Cell by cell.

@@ -16,7 +16,7 @@ pub use random::Random;
 pub struct RaySet {
     /// Name.
     pub name: &'static str,
-    /// What it holds.
+    /// Its rays.
     pub about: &'static str,
     make: Make,
 }
@@ -34,7 +34,7 @@ enum Make {
 /// The box of a scene's solids: smallest, and one past the largest coordinates.
 type Box3 = [[i64; 3]; 2];
 
-/// What rays are aimed at: a world's box, and some of its solid voxels.
+/// The targets of rays: a world's box, and some of its solid voxels.
 #[derive(Clone, Debug)]
 pub struct RayTargets {
     bounds: Box3,
@@ -258,8 +258,8 @@ impl RaySet {
         ALL.iter().find(|set| set.name == name)
     }
 
-    /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same targets, seed and number, whoever makes the
-    /// blocks and in whatever order.
+    /// The first `count` (at most [`RaySet::BLOCK`]) rays of a block: the same for the same targets, seed and number, on any thread and in
+    /// any order of blocks.
     pub fn block(&self, targets: &RayTargets, seed: u64, number: u64, count: usize) -> Vec<Ray> {
         let count = count.min(Self::BLOCK);
         let mut random = self.random(seed, number);

@@ -133,7 +133,7 @@ fn moving_ray_and_world_moves_the_hit() {
     }
 }
 
-/// A ray may be said to be free up to any time before its hit, and one that hits nothing up to any time at all.
+/// A ray may count as free up to any time before its hit, and one that hits nothing up to any time at all.
 #[test]
 fn rays_may_begin_anywhere_before_their_hit() {
     for (name, corner) in
@@ -194,7 +194,7 @@ fn turned_and_mirrored_worlds_are_hit_alike() {
             let (first, second) = (tree.trace(ray), Tree64::new(&turned_words).trace(&turned));
             let expected = first.map(|hit| (cell(hit.voxel), hit.t.to_bits()));
             assert_eq!(second.map(|hit| (hit.voxel, hit.t.to_bits())), expected, "{order:?} {mirrored:?} {ray:?}");
-            // Two faces of an edge are told apart by the order of the axes.
+            // The order of the axes decides between the two faces of an edge.
             if let (Some(first), Some(second), false) = (first, second, exact::first_hit(&here, ray).tie) {
                 let face = (0..3)
                     .find(|&i| order[i] as u32 == first.face / 2)

@@ -112,7 +112,7 @@ pub(super) fn rgb(picture: &Picture) -> Vec<u8> {
     rgb
 }
 
-/// Red, green and blue; one channel is grey. The format has neither negative numbers nor NaN, which become 0, nor infinity.
+/// Red, green and blue; one channel is grey. The format has neither negative numbers nor NaN, which become 0, and no infinity.
 fn radiance(texels: &Texels) -> Vec<[f32; 3]> {
     let grey = texels.format.channels() == 1;
     let value = |x: f32| if x > 0.0 { x.min(f32::MAX / 2.0) } else { 0.0 };

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-/// Why an output could not be written, or what is wrong with the argument that names it.
+/// Why an output could not be written, or the fault of the argument that names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputError {
-    /// What is wrong, with the path.
+    /// The message, with the path.
     pub message: String,
-    /// What to do about it, one suggestion each.
+    /// Advice, one suggestion each.
     pub help: Vec<String>,
     /// Whether ffmpeg failed. Then the frames are good, but the film is not.
     pub ffmpeg: bool,

@@ -16,7 +16,7 @@ use raxel_shader::interface::ScalarKind;
 /// The bytes of the EXR file: a layer of each target. Equal texels give equal bytes.
 pub(super) fn encode(targets: &[(String, Texels)]) -> exr::error::Result<Vec<u8>> {
     let layers: SmallVec<[_; 2]> = targets.iter().map(|(name, texels)| layer(texels, name)).collect();
-    // What is displayed: the extents of the layers may differ.
+    // The display window: the extents of the layers may differ.
     let size = |axis: fn(&Texels) -> u32| targets.iter().map(|(_, texels)| axis(texels)).max().unwrap_or(1) as usize;
     let window = IntegerBounds::from_dimensions((size(|t| t.width), size(|t| t.height)));
     let mut bytes = Cursor::new(Vec::new());

@@ -1,4 +1,4 @@
-//! A film: frames piped as they are into ffmpeg, which is found on the path and started with nothing that a file says.
+//! A film: frames piped as they are into ffmpeg, which is found on the path and started without any argument from a file.
 
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
@@ -31,7 +31,7 @@ pub fn version() -> Option<String> {
 }
 
 impl Film {
-    /// Starts ffmpeg for frames of a size and a rate (frames a second). An error says why the file cannot be written.
+    /// Starts ffmpeg for frames of a size and a rate (frames a second). An error has the reason why the file cannot be written.
     pub fn start(path: &Path, size: [u32; 2], rate: f64) -> Result<Self> {
         let pending = Pending::new(path)?;
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -86,7 +86,7 @@ impl Film {
     pub fn frame(&mut self, rgba: &[u8]) -> Result {
         let Some(pipe) = &mut self.frames else { return Ok(()) };
         if pipe.write_all(rgba).is_err() {
-            // It has stopped reading: it says why on its stderr.
+            // It has stopped reading: the reason is on its stderr.
             return Err(self.failure());
         }
         Ok(())

@@ -74,7 +74,7 @@ fn remove_in_use(folder: &Path) {
     }
 }
 
-/// A folder that holds something cannot be removed, which is what is wanted.
+/// A folder that holds something cannot be removed, and must not be.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
         let _ = std::fs::remove_dir(folder);

@@ -16,7 +16,7 @@ use crate::error::{OutputError, Result};
 pub struct FrameList {
     path: PathBuf,
     file: File,
-    /// What was listed when it was opened.
+    /// The lines that it had when it was opened.
     listed: BTreeMap<u64, String>,
 }
 
@@ -132,13 +132,13 @@ mod tests {
         let cut = text.find("\n3 ").unwrap() + 20;
         fs::write(&list, &text[..cut]).unwrap();
         assert_eq!(finished(), 1);
-        // What comes after it stands on a line of its own.
+        // The next frame stands on a line of its own.
         open().unwrap().add(3, b"frame 3").unwrap();
         assert_eq!(finished(), 2);
 
         let other = FrameList::open(&list, "render b").unwrap_err();
         assert!(other.message.contains("begins with `render a`"), "{}", other.message);
-        // The message stays one line, whatever the file is.
+        // The message stays one line, for any file.
         fs::write(&list, [&[0xff, 0xfe, 0x1b, b'['][..], &[b'a'; 4096]].concat()).unwrap();
         let message = open().unwrap_err().message;
         assert!(message.ends_with("a…`") && message.len() < 400 && !message.contains('\u{1b}'), "{message}");

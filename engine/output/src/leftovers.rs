@@ -1,5 +1,5 @@
-//! What a signal must not leave behind. A process that a signal ends (Ctrl-C, `kill`, a closed terminal) runs no destructors, so what
-//! they would remove is listed here, and removed before the signal has its usual effect.
+//! Files that a signal must not leave behind. A process that a signal ends (Ctrl-C, `kill`, a closed terminal) runs no destructors, so the
+//! files that these would remove are listed here, and removed before the signal has its usual effect.
 
 use std::collections::BTreeMap;
 #[cfg(unix)]
@@ -11,7 +11,7 @@ type Undo = Box<dyn FnOnce() + Send>;
 /// The number of the last one, and each with its number.
 type List = (u64, BTreeMap<u64, Undo>);
 
-/// What there is to undo, in the order in which it was listed.
+/// The steps to undo, in the order in which they were listed.
 static LISTED: Mutex<List> = Mutex::new((0, BTreeMap::new()));
 
 /// Something that is undone when a signal ends the process; dropped, it no longer is.
@@ -59,7 +59,7 @@ pub fn watch_signals() {
     });
 }
 
-/// A bit for each signal that this process ignores; none where the system does not tell.
+/// A bit for each signal that this process ignores; none where the system has no such list.
 #[cfg(unix)]
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

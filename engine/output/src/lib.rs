@@ -97,7 +97,7 @@ impl Output {
         let folder = argument.trim_end_matches(['/', '\\']);
         let path = PathBuf::from(argument);
         if argument.ends_with(['/', '\\']) || path.is_dir() {
-            // Somebody who writes the name of a picture or a film means no folder of that name.
+            // A name with the extension of a picture or a film means no folder of that name.
             if let Some((extension, _)) = written(Path::new(folder)) {
                 return Err(OutputError::new(format!("`{argument}` is a folder, and its name is that of a file"))
                     .help(format!("a name that is free, or a number for each frame: {folder}/%04d.png"))
@@ -163,7 +163,7 @@ impl Output {
     }
 }
 
-/// The extension of a name, in lower case, if it says what to write, with the form of a picture; a film has none.
+/// The extension of a name, in lower case, if it is that of an output, with the form of a picture; a film has none.
 fn written(path: &Path) -> Option<(String, Option<PictureFormat>)> {
     let extension = path.extension()?.to_string_lossy().to_lowercase();
     let kind = PictureFormat::EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|(_, kind)| *kind);

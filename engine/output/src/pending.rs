@@ -175,7 +175,7 @@ fn open_stream(path: &Path) -> io::Result<File> {
 fn reason_of_stream(error: &io::Error) -> String {
     #[cfg(unix)]
     if error.raw_os_error() == Some(rustix::io::Errno::NXIO.raw_os_error()) {
-        return "it is a pipe that nobody reads".to_owned();
+        return "it is a pipe without a reader".to_owned();
     }
     error.to_string()
 }

@@ -1,5 +1,5 @@
 //! From a frame to its file, beside the rendering: workers encode on all cores, and one writer puts the results in place in the order of
-//! the frames. So many frames are on their way at once that no core waits, and no more: whoever hands over another one waits.
+//! the frames. Just enough frames are on their way that no core waits. Handing over one more waits.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -114,7 +114,7 @@ impl Pipeline {
         Ok(Busy { encode: busy(&self.shared.encode), write: busy(&self.shared.write) })
     }
 
-    /// Lets all threads come to their end, and gives what the writer says.
+    /// Lets all threads come to their end, and returns the writer's result.
     fn end(&mut self) -> Result {
         drop(self.jobs.take());
         for worker in self.workers.drain(..) {
@@ -140,7 +140,7 @@ fn named<T: Send + 'static>(name: &str, run: impl FnOnce() -> T + Send + 'static
     started.map_err(|error| OutputError::new(format!("the system starts no thread for the {name} of frames: {error}")))
 }
 
-/// A worker: one frame after another, until no more come or nobody takes them.
+/// A worker: one frame after another, until no more come or the receiver is gone.
 #[expect(clippy::cast_possible_truncation, reason = "2⁶⁴ nanoseconds are 584 years")]
 fn encode_all(queue: &Mutex<Receiver<Job>>, done: &Sender<Done>, coding: Coding, shared: &Shared) {
     loop {

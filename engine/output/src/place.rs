@@ -71,7 +71,7 @@ impl Destination {
                 let mut out = std::io::stdout().lock();
                 out.write_all(bytes).and_then(|()| out.flush()).map_err(|error| {
                     OutputError::new(match error.kind() {
-                        ErrorKind::BrokenPipe => "stdout is a pipe that nobody reads any more".to_owned(),
+                        ErrorKind::BrokenPipe => "stdout is a pipe without a reader".to_owned(),
                         _ => format!("stdout cannot be written: {error}"),
                     })
                 })

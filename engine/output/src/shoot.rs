@@ -20,7 +20,7 @@ use crate::error::OutputError;
 /// Most targets that can be read back in one frame.
 pub const MOST_LAYERS: usize = 8;
 
-/// What is read back.
+/// The data that is read back.
 #[derive(Clone, Debug)]
 pub enum Layers {
     /// The displayed picture.
@@ -58,7 +58,7 @@ pub struct Shoot {
     pub run: Range<u64>,
     /// Frames to write, a part of `run`.
     pub wanted: Range<u64>,
-    /// What to read back of each frame.
+    /// The data to read back of each frame.
     pub layers: Layers,
     /// The form of the written frames.
     pub coding: Coding,
@@ -119,7 +119,7 @@ enum Requested {
 
 impl Shoot {
     /// Runs the frames. `frame_of` runs one frame. raxel calls `each` after each frame. The caller chooses the error type, so that it can
-    /// tell a lost device from a full disk.
+    /// distinguish a lost device from a full disk.
     pub fn run<E: From<OutputError> + From<ReadError>>(
         &self,
         session: &mut Session,

@@ -7,8 +7,8 @@ use raxel_shader::interface::ScalarKind;
 use super::coding::Shot;
 use crate::error::{OutputError, Result};
 
-/// Where the rays of sample `index` of `of` go through a pixel, in pixels from its middle, right and down: the R2 sequence (Roberts, "The
-/// Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted so that the mean is the middle. One sample is in the middle.
+/// The place in a pixel of the rays of sample `index` of `of`, in pixels from its centre, right and down: the R2 sequence (Roberts, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences", 2018), shifted so that the mean is the centre. One sample is at the centre.
 #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "there are two axes")]
 pub(super) fn offset(index: u32, of: u32) -> [f64; 2] {
     /// The plastic number, whose powers make the steps.
@@ -148,7 +148,7 @@ mod tests {
         sum.add(&shot(0)).unwrap();
         sum.add(&shot(255)).unwrap();
         let Shot::Picture(picture) = sum.average(shot(255)) else { panic!() };
-        // Half the light of white is 188, not 128; what is equal stays.
+        // Half the light of white is 188, not 128; equal samples stay.
         assert_eq!(picture.rgba, [188, 188, 7, 255]);
     }
 

@@ -48,7 +48,7 @@ pub fn write_take(project: &Project, name: &str, take: &Take) -> Result<String> 
     let sound = sound.transpose()?;
     let written = demo.finish_new(take.text.as_bytes());
     if let (Err(_), Some(sound)) = (&written, sound) {
-        // The error says what matters; what is left has no demo.
+        // The error has the reason; the rest has no demo.
         let _ = fs::remove_file(sound);
     }
     written.map(|()| path)
@@ -71,7 +71,7 @@ fn wav(samples: &[i16]) -> Vec<u8> {
     file.extend(b"RIFF");
     file.extend((36 + bytes).to_le_bytes());
     file.extend(b"WAVEfmt ");
-    // The length of what follows, whole numbers, one channel.
+    // The length of the next part, whole numbers, one channel.
     file.extend(16_u32.to_le_bytes());
     file.extend([1_u16, 1].map(u16::to_le_bytes).concat());
     file.extend([SAMPLE_RATE, 2 * SAMPLE_RATE].map(u32::to_le_bytes).concat());

@@ -1,4 +1,4 @@
-//! What egui has drawn, in the form that the overlay of a window takes: textures by number, triangles in points. Nothing is copied.
+//! egui's drawings, in the form that the overlay of a window takes: textures by number, triangles in points. Nothing is copied.
 
 use egui::epaint::{ClippedPrimitive, ImageData, ImageDelta, Primitive, Vertex};
 use egui::{TextureFilter, TextureId};
@@ -23,7 +23,7 @@ pub fn patch(delta: &ImageDelta) -> TexturePatch<'_> {
     }
 }
 
-/// The triangles of what was tessellated, in order. What egui leaves to callbacks is left out.
+/// The tessellated triangles, in order. egui's callbacks are left out.
 pub fn meshes(painted: &[ClippedPrimitive]) -> Vec<OverlayMesh<'_>> {
     painted.iter().filter_map(mesh).collect()
 }

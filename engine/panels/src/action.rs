@@ -1,4 +1,4 @@
-//! What the user asks for.
+//! The user's requests.
 
 use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown, Sought};
 
@@ -46,7 +46,7 @@ pub enum Action {
     Pin(Option<[u32; 2]>),
     /// Pin the next texel whose channel has what is looked for, or the one before.
     Find {
-        /// What is looked for.
+        /// The wanted values.
         sought: Sought,
         /// The channel.
         channel: u32,
@@ -65,7 +65,7 @@ pub enum Action {
     CompareMode(CompareMode),
     /// Show the kept picture alone, or not any more.
     Flip,
-    /// What differences are multiplied by.
+    /// The factor of differences.
     Gain(f32),
     /// Find how far what is shown is from the kept picture.
     Measure,
@@ -125,7 +125,7 @@ pub enum Action {
     WriteCamera(String),
     /// Voxels that the camera flies in a second.
     Speed(f64),
-    /// What the right mouse button does to voxels from now on.
+    /// The effect of the right mouse button on voxels from now on.
     Brush(Brush),
     /// Take the newest edit back.
     Undo,

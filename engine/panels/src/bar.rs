@@ -31,7 +31,7 @@ pub(crate) fn clock(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     }
 }
 
-/// What is shown, and whether it is what the files say.
+/// The shown target, and whether it is as in the files.
 pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     let status = &view.status;
     ui.separator();

@@ -48,7 +48,7 @@ fn numbers(ui: &mut Ui, frame: &Frame<'_>) {
     ui.weak(&frame.device);
 }
 
-/// What there is of the world, what it takes, and what was done to it.
+/// The size of the world, its memory, and its changes.
 fn world(ui: &mut Ui, world: &WorldStatistics) {
     ui.weak("world");
     let mut voxels = 0;
@@ -103,7 +103,7 @@ fn settings(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {
     let [low, high] = frame.scales;
     let slider = Slider::new(&mut scale, low..=high).logarithmic(true).max_decimals(3).text("scale");
     let hint = format!("{} × {} pixels", frame.output[0], frame.output[1]);
-    // Targets are made anew for another size: not while the handle moves.
+    // Targets are created again for another size: not while the handle moves.
     let response = ui.add(slider.update_while_editing(false)).on_hover_text(hint);
     if response.drag_stopped() || (response.changed() && !response.dragged()) {
         actions.push(Action::Scale(scale));
@@ -152,7 +152,7 @@ fn nice(value: f32) -> f32 {
     [1.0, 2.0, 5.0, 10.0].map(|step| step * power).into_iter().find(|&step| step >= value).unwrap_or(value)
 }
 
-/// Five digits at most, of which three stand behind the point.
+/// Five digits at most, three of them behind the point.
 pub(crate) fn milliseconds(value: Option<f32>) -> String {
     let Some(value) = value else { return "–".to_owned() };
     let decimals = match value {

@@ -2,7 +2,7 @@
 
 use crate::view::{Pass, Resource};
 
-/// What a node stands for.
+/// The thing that a node stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Of {
     /// A pass, by its index.
@@ -40,7 +40,7 @@ pub(crate) fn lay_out(passes: &[Pass<'_>], resources: &[Resource]) -> Drawing {
             let found = || drawing.add(Of::Resource { resource: index, after: None }, 0);
             read.push(*newest[index].get_or_insert_with(found));
         }
-        // What it only writes must not stand left of what it takes the place of.
+        // A resource that it only writes must not stand left of the one that it replaces.
         let replaced = resources.iter().enumerate().filter(|(_, resource)| used(resource).writes);
         let replaced = replaced.filter_map(|(index, _)| newest[index]);
         let before = read.iter().copied().chain(replaced).map(|node| drawing.nodes[node].column).max();
@@ -63,7 +63,7 @@ impl Drawing {
         self.nodes.len() - 1
     }
 
-    /// Columns from the left: each node beside the middle of what leads to it, none over another.
+    /// Columns from the left: each node beside the centre of those that lead to it, none over another.
     fn place_rows(&mut self) {
         let mut leading: Vec<Vec<usize>> = vec![Vec::new(); self.nodes.len()];
         for [from, to] in &self.edges {

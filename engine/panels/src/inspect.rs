@@ -1,4 +1,4 @@
-//! What the shown resource holds: mip, layer, channel, range, distribution, the texel under the cursor and a pinned one, the rows of a
+//! The contents of the shown resource: mip, layer, channel, range, distribution, the texel under the cursor and a pinned one, the rows of a
 //! buffer.
 
 use egui::{
@@ -132,7 +132,7 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
     });
 }
 
-/// Buttons that pin the texel before and the next one of which a count speaks.
+/// Buttons that pin the previous and the next texel of a count.
 #[expect(clippy::cast_possible_truncation, reason = "there are four channels")]
 fn jumps(ui: &mut Ui, any: bool, (sought, index, channel): (Sought, usize, &str), actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
@@ -221,7 +221,7 @@ fn texel(ui: &mut Ui, id: &str, found: &Inspected, texel: &Texel) {
     });
 }
 
-/// Texels as squares, the one in the middle framed.
+/// Texels as squares, the central one framed.
 fn squares(ui: &mut Ui, zoom: &Zoom) {
     let cell = (ui.available_width() / Zoom::SIDE as f32).clamp(4.0, 16.0).floor();
     let (response, painter) = ui.allocate_painter(Vec2::splat(cell * Zoom::SIDE as f32), Sense::hover());

@@ -18,7 +18,7 @@ pub enum Panel {
     Graph,
     /// Live values.
     Params,
-    /// What the shown resource holds.
+    /// The contents of the shown resource.
     Inspect,
     /// A kept picture beside what is shown.
     Compare,
@@ -28,7 +28,7 @@ pub enum Panel {
     Frame,
     /// The demo.
     Timeline,
-    /// What is wrong.
+    /// The problems.
     Problems,
 }
 
@@ -126,10 +126,10 @@ impl Layout {
         Self { visible: true, zoom: 1.0, timeline: true, beside: false, docks, windows: Vec::new() }
     }
 
-    /// Reads what [`Layout::write`] has written. What is missing has its default.
+    /// Reads what [`Layout::write`] has written. A missing value has its default.
     ///
     /// # Errors
-    /// What is wrong with the text, in one line.
+    /// Returns the mistake in the text, in one line.
     pub fn read(text: &str) -> Result<Layout, String> {
         let file: File = toml::from_str(text).map_err(|error| error.message().to_owned())?;
         Ok(file.layout())

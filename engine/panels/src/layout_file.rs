@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layout::{Layout, Panel};
 
-/// What a tab shows.
+/// The contents of a tab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Tab {
@@ -33,7 +33,7 @@ pub(crate) struct File {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", untagged)]
 enum Area {
-    /// Tabs, of which one is in front.
+    /// Tabs. One is in front.
     Tabs {
         tabs: Vec<Tab>,
         #[serde(default)]
@@ -78,7 +78,7 @@ impl Default for File {
 }
 
 impl File {
-    /// What a layout is kept as.
+    /// The stored form of a layout.
     pub(crate) fn of(layout: &Layout) -> Self {
         let docks = area(layout.docks.main_surface(), NodeIndex::root()).unwrap_or_else(Area::picture);
         let floating = layout.docks.iter_surfaces().enumerate().filter_map(|(index, surface)| match surface {
@@ -95,7 +95,7 @@ impl File {
         Self { visible, zoom, timeline, beside, floating: floating.collect(), docks }
     }
 
-    /// The layout. What cannot be is left out: a panel that is there twice, a size that is no number.
+    /// The layout. An impossible part is left out: a panel that is there twice, a size that is no number.
     pub(crate) fn layout(mut self) -> Layout {
         let mut seen = Vec::new();
         self.docks.keep_once(&mut seen);
@@ -130,7 +130,7 @@ impl File {
     }
 }
 
-/// What a node of a tree is kept as.
+/// The stored form of a node of a tree.
 fn area(tree: &Tree<Tab>, node: NodeIndex) -> Option<Area> {
     if node.0 >= tree.len() {
         return None;

@@ -249,7 +249,7 @@ fn choice(ui: &mut Ui, param: &Param, component: &mut f64) -> bool {
     before.to_bits() != component.to_bits()
 }
 
-/// What it does, its name and range, and where it is declared.
+/// Its purpose, its name and range, and the place of its declaration.
 fn hint_of(param: &Param) -> String {
     let about = param.tooltip.as_ref().map_or_else(String::new, |text| format!("{text}\n\n"));
     let range = match (param.range, param.choices.as_slice()) {

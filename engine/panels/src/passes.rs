@@ -69,18 +69,18 @@ fn row(
     }
 }
 
-/// What a pass shows: the part that it writes of the resource that it is best known by.
+/// The target of a pass: the part that it writes of the resource that it is best known by.
 pub(crate) fn target(view: &View<'_>, index: usize) -> Option<Shown> {
     let pass = &view.passes[index];
     let resource = pass.output.and_then(|index| view.resources.get(index))?;
-    // What is left out has no place in the frame after which something could be shown.
+    // A skipped pass has no place in the frame after which something could be shown.
     let after = pass.state.is_planned().then(|| pass.after.to_owned());
     // A pass of a loop writes another mip in each round.
     let used = resource.uses.get(index).copied().unwrap_or_default();
     Some(Shown::after(resource.name.clone(), after).part(used))
 }
 
-/// What is said of a pass while the pointer rests on it.
+/// The tooltip of a pass.
 pub(crate) fn about(ui: &mut Ui, view: &View<'_>, index: usize) {
     let pass = &view.passes[index];
     ui.label(RichText::new(pass.name).strong());

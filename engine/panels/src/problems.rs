@@ -1,4 +1,4 @@
-//! What is wrong, as the terminal says it.
+//! The problems, as the terminal prints them.
 
 use egui::{RichText, Ui};
 

@@ -93,7 +93,7 @@ fn cell(ui: &mut Ui, view: &View<'_>, (row, resource): (usize, &Resource), rect:
     } else if response.hovered() {
         ui.painter().rect_stroke(rect, 2.0, Stroke::new(1.0, Color32::WHITE), egui::StrokeKind::Inside);
     }
-    // What is unused now is run when it is asked for; a pass whose `when` does not hold never is.
+    // A pass that is unused now runs on request; a pass whose `when` does not hold never runs.
     let runs = |pass: &Pass<'_>| pass.state != PassState::Condition;
     if resource.opaque || !runs(pass) {
         return;

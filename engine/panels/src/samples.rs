@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 /// Measurements that are kept: four seconds at sixty frames a second.
 const KEPT: usize = 240;
 
-/// What is usual is found among the measurements of so long before the newest: where frames are slow, older ones say what was.
+/// The usual value is found among the measurements of this time before the newest: where frames are slow, older ones count.
 const RECENT: Duration = Duration::from_secs(4);
 
-/// But among so many of them, however long they took.
+/// But among at least this many of them, of any age.
 const FEWEST: usize = 3;
 
 /// A window over the last measurements, in the order in which they came.
@@ -21,12 +21,12 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Measurements of which the first counts only until there is another: a driver may still compile in it.
+    /// Measurements that drop the first one as soon as there is another: a driver may still compile in it.
     pub fn warming() -> Self {
         Self { warming: true, ..Self::default() }
     }
 
-    /// Adds one; the oldest goes when there are too many. What is no finite number is left out.
+    /// Adds one; the oldest goes when there are too many. A value that is no finite number is left out.
     pub fn push(&mut self, value: f64) {
         self.push_at(value, Instant::now());
     }
@@ -59,7 +59,7 @@ impl Samples {
         self.kept.back().map(|(value, _)| *value)
     }
 
-    /// The middle one by size of the recent ones.
+    /// The median of the recent ones.
     pub fn median(&self) -> Option<f32> {
         self.quantile(0.5)
     }

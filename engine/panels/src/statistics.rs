@@ -1,4 +1,4 @@
-//! What the values of a channel are like: their range, their distribution, and how many are no numbers.
+//! Statistics of a channel's values: their range, their distribution, and how many are no numbers.
 
 /// Bars of a histogram.
 pub const BINS: usize = 64;

@@ -19,7 +19,7 @@ pub(crate) struct Switcher {
     first: Option<u64>,
 }
 
-/// What came of a drawing of the list.
+/// The result of drawing the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Switching {
     Goes,
@@ -43,7 +43,7 @@ impl Switcher {
             let hint = RichText::new("a graph, a world or a demo").weak();
             let field = ui.add(TextEdit::singleline(&mut self.filter).desired_width(f32::INFINITY).hint_text(hint));
             field.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "file to open"));
-            // What is typed is always the filter: a key that no field takes would move the camera.
+            // Typed text is always the filter: a key that no field takes would move the camera.
             field.request_focus();
             if field.changed() {
                 self.chosen = 0;

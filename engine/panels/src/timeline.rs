@@ -167,7 +167,7 @@ fn handle(
     if lasts > 0.0 {
         let bar = Rect::from_x_y_ranges(x..=scale.x(at + lasts).max(x), y - 3.0..=y + 3.0);
         ui.painter().rect_filled(bar, 2.0, Color32::from_rgb(110, 95, 45));
-        // What lasts is taken by any place of it.
+        // A bar can be taken at any place of it.
         rect.max.x = rect.max.x.max(bar.max.x);
     }
     let response = ui.interact(rect, Id::new(("key", &track.name, key)), sense);
@@ -237,7 +237,7 @@ mod tests {
         // Between two that are closer than a step there is no room: it stays.
         let close = Track { keys: vec![1.0, 1.005, 1.01], ..track.clone() };
         assert_eq!(between(&close, 1, 1.1, 6.0).to_bits(), 1.005_f64.to_bits());
-        // What lasts ends with the demo at the latest.
+        // A bar ends with the demo at the latest.
         let caption = Track { lasting: vec![1.5], ..Track::new(Lane::Captions, "captions", vec![1.0]) };
         assert!((between(&caption, 0, 6.0, 6.0) - 4.5).abs() < 1e-9);
     }

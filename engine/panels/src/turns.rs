@@ -20,7 +20,7 @@ pub fn turns(mut input: RawInput) -> Vec<RawInput> {
     }
     let whole = |(index, events)| RawInput {
         events,
-        // What is dropped on the window is dropped once.
+        // Files that are dropped on the window are dropped once.
         dropped_files: if index == 0 { input.dropped_files.clone() } else { Vec::new() },
         ..input.clone()
     };

@@ -1,4 +1,4 @@
-//! What the panels show, as plain data. The window fills it anew for each frame that it draws.
+//! The contents of the panels, as plain data. The window fills it for each frame that it draws.
 
 mod comparing;
 mod demo;
@@ -18,7 +18,7 @@ pub use magnified::{Magnified, WrittenTexel};
 /// Everything that the panels show.
 #[derive(Clone, Debug, Default)]
 pub struct View<'a> {
-    /// What is shown and what is wrong with it.
+    /// The shown target and the problems.
     pub status: Status,
     /// Times, memory, scale.
     pub frame: Frame<'a>,
@@ -30,7 +30,7 @@ pub struct View<'a> {
     pub thumbnails: Vec<Thumbnail>,
     /// Live values in the order of the file.
     pub params: Vec<Param>,
-    /// What is moved of them becomes keys of the demo.
+    /// Moved params become keys of the demo.
     pub records: bool,
     /// Named values of them, by name.
     pub presets: Vec<Preset>,
@@ -42,22 +42,22 @@ pub struct View<'a> {
     pub world: World<'a>,
     /// The demo, if one runs.
     pub timeline: Option<Timeline>,
-    /// What the shown resource holds.
+    /// The contents of the shown resource.
     pub inspected: Option<&'a Inspected>,
     /// The part of the picture that fills the window.
     pub magnified: Magnified,
-    /// What the picture is compared with.
+    /// The comparison of the picture.
     pub compare: Compare,
     /// Files of the project that can be opened, as they were listed last: by kind, and each kind in order of path.
     pub files: &'a [ProjectFile],
 }
 
-/// What is shown and how it stands with it.
+/// The shown target, and its state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// Name of the graph.
     pub graph: String,
-    /// What is shown; its resource is never empty.
+    /// The shown target; its resource is never empty.
     pub shown: Shown,
     /// The same while the pointer rests on no pass.
     pub locked: Shown,
@@ -69,7 +69,7 @@ pub struct Status {
     pub generation: u64,
     /// A newer generation that is wrong.
     pub failed: Option<u64>,
-    /// No plan could be made for the size or debug target that is wanted.
+    /// There is no plan for the wanted size or debug target.
     pub refused: bool,
     /// The device has worked for long: on which pass, if that is known, and since how many seconds.
     pub busy: Option<(Option<String>, u64)>,
@@ -85,7 +85,7 @@ pub struct Status {
     pub written: Vec<String>,
 }
 
-/// What a file of the project is.
+/// The kinds of files of a project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "each is the kind of its name")]
 pub enum FileKind {
@@ -97,7 +97,7 @@ pub enum FileKind {
 /// A file of the project that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProjectFile {
-    /// What it is.
+    /// Its kind.
     pub kind: FileKind,
     /// Its project path.
     pub path: String,
@@ -153,7 +153,7 @@ impl Shown {
         Self { mip: used.mip, layer: used.layer, ..self }
     }
 
-    /// Whether it is the same resource at the same point, of which another mip or layer may be seen.
+    /// Whether it is the same resource at the same point; another mip or layer may be seen.
     pub(crate) fn is_at(&self, point: &Self) -> bool {
         Self { mip: point.mip, layer: point.layer, ..self.clone() } == *point
     }
@@ -191,15 +191,15 @@ pub struct Frame<'a> {
 /// A world in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WorldStatistics {
-    /// What there is of it.
+    /// Its extent.
     pub extent: WorldExtent,
-    /// What passes read of it: names, and bytes on the device.
+    /// The sources that passes read of it: names, and bytes on the device.
     pub sources: Vec<(String, u64)>,
     /// Edits that can be undone, and redone.
     pub edits: [usize; 2],
 }
 
-/// What there is of a world.
+/// The extent of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorldExtent {
     /// All of it, always.
@@ -211,7 +211,7 @@ pub enum WorldExtent {
         /// Those of them that give off light.
         lamps: u64,
     },
-    /// What is loaded around the camera.
+    /// The part that is loaded around the camera.
     Around(Loading),
 }
 
@@ -238,7 +238,7 @@ pub struct Loading {
     pub lamps: u64,
 }
 
-/// What became of a pass in the last frame.
+/// The state of a pass in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassState {
     /// It was dispatched.
@@ -297,7 +297,7 @@ pub struct Pass<'a> {
     pub after: &'a str,
     /// Milliseconds of the device, in the frames in which it ran.
     pub times: Option<&'a Samples>,
-    /// What became of it.
+    /// Its state.
     pub state: PassState,
     /// Workgroups.
     pub groups: &'a str,
@@ -356,7 +356,7 @@ pub struct Thumbnail {
     pub rgba: Arc<[u8]>,
 }
 
-/// What components are.
+/// The types of components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "each is the type of its name")]
 pub enum ComponentKind {
@@ -374,7 +374,7 @@ pub struct Param {
     pub name: String,
     /// Text beside the widget.
     pub label: String,
-    /// What its components are.
+    /// The type of its components.
     pub kind: ComponentKind,
     /// Components of its value.
     pub value: Vec<f64>,
@@ -384,7 +384,7 @@ pub struct Param {
     pub range: Option<[f64; 2]>,
     /// Step of a slider.
     pub step: Option<f64>,
-    /// What it does, in a sentence.
+    /// Its purpose, in a sentence.
     pub tooltip: Option<String>,
     /// Unit of the value.
     pub unit: Option<String>,
@@ -470,7 +470,7 @@ impl Map {
     pub const NAMES: [&'static str; 8] = ["color", "raw", "gray", "turbo", "viridis", "normal", "id", "integer"];
 }
 
-/// What the shown resource holds.
+/// The contents of the shown resource.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inspected {
     /// The resource at its point of the frame.
@@ -520,11 +520,11 @@ pub struct Zoom {
 }
 
 impl Zoom {
-    /// Texels across and down; odd, so that one is in the middle.
+    /// Texels across and down; odd, so that one is at the centre.
     pub const SIDE: u32 = 11;
 }
 
-/// What texels can be looked for by.
+/// Properties by which texels can be sought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sought {
     /// NaN.

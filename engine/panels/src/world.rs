@@ -15,7 +15,7 @@ const UNNAMED: &str = "camera";
 pub(crate) struct Fields {
     /// The name under which a camera is written.
     camera: String,
-    /// What the palette is searched by.
+    /// The text that the palette is searched by.
     search: String,
 }
 

@@ -1,4 +1,4 @@
-//! A window that is opened anew, as after the loss of a device, has an egui context of its own.
+//! A window that is opened again, as after the loss of a device, has an egui context of its own.
 
 use raxel_panels::{Layout, Panels};
 

@@ -6,7 +6,7 @@ use egui_kittest::kittest::Queryable as _;
 use raxel_panels::view::{Pass, PassState, Resource, Shown, Use, View};
 use raxel_panels::{Action, Layout, Panel, Panels};
 
-/// What is asked for by a click on a cell of the matrix, with the left button and then with the right one.
+/// The requests of a click on a cell of the matrix, with the left button and then with the right one.
 fn asked(cell: &str) -> [Vec<Action>; 2] {
     let pass = |name: &'static str, state| Pass {
         name,

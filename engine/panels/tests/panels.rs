@@ -71,7 +71,7 @@ fn a_pass_is_locked_by_a_click_and_says_why_it_did_not_run() {
     let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);
     let shown = Shown::after("depth", Some("hit".to_owned()));
     assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
-    // What the pointer rests on is shown, too: that does not lock it.
+    // The target under the resting pointer is shown, too: that does not lock it.
     harness.state_mut().status.shown = shown.clone();
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "hit"), [Action::Show(shown.clone())]);
@@ -138,12 +138,12 @@ fn params_are_set_reset_and_written() {
     harness.get_by_label("Write to base").hover();
     harness.run_steps(60);
     assert!(harness.query_by_label_contains("exposure into graphs/base.toml").is_some());
-    // What was written can be undone.
+    // A write can be undone.
     assert!(harness.query_by_label("Undo write").is_none());
     harness.state_mut().status.written = vec!["graphs/base.toml".to_owned()];
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "Undo write"), [Action::UndoWrite]);
-    // What is as the file has it, or is the demo's, is neither written nor reset.
+    // A value that is as in the file, or is the demo's, has no buttons to write and to reset it.
     harness.state_mut().params[0].driven = true;
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "Write to file"), []);
@@ -207,7 +207,7 @@ fn what_goes_wrong_opens_by_itself_and_its_place_is_copied() {
     (window.status.failed, window.problems) = (None, Vec::new());
     harness.run_steps(3);
     assert!(!harness.state().panels.layout.is_open(Panel::Problems));
-    // What it lay over comes back.
+    // The panel below it comes back.
     harness.state_mut().panels.layout.open(Panel::Frame);
     for failed in [18, 19] {
         let window = harness.state_mut();
@@ -263,7 +263,7 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     ] {
         assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
     }
-    // A count of nothing takes one nowhere, and is said of the chosen channel only.
+    // A count of nothing is no button, and only the chosen channel has counts.
     assert!(harness.query_by_label("infinite in g").is_none());
     let find = |sought, channel, forward| [Action::Find { sought, channel, forward }];
     assert_eq!(click(&mut harness, "next NaN in g"), find(Sought::Nan, 1, true));
@@ -278,12 +278,12 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
 }
 
-/// Everything that can be seen and read of a window, in order: what it is, what it says, its state, and where it is, in points.
+/// Everything that can be seen and read of a window, in order: its role, its text, its state, and its place, in points.
 fn seen(harness: &Harness<'_, Window>) -> String {
     let mut text = String::new();
     for node in harness.root().children_recursive() {
         let node = node.accesskit_node();
-        // What only holds others together has no place, and the lines of a text are its value.
+        // A node that only holds others together has no place, and the lines of a text are its value.
         let Some(rect) = node.bounding_box().filter(|_| node.role() != egui::accesskit::Role::TextRun) else {
             continue;
         };
@@ -476,7 +476,7 @@ fn a_narrow_panel_of_params_leaves_labels_whole() {
     assert!((width(200.0) - width(600.0)).abs() < 1.0, "{} {}", width(200.0), width(600.0));
 }
 
-/// Two tabs beside each other, of which the left one has this share of the window.
+/// Two tabs beside each other. The left one has this share of the window.
 fn side_by_side(left: &str, right: &str, share: f32) -> Layout {
     let tabs = |tab: &str| format!("{{ tabs = [\"{tab}\"] }}");
     let text =
@@ -492,7 +492,7 @@ fn a_press_that_resizes_a_dock_is_not_the_pictures() {
             window.timeline = Some(Timeline { duration: 10.0, ..Timeline::default() });
             window.harness(1280.0, 720.0)
         };
-        // A line through the middle of the window, from the picture outwards.
+        // A line through the centre of the window, from the picture outwards.
         let outwards = if panel == Panel::Passes { -1.0 } else { 1.0 };
         let middle = if across { 640.0 } else { 360.0 };
         let at = |along: f32| if across { egui::pos2(along, 400.0) } else { egui::pos2(600.0, along) };
@@ -534,7 +534,7 @@ fn a_panel_is_a_tab_a_window_or_a_part_of_the_window() {
     harness.get_by_label("Write to file");
     click(&mut harness, "Params");
     assert!(harness.query_by_label("Write to file").is_none() && harness.state().panels.layout.is_open(Panel::Inspect));
-    // What is drawn is what is kept.
+    // The drawn layout is the kept one.
     let layout = harness.state().panels.layout.clone();
     let again = Layout::read(&layout.write()).unwrap();
     assert_eq!(again, layout);
@@ -678,7 +678,7 @@ fn a_narrow_window_shows_a_side_that_has_a_panel() {
     harness.get_by_label("hit");
 }
 
-/// What is open in a wide window is a tab in a narrow one.
+/// An open panel of a wide window is a tab in a narrow one.
 #[test]
 fn a_narrow_window_has_a_tab_for_each_open_panel() {
     let mut harness = Window::new(&[Panel::Passes, Panel::Params, Panel::Frame]).harness(640.0, 400.0);
@@ -758,7 +758,7 @@ fn a_kept_picture_is_compared_in_the_ways_that_are_asked_for() {
     harness.run_steps(2);
     assert_eq!(click(&mut harness, "Measure"), []);
     harness.state_mut().compare.mode = CompareMode::Wipe;
-    // What cannot be compared is said, and not measured.
+    // A target that cannot be compared has a message, and no figures.
     harness.state_mut().compare.refused = Some("the shown target is 4×4, the kept picture 8×8".to_owned());
     harness.run_steps(2);
     harness.get_by_label("the shown target is 4×4, the kept picture 8×8");
@@ -900,7 +900,7 @@ fn a_file_of_the_project_is_found_by_words_and_opened() {
     assert!(harness.query_by_label("worlds/a.toml").is_none());
     let open = |path: &str| [Action::Open(FileKind::Graph, path.to_owned())];
     assert_eq!(press(&mut harness, &[egui::Key::ArrowDown, egui::Key::Enter]), open("graphs/test.toml"));
-    // Escape leaves everything as it is, and a filter that nothing has says so.
+    // Escape leaves everything as it is, and a filter without a match has a message.
     listed(&mut harness);
     harness.get_by_label("file to open").type_text("nothing");
     harness.run_steps(4);

@@ -47,7 +47,7 @@ const ROUNDING: u8 = 24;
 /// Name of a size, pixels of the window, and pixels for each point.
 const SIZES: [(&str, [u32; 2], f32); 2] = [("100", [640, 400], 1.0), ("200", [840, 640], 2.0)];
 
-/// What the panels are drawn over.
+/// The colour under the panels.
 const GROUND: [f32; 4] = [0.35, 0.42, 0.5, 1.0];
 
 /// A device with the window's painter.

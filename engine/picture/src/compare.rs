@@ -63,7 +63,7 @@ pub fn compare(reference: &Picture, other: &Picture) -> Result<Comparison, Compa
     }
     let error = flip(displayed(reference), displayed(other), DEFAULT_PIXELS_PER_DEGREE);
     Ok(Comparison {
-        // Equal pictures are equal, whatever the rounding of the metric.
+        // Equal pictures have no error, although the metric rounds.
         flip: if differing == 0 { 0.0 } else { f64::from(FlipPool::from_image(&error).mean()) },
         rmse: (squares / (3 * reference.pixels.len()) as f64).sqrt(),
         max,

@@ -19,11 +19,11 @@ pub struct Picture {
     pub height: u32,
     /// `width × height` pixels: red, green, blue. One channel of a file is grey; alpha is left out.
     pub pixels: Vec<[f32; 3]>,
-    /// What the numbers mean.
+    /// The meaning of the numbers.
     pub encoding: Encoding,
 }
 
-/// What the numbers of a picture mean.
+/// The meaning of the numbers of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// sRGB-encoded, 0 to 1: a PNG or JPEG.

@@ -1,4 +1,4 @@
-//! Reads PNG, JPEG, Radiance HDR and OpenEXR, told apart by their contents.
+//! Reads PNG, JPEG, Radiance HDR and OpenEXR, identified by their contents.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub enum ReadError {
     /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// It is neither PNG, JPEG, HDR nor EXR, or is broken.
+    /// It is no PNG, JPEG, HDR or EXR, or is broken.
     #[error("{0}")]
     Format(String),
     /// The EXR has no such layer.

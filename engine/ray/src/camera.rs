@@ -40,7 +40,7 @@ impl Pinhole {
         dir * inverse_root((squares.x + squares.y) + squares.z)
     }
 
-    /// The ray through the middle of a pixel: `rx_camera_ray`.
+    /// The ray through the centre of a pixel: `rx_camera_ray`.
     pub fn ray(&self, pixel: [u32; 2], size: [u32; 2]) -> Ray {
         let [pixel, size] = [pixel, size].map(|[x, y]| Vec2::new(x as f32, y as f32));
         let dir = self.direction(pixel + 0.5, size);
@@ -54,7 +54,7 @@ impl Pinhole {
     }
 }
 
-/// 8 × 8 pixels of a picture: what one beam is for (`shaders/include/raxel/beam.glsl`).
+/// 8 × 8 pixels of a picture, for one beam (`shaders/include/raxel/beam.glsl`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tile {
     /// Who looks.
@@ -71,7 +71,7 @@ impl Tile {
     /// Rays of a tile.
     pub const RAYS: usize = (Self::SIDE * Self::SIDE) as usize;
 
-    /// The rays through the middles of the pixels, row by row.
+    /// The rays through the centres of the pixels, row by row.
     pub fn rays(&self) -> impl Iterator<Item = Ray> {
         let Self { camera, size, first: [x, y] } = *self;
         (0..Self::SIDE * Self::SIDE).map(move |i| camera.ray([x + i % Self::SIDE, y + i / Self::SIDE], size))

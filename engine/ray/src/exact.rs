@@ -1,4 +1,4 @@
-//! Exact times along a ray, in fractions of 128-bit integers, and what is hit at such a time.
+//! Exact times along a ray, in fractions of 128-bit integers, and the hit at such a time.
 
 use std::cmp::Ordering;
 

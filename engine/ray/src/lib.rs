@@ -1,5 +1,5 @@
 //! Rays through voxels, as shaders have them and as they are traced exactly: the lattice that a ray is put on, times along it without
-//! rounding, and the rays of a camera. No world is needed for that; what a ray hits is asked by the tracers.
+//! rounding, and the rays of a camera. No world is needed for that; the tracers find the hits of a ray.
 
 pub mod camera;
 pub mod exact;

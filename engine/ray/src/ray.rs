@@ -32,7 +32,7 @@ impl Ray {
     }
 }
 
-/// What a tracer found.
+/// A tracer's hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The voxel.

@@ -1,4 +1,4 @@
-//! `raxel bench` and `raxel stress`: what `raxel-measure` measures, as tables, charts and files.
+//! `raxel bench` and `raxel stress`: the measurements of `raxel-measure`, as tables, charts and files.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

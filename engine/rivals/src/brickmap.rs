@@ -53,7 +53,7 @@ enum Directory {
     Table(Table),
 }
 
-/// What one distinct sector takes in the buffer.
+/// The words of one distinct sector in the buffer.
 #[derive(Clone, Copy, Default)]
 struct SectorSize {
     bricks: usize,

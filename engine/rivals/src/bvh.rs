@@ -21,7 +21,7 @@ const NODE_WORDS: usize = 8;
 const BLOCK_WORDS: usize = 6;
 /// Most blocks of a leaf.
 const LEAF_BLOCKS: usize = 4;
-/// What a leaf has in place of an axis.
+/// The mark of a leaf, in place of an axis.
 const LEAF: u32 = 3;
 /// Link of a block whose voxels are all of the material in the low half.
 const UNIFORM_LINK: u32 = 0x8000_0000;
@@ -68,7 +68,7 @@ fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let extent = Extent::of(world, layout)?;
     let (parts, uses) = distinct_chunks(world, &extent);
 
-    // Everything's size is known before anything is built: the middle split makes the number of nodes a matter of counting.
+    // Every size is known before anything is built: the median split makes the number of nodes a matter of counting.
     let blocks: u64 = uses.iter().map(|(_, part)| parts[*part].blocks as u64).sum();
     let attributes: u64 = parts.iter().map(|part| part.attributes as u64).sum();
     let nodes = 2 * blocks.div_ceil(LEAF_BLOCKS as u64).max(1) - 1;
@@ -164,8 +164,8 @@ fn fill_blocks(parts: &[Part<'_>], uses: &[([u32; 3], usize)], links: &[Vec<u32>
 }
 
 /// Builds the tree of `blocks`, depth first, into `nodes`, and sorts the blocks so that those of a leaf are neighbours. Each node splits
-/// the widest axis of its blocks' centres at the middle block, which makes the tree as deep as the logarithm of their number and no
-/// deeper: the traversal's stack cannot overflow. Addresses are those of the slices in the buffer.
+/// the widest axis of its blocks' centres at the median block. So the depth of the tree is the logarithm of their number, and the
+/// traversal's stack cannot overflow. Addresses are those of the slices in the buffer.
 fn build(nodes: &mut [Node], nodes_at: usize, blocks: &mut [Block], blocks_at: usize) -> Box3 {
     if blocks.len() <= LEAF_BLOCKS {
         // Only an empty world has an empty leaf.
@@ -177,7 +177,7 @@ fn build(nodes: &mut [Node], nodes_at: usize, blocks: &mut [Block], blocks_at: u
     // Every leaf but the last is full.
     let left_leaves = blocks.len().div_ceil(LEAF_BLOCKS) / 2;
     let middle = LEAF_BLOCKS * left_leaves;
-    // Blocks at the same place on that axis are told apart by the other two, so that their boxes stay compact.
+    // The other two axes order blocks at the same place on that axis, so that their boxes stay compact.
     let rank = |block: &Block| (block[axis], block[(axis + 1) % 3], block[(axis + 2) % 3]);
     blocks.select_nth_unstable_by_key(middle, rank);
 

@@ -1,5 +1,6 @@
-//! Layouts that are there to be compared with: what other renderers keep their voxels in. One file a layout, each the twin of its file in
-//! `shaders/include/raxel/rivals/internal/layouts`. They are judged like raxel's own, by the same tests, `raxel bench` and `raxel stress`.
+//! Layouts that are there to be compared with: the ways in which other renderers keep their voxels. One file a layout, each the twin of its
+//! file in `shaders/include/raxel/rivals/internal/layouts`. They are judged like raxel's own, by the same tests, `raxel bench` and
+//! `raxel stress`.
 //!
 //! This crate has the list of all layouts, since it is the one that knows all. `docs/rivals/README.md` has an overview.
 

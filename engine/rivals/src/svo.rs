@@ -39,7 +39,7 @@ layout_header! {
     }
 }
 
-/// What one distinct chunk takes in the buffer.
+/// The words of one distinct chunk in the buffer.
 #[derive(Clone, Copy)]
 struct ChunkSize {
     /// Nodes below the chunk's own.

@@ -246,7 +246,7 @@ fn equal_chunks_are_stored_once() {
         many.extend(one.iter().map(|(cell, material)| ([cell[0] + 64 * i, cell[1], cell[2]], *material)));
     }
     check(&many, 2);
-    // A tree of boxes says of every block where it is, and a grid has a record for every place.
+    // A tree of boxes holds the place of every block, and a grid has a record for every place.
     for &layout in LAYOUTS.iter().filter(|layout| ![raxel_rivals::BVH, Layout::FLAT64].contains(layout)) {
         let sizes = [&one, &many].map(|voxels| encode(layout, &world(voxels, 2)).words.len());
         assert!(sizes[1] < sizes[0] + 1024, "{}: {sizes:?}", layout.name());

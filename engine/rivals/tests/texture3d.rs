@@ -45,7 +45,7 @@ fn check(world: &World) {
         let mut solid: HashMap<usize, Vec<u16>> = HashMap::new();
         for (cell, material) in world.voxels() {
             let at: [usize; 3] = std::array::from_fn(|i| (i64::from(cell[i]) - origin[i]) as usize >> mip);
-            // What is left over at the far end has no texel.
+            // The remainder at the far end has no texel.
             if (0..3).all(|i| at[i] < size[i]) {
                 solid.entry(at[0] + size[0] * (at[1] + size[1] * at[2])).or_default().push(material);
             }

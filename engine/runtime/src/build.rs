@@ -15,18 +15,18 @@ use crate::params::Params;
 use crate::sources::{OnDevice, SourceName, check_instances};
 use crate::world::SessionWorld;
 
-/// What a plan is made for, apart from the files.
+/// The inputs of a plan, apart from the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Project path of the graph.
     pub graph: String,
     /// Extent of the output in pixels.
     pub output: [u32; 2],
-    /// What is shown.
+    /// The presented resource.
     pub present: Present,
     /// Resources that stay readable at the end of a frame.
     pub pinned: Vec<ResourceId>,
-    /// What else can be read at the end of a frame.
+    /// Other resources that can be read at the end of a frame.
     pub observe: Observe,
     /// Whether each fact that a pass asks for holds.
     pub facts: Vec<(Fact, bool)>,
@@ -77,16 +77,16 @@ pub fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
     counts
 }
 
-/// What is needed of a device to make plans for it.
+/// The parts of a device that plans for it need.
 #[derive(Clone)]
 pub struct DeviceContext {
-    /// Makes what a plan needs.
+    /// Makes a plan's objects.
     pub builder: execute::Builder,
     /// Asks the device about memory.
     pub memory: Arc<execute::DeviceMemory>,
     /// Limits of the device.
     pub limits: DeviceLimits,
-    /// What is on the device of the sources.
+    /// The sources on the device.
     pub sources: Arc<OnDevice>,
 }
 
@@ -129,8 +129,8 @@ pub fn assemble(
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
     fits(&plan, context)?;
-    // Only the plan knows which layouts a live pass binds; a world's other layouts are never made.
-    // The driver compiles on this thread, which stays from edit to edit: what it keeps would lie scattered over the heaps of threads that end.
+    // Only the plan knows which layouts a live pass binds; a world's other layouts are never made. The driver compiles on this thread,
+    // which stays from edit to edit: memory that it keeps would lie scattered over the heaps of threads that end.
     let (pipelined, sources) = std::thread::scope(|scope| {
         let sources = scope.spawn(|| sources(&plan, world, context));
         let pipelined = context.builder.compile_pipelines(&plan);
@@ -143,7 +143,7 @@ pub fn assemble(
     Ok(Assembly { plan: Arc::new(plan), sources, pipelined })
 }
 
-/// What a plan needs from outside, made where they are not there yet.
+/// A plan's sources, made if they are not there yet.
 pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Result<execute::Sources, BuildError> {
     let mut sources = execute::Sources::default();
     let mut found = Vec::new();
@@ -190,7 +190,7 @@ fn make_plan(
     raxel_graph::plan(graph.clone(), &input).map_err(BuildError::Diagnosed)
 }
 
-/// Creates everything that a plan needs, next to what is running.
+/// Creates a plan's objects, next to the running ones.
 pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
     let _span = tracing::debug_span!("prepare").entered();
     let Assembly { plan, sources, pipelined: _held } = assembly;
@@ -212,7 +212,7 @@ fn fits(plan: &Plan, context: &DeviceContext) -> Result<(), BuildError> {
     if found.is_empty() { Ok(()) } else { Err(BuildError::Diagnosed(found)) }
 }
 
-/// An error of the device as a diagnostic that points at what the author can change, if there is such a thing.
+/// An error of the device as a diagnostic that points at a place that the author can change, if there is one.
 fn refusal(error: ExecuteError, graph: &Graph) -> BuildError {
     let resource = |name: &str| graph.find_resource(name).map(|id| graph.resource(id).place.clone());
     let pass = |name: &str| graph.find_pass(name).map(|id| graph.pass(id).place.clone());

@@ -1,4 +1,4 @@
-//! The builtin values of a frame from what a session has: its camera, its output, its world.
+//! The builtin values of a frame from the session: its camera, its output, its world.
 
 use raxel_execute::Builtins;
 

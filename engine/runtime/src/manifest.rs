@@ -1,4 +1,4 @@
-//! The manifest of a project, `raxel.toml` in its root: what runs when nothing else is named.
+//! The manifest of a project, `raxel.toml` in its root: the files that run by default.
 
 use raxel_diagnostics::table::{Node, read_document};
 use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, codes, files};
@@ -10,7 +10,7 @@ use crate::present::Viewport;
 /// Project path of the manifest.
 pub const PATH: &str = "raxel.toml";
 
-/// What runs when nothing else is named.
+/// The files that run by default.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(context = Project<'_>)]
 pub struct Manifest {
@@ -42,8 +42,8 @@ struct Project<'f> {
     files: &'f dyn Files,
 }
 
-/// Reads the manifest of the project whose files these are, with its warnings, or everything that is wrong with it. Without the file nothing is
-/// said.
+/// Reads the manifest of the project whose files these are, with its warnings, or everything that is wrong with it. Without the file there
+/// is no message.
 pub fn read(files: &dyn Files, texts: &mut SourceMap) -> Result<(Manifest, Vec<Diagnostic>), Vec<Diagnostic>> {
     let text = match files::read_text(files, PATH, None, texts) {
         Ok(text) => text,

@@ -157,7 +157,7 @@ impl Project {
     /// Reads the project's manifest. The error has all mistakes and the texts that they point into.
     pub fn manifest(&self) -> Result<Manifest, (Vec<Diagnostic>, SourceMap)> {
         let mut texts = SourceMap::default();
-        // A folder that cannot be read has no manifest; whoever reads from it says why.
+        // A folder that cannot be read has no manifest; the reader of its files reports the reason.
         let Ok(files) = DiskFiles::new(&self.root) else { return Ok(Manifest::default()) };
         match manifest::read(&files, &mut texts) {
             Ok((manifest, _)) => Ok(manifest),
@@ -165,7 +165,7 @@ impl Project {
         }
     }
 
-    /// What the manifest says, where it is right: whoever opens a project has looked at its mistakes before.
+    /// The manifest, without its mistakes: the opener of a project has reported them before.
     fn said(&self) -> Manifest {
         self.manifest().unwrap_or_default()
     }
@@ -298,7 +298,7 @@ mod tests {
         write("worlds/x.demo.toml");
         assert!(project.default_world().is_err());
 
-        // The manifest comes first; one with a mistake says nothing, and has its own errors.
+        // The manifest comes first; one with a mistake has no defaults, and has its own errors.
         write("worlds/w.toml");
         write("worlds/valley.toml");
         std::fs::write(folder.path().join("raxel.toml"), "graph = 'y.toml'\nworld = 'w.toml'\n").unwrap();

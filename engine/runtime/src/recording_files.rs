@@ -1,4 +1,4 @@
-//! Remembers which files a build asked for, and what it found: exactly the files whose change makes another build worthwhile.
+//! Remembers which files a build asked for, and their contents: exactly the files whose change makes another build worthwhile.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub enum Content {
     Empty,
     /// BLAKE3 of the bytes.
     Bytes(blake3::Hash),
-    /// Another one each time it was read: what was built of it is of no state of the file, and must be built again.
+    /// Another one each time it was read: a build of it is of no state of the file, and must be made again.
     Mixed,
 }
 
@@ -65,7 +65,7 @@ impl Files for RecordingFiles {
     }
 }
 
-/// What a read found, as far as a later change of it matters.
+/// The result of a read, as far as a later change of it matters.
 pub fn content(result: &Result<Arc<[u8]>, FileError>) -> Content {
     match result {
         Ok(bytes) => Content::of(bytes),
@@ -104,7 +104,7 @@ mod tests {
         recorder.read("a").unwrap();
         let seen = recorder.take();
         assert_eq!((seen["a"], seen["b"]), (Content::Mixed, Content::of(b"1")));
-        // The next build starts anew.
+        // The next build starts over.
         recorder.read("a").unwrap();
         assert_eq!(recorder.take()["a"], Content::of(b"2"));
     }

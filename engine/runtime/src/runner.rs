@@ -1,4 +1,4 @@
-//! Graphs on a device without a session: no file is watched, no device is opened anew, and every frame is asked for.
+//! Graphs on a device without a session: no file is watched, no device is reopened, and every frame is requested.
 
 use std::sync::Arc;
 
@@ -12,13 +12,13 @@ use crate::build_error::BuildError;
 use crate::params::Params;
 use crate::world::SessionWorld;
 
-/// An executor, with what the graphs that it ran have left on its device: a world is encoded and uploaded once for each layout.
+/// An executor, with the sources of its graphs on the device: a world is encoded and uploaded once for each layout.
 pub struct GraphRunner {
     executor: Executor,
     context: DeviceContext,
 }
 
-/// What a graph is run for.
+/// The settings of a graph's run.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Extent of the output in pixels.
@@ -62,7 +62,7 @@ impl GraphRunner {
         Ok(())
     }
 
-    /// What runs frames and reads results.
+    /// The executor, which runs frames and reads results.
     pub fn executor(&mut self) -> &mut Executor {
         &mut self.executor
     }

@@ -1,4 +1,4 @@
-//! The world of a session: its voxels, what conditions and cameras ask about them, and their encodings.
+//! The world of a session: its voxels, the facts about them for conditions and cameras, and their encodings.
 
 mod baked;
 mod generator;
@@ -26,7 +26,7 @@ use crate::editing::misplaced;
 /// would each be made up to seven times.
 const LAMP_NEIGHBOURS: u64 = 8 << 20;
 
-/// A world, and what its encodings took.
+/// A world, and the costs of its encodings.
 pub struct SessionWorld {
     /// Project path of its file; `None` for the empty world of a session without one.
     pub path: Option<String>,
@@ -50,12 +50,12 @@ pub(crate) struct WorldIdentity(());
 /// A world in a layout: the buffer, and the image of a layout that has one.
 pub type EncodeResult = Result<(Encoded, Option<EncodedImage>), LayoutError>;
 
-/// What it took to bring a world into a layout.
+/// The cost of bringing a world into a layout.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LayoutCost {
     /// Bytes that say where solid voxels are.
     pub geometry_bytes: u64,
-    /// Bytes that say what they are made of.
+    /// Bytes that describe their materials.
     pub attribute_bytes: u64,
     /// Seconds of encoding, the upload not counted.
     pub encode_seconds: f64,
@@ -94,7 +94,7 @@ impl SessionWorld {
             Arc::new(ChunkCache::new(streamed.generator.clone(), bytes))
         });
         let tiles = kept.as_ref().map(|kept| {
-            // The palette of a streamed world never changes: what models may bring is in it from the beginning.
+            // The palette of a streamed world never changes: materials that models may bring are in it from the beginning.
             materials = Scene::new(&materials, &loaded.models).materials;
             Arc::new(EditedChunks::new(kept.clone(), materials.clone()))
         });
@@ -119,7 +119,7 @@ impl SessionWorld {
         self.edited
     }
 
-    /// What its file says.
+    /// The contents of its file.
     pub fn loaded(&self) -> &Loaded {
         &self.loaded
     }
@@ -144,7 +144,7 @@ impl SessionWorld {
         self.tiles.as_ref()
     }
 
-    /// What is kept of the tiles of a streamed world on the host.
+    /// The tiles of a streamed world that the host holds.
     pub fn kept(&self) -> Option<ChunkCacheStats> {
         self.kept.as_ref().map(|kept| kept.stats())
     }
@@ -179,7 +179,7 @@ impl SessionWorld {
     pub fn holds(&self, fact: &Fact) -> bool {
         let unbuilt = self.loaded.unbuilt.map(|_| self.loaded.world.materials());
         if let Some(declared) = self.tiles.as_ref().map(|tiles| tiles.materials()).or(unbuilt) {
-            // Whatever is declared may come into view.
+            // Every declared material may come into view.
             let any = |of: fn(&Material) -> f32| declared.iter().skip(1).any(|material| of(material) > 0.0);
             return match fact {
                 Fact::WorldHasEmission => any(|material| material.emission),
@@ -200,8 +200,8 @@ impl SessionWorld {
         }
     }
 
-    /// Smallest voxel and one past the largest, in what `i32` can hold; zero for an empty world. Of a world that was not built, the box
-    /// that its operations reach over.
+    /// Smallest voxel and one past the largest, within `i32`; zero for an empty world. Of a world that was not built, the box that its
+    /// operations reach over.
     pub fn bounds(&self) -> Bounds {
         let bounds = match self.loaded.unbuilt {
             Some(reach) => reach.bounds,
@@ -210,7 +210,7 @@ impl SessionWorld {
         bounds.map_or(NOWHERE, clamped)
     }
 
-    /// As [`Self::bounds`]; of a streamed world, the box around a voxel that has what is `near`, to whole chunks.
+    /// As [`Self::bounds`]; of a streamed world, the box around a voxel with the tiles within `near`, to whole chunks.
     pub fn bounds_around(&self, cell: glam::IVec3) -> Bounds {
         let Some(streamed) = self.streamed() else { return self.bounds() };
         let near = i64::from(streamed.settings.near);
@@ -218,7 +218,7 @@ impl SessionWorld {
         clamped(Bounds { min: chunk.map(|c| c - near), max: chunk.map(|c| c + 64 + near) })
     }
 
-    /// What plans follow of it.
+    /// The input that plans follow.
     pub fn input(&self) -> WorldInput<'_> {
         let size = self.bounds_around(glam::IVec3::ZERO).size();
         WorldInput {
@@ -257,7 +257,7 @@ impl SessionWorld {
         self.loaded.cameras.iter().find(|(known, _)| known == name).map(|(_, hint)| camera_of(hint))
     }
 
-    /// What tells it from every other world.
+    /// Its identity among all worlds.
     pub(crate) fn identity(&self) -> &Arc<WorldIdentity> {
         &self.identity
     }
@@ -272,7 +272,7 @@ impl SessionWorld {
             attribute_bytes: encoded.attribute_bytes,
             encode_seconds: began.elapsed().as_secs_f64(),
         };
-        // A copy may be encoded more loosely than what is only read.
+        // A copy may be encoded more loosely than a source that is only read.
         if !copied {
             self.costs.lock().unwrap_or_else(PoisonError::into_inner).insert(layout, cost);
         }
@@ -316,7 +316,7 @@ impl SessionWorld {
         self.loaded.models.iter().map(|(name, _)| name.as_str())
     }
 
-    /// What a layout took when it was encoded; `None` when it never was.
+    /// The cost of encoding a layout; `None` when it never was.
     pub fn cost(&self, layout: Layout) -> Option<LayoutCost> {
         self.costs.lock().unwrap_or_else(PoisonError::into_inner).get(&layout).copied()
     }
@@ -354,7 +354,7 @@ fn camera_of(hint: &CameraHint) -> Camera {
 /// The box of an empty world.
 pub(crate) const NOWHERE: Bounds = Bounds { min: [0; 3], max: [0; 3] };
 
-/// What 32 bits can hold of a box.
+/// The part of a box that 32 bits can hold.
 fn clamped(bounds: Bounds) -> Bounds {
     let clamp = |corner: [i64; 3]| corner.map(|cell| i64::from(saturated(cell)));
     Bounds { min: clamp(bounds.min), max: clamp(bounds.max) }

@@ -89,7 +89,7 @@ fn found(session: &mut Session, n: u32) -> Vec<(String, String, usize)> {
     found.collect()
 }
 
-/// What a body does with `n` where it is out of bounds: the message, and what its label begins with.
+/// A body's access with an `n` out of bounds: the message, and the beginning of its label.
 fn beyond(body: &str, inside: u32, n: u32) -> (String, String) {
     let project = project(body);
     let mut session = open(&project, true);
@@ -158,7 +158,7 @@ fn each_kind_of_access_is_found_at_its_line() {
     }
 }
 
-/// Two accesses of one line are two, and each is said once, until it has held for 60 frames.
+/// Two accesses of one line are two, and each is reported once, until it has not happened for 60 frames.
 #[test]
 fn an_access_is_said_once() {
     let project = project("    counts.four[n] = counts.rest[n + 2u];");

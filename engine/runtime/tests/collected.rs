@@ -1,4 +1,4 @@
-//! Edits that shaders write: made once, two frames later, whatever is wrong with some of them.
+//! Edits that shaders write: made once, two frames later, even if some records are wrong.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -267,7 +267,7 @@ fn pixels_that_cannot_see_an_edit_are_kept_and_right() {
     };
     let ((mut kept, _kept_files), (mut full, _full_files)) = (start(&see), start(&always));
     let all = 96 * 54;
-    // Runs a frame of both, which must look the same; gives how many pixels were made anew.
+    // Runs a frame of both, which must look the same; returns the number of pixels that were computed again.
     let mut both = |act: &dyn Fn(&mut Session)| -> u32 {
         let [_, picture] = [&mut kept, &mut full].map(|session| {
             act(session);

@@ -1,5 +1,5 @@
-//! A shader is compiled once, whatever the values are that it branches on, and what an edit made is given back by the next. lavapipe compiles a shader
-//! again for each dispatch where it can fold those values in, and keeps what it has compiled as executable pages of the process: these are
+//! A shader is compiled once, for any values that it branches on, and the next edit releases the memory of the last one. lavapipe compiles
+//! a shader again for each dispatch where it can fold those values in, and keeps the result as executable pages of the process: these are
 //! counted. Nothing here depends on time.
 #![cfg(target_os = "linux")]
 
@@ -14,7 +14,7 @@ use raxel_runtime::Options;
 /// A pass that branches on a block and on push constants, and is so large that lavapipe gains by folding them in.
 const GRAPH: &str = "graphs/rivals/light/pbr_sky.toml";
 
-/// What one test compiles must not be counted by the other.
+/// One test must not count the pages of the other.
 static ALONE: Mutex<()> = Mutex::new(());
 
 /// Executable pages that come from no file: what drivers compiled, as pieces.

@@ -1,5 +1,5 @@
-//! A frame that takes longer than the watchdog allows: the device is opened anew, the pass is named and left out, and an edit of its
-//! shader brings it back.
+//! A frame that takes longer than the watchdog allows: the device is reopened, the pass is named and left out, and an edit of its shader
+//! brings it back.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;

@@ -63,7 +63,7 @@ fn samples_are_taken_until_nothing_has_moved_for_a_while() {
     }
     // Then it is good, and frames dispatch nothing although the time goes on.
     assert_eq!([samples(&mut session), samples(&mut session)], [(0, 128.0); 2]);
-    // Whatever changes begins again: the camera, a param, the cursor, the size.
+    // Any change starts over: the camera, a param, the cursor, the size.
     let mut camera = *session.camera();
     camera.yaw += 0.1;
     session.set_camera(camera);

@@ -1,5 +1,5 @@
-//! What a session promises of its frames: they allocate nothing, a refused plan leaves the old one running, tickets do not wait, the output
-//! is the window's extent scaled.
+//! The promises of a session about its frames: they allocate nothing, a refused plan leaves the old one running, tickets do not wait, the
+//! output is the window's extent scaled.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
@@ -113,7 +113,7 @@ fn a_refused_plan_leaves_the_old_one_running_and_is_said_once() {
     // Another size that cannot be is another mistake.
     session.resize(2_000_000, 1);
     assert!(matches!(session.frame(), Err(FrameError::Plan { .. })));
-    // The extent of the picture that is computed, for the same camera, is what shaders are told.
+    // Shaders get the extent of the computed picture, for the same camera.
     session.frame().unwrap();
     session.resize(24, 8);
     session.frame().unwrap();

@@ -1,4 +1,4 @@
-//! Mouse, keyboard, gamepad and time of day, as passes are told of them: held by a person, driven by a demo, recorded as a take.
+//! Mouse, keyboard, gamepad and time of day, as passes see them: held by a person, driven by a demo, recorded as a take.
 
 #![allow(clippy::float_cmp, reason = "these values are exact")]
 
@@ -51,7 +51,7 @@ void main() {
     case 4: value = pc.view[0]; break;
     case 5: value = gamepad.sticks; break;
     case 6: value = vec4(gamepad.triggers, gamepad.buttons, gamepad.pressed); break;
-    // What earlier frames were told counts, too.
+    // The inputs of earlier frames count, too.
     case 7: value = vec4(gamepad.voxels); break;
     default: value = 0.5 * imageLoad(before, ivec2(pixel.x - 8, 0)) + 0.5 * imageLoad(before, pixel) + vec4(pc.gain, pc.steps, 0.0, 0.0);
     }
@@ -119,7 +119,7 @@ fn open(project: &TestProject) -> Session {
     TestProject::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
 }
 
-/// What the shader was told in one more frame: cursor and buttons, drag, wheel and time of day, keys.
+/// The shader's inputs in one more frame: cursor and buttons, drag, wheel and time of day, keys.
 fn told(session: &mut Session) -> [[f32; 4]; 4] {
     session.frame().unwrap();
     let texels = session.read_target("told").unwrap().floats();
@@ -267,7 +267,7 @@ fn play(session: &mut Session, frame: i32) {
 fn a_take_gives_the_same_bytes() {
     let project = told_project();
     let mut session = open(&project);
-    // What was before is not part of it.
+    // Inputs before it are not part of it.
     session.inputs().set_time_of_day(43_200.5);
     session.frame().unwrap();
     session.record().unwrap();
@@ -299,7 +299,7 @@ fn a_take_gives_the_same_bytes() {
     for (frame, played) in played.iter().enumerate() {
         assert!(bytes(&mut again) == *played, "frame {frame}:\n{}", take.text);
     }
-    // A part of it is told the same as the whole: presses are those since the frame before.
+    // A part of it gets the same inputs as the whole: presses are those since the frame before.
     for start in [4, 5, 7, 12] {
         let mut part = demo();
         part.start_at(start as u64);
@@ -335,7 +335,7 @@ fn a_take_ends_where_it_cannot_go_on() {
     assert_eq!(empty.open().record(), Err(TakeError::NoWorld));
 }
 
-/// What is built and dug while a take is recorded stands in its demo, for the frames that saw it first.
+/// Edits made while a take is recorded stand in its demo, for the frames that saw them first.
 #[test]
 fn a_take_holds_edits() {
     let project = told_project();

@@ -1,4 +1,4 @@
-//! What is shown can be looked into: a copy of it as it is at its point of the frame, another way of showing it, and what became of each
+//! The inspection of the shown target: a copy of it as it is at its point of the frame, another way of showing it, and the outcome of each
 //! pass.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
@@ -267,7 +267,7 @@ fn a_target_is_compared_with_what_it_was() {
     session.set_comparison(Some((Arc::new(displayed), Comparison::Reference)));
     assert_eq!([0, 1, 2].map(|channel| row(&mut session, 0, channel)[0]), [255, 128, 0]);
 
-    // What cannot be compared is shown by itself, and said.
+    // A target that cannot be compared is shown by itself, with a message.
     session.set_comparison(Some((reference.clone(), Comparison::Reference)));
     session.set_debug_target_text("numbers").unwrap();
     session.frame().unwrap();
@@ -314,7 +314,7 @@ fn a_target_is_compared_with_another_one_of_the_same_frame() {
     session.wait().unwrap();
     assert_eq!(session.device().submitted(), before);
 
-    // A buffer, the middle of a frame, another extent: what is shown is shown alone, and why is known.
+    // A buffer, a point within the frame, another extent: the target is shown alone, and the reason is known.
     session.compare_live(&DebugTarget::resource("numbers"), Comparison::Reference).unwrap();
     assert_eq!(row(&mut session, 0, 0), vec![191; width]);
     assert_eq!(session.live_mismatch(), Some(Mismatch::Buffer));

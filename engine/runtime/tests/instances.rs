@@ -179,7 +179,7 @@ fn options(project: &TestProject) -> Options {
     }
 }
 
-/// What the device found, a ray a row of 24 words.
+/// The hits on the device, a ray a row of 24 words.
 fn hits(session: &mut Session) -> Vec<[u32; 24]> {
     session.frame().unwrap_or_else(|error| panic!("{error}"));
     let bytes = session.read_buffer("hits", 0..(RAYS * 96) as u64).unwrap();
@@ -241,7 +241,7 @@ fn judge(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 24]])
                 assert_eq!(std::array::from_fn::<_, 3, _>(|i| beside[i] - here[i]), step(hit.face), "{row:?}");
             }
         }
-        // What left the face is not caught by the voxel that it left, nor does it begin inside of its model.
+        // A ray that left the face is not caught by the voxel that it left, and it does not begin inside of its model.
         if row[13] == 1 && row[14] == row[7] {
             assert_ne!([row[16], row[17], row[18]], [row[4], row[5], row[6]], "{ray:?} {row:?}");
         }

@@ -200,7 +200,7 @@ fn play(session: &mut Session, feed: &mut Option<Feed>, frame: usize) {
 fn a_take_gives_the_same_bytes() {
     let project = project();
     let mut session = TestProject::open_with(options(&project));
-    // What was before is not part of it.
+    // Samples before it are not part of it.
     let mut before = session.microphone().line().feed(48_000, 1).unwrap();
     for frame in 0..4 {
         capture(&mut before, 100, frame);

@@ -1,4 +1,4 @@
-//! What is shown, pinned or read changes nothing that later frames compute. On a real device with the validation layer on.
+//! Showing, pinning and reading change nothing that later frames compute. On a real device with the validation layer on.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
 mod project;
@@ -7,7 +7,7 @@ use project::TestProject;
 use raxel_graph::checked::Value;
 use raxel_runtime::{Observe, Options, Session};
 
-/// `color` is shown and needs neither `sum`, which adds up frames, nor `rare`, which two in three frames leave alone, nor `copy`.
+/// `color` is shown. It needs none of `sum`, which adds up frames, `rare`, which two in three frames leave alone, and `copy`.
 const GRAPH: &str = r#"
 name = "numbers"
 present = "color"
@@ -116,7 +116,7 @@ fn frame(session: &mut Session, frame: usize) {
 
 const FRAMES: usize = 24;
 
-/// What every target holds after each frame, when everything can be read.
+/// The contents of every target after each frame, when everything can be read.
 fn all(project: &TestProject) -> Vec<Vec<f32>> {
     let mut session = open(project, Observe::Everything);
     let mut frames = Vec::new();
@@ -153,7 +153,7 @@ fn what_is_not_shown_is_refused_until_it_is_pinned_and_never_stale() {
             17 => session.set_debug_target_text("color").unwrap(),
             _ => {}
         }
-        // What was chosen holds from the next frame on: a read is of the last one.
+        // A choice holds from the next frame on: a read is of the last one.
         if number == 5 {
             let refused = read(&mut session, "copy").unwrap_err();
             assert!(refused.contains("pin it to read it from the next frame on"), "{refused}");
@@ -165,7 +165,7 @@ fn what_is_not_shown_is_refused_until_it_is_pinned_and_never_stale() {
                 Err(refused) => assert!(refused.contains("pin"), "{refused}"),
             }
         }
-        // What later frames find is there whatever was shown.
+        // Contents that later frames read are there for any shown target.
         for name in ["sum", "rare", "valid"] {
             read(&mut session, name).unwrap();
         }

@@ -36,7 +36,7 @@ fn open(project: &TestProject, saves: Saves) -> Session {
     })
 }
 
-/// Opens a file, and gives what was told of it.
+/// Opens a file, and returns its event.
 #[track_caller]
 fn opened(session: &mut Session, file: ProjectFile) -> ReloadEvent {
     assert!(session.open_file(file));

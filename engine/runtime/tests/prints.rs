@@ -1,4 +1,4 @@
-//! What passes print, and assertions of shaders: values, order, limits, passes, frames in flight, edits.
+//! Prints of passes, and assertions of shaders: values, order, limits, passes, frames in flight, edits.
 #![allow(missing_docs, reason = "a test")]
 
 mod project;
@@ -73,7 +73,7 @@ fn texts(prints: &[PassPrints]) -> Vec<&str> {
     prints.iter().flat_map(|prints| &prints.lines).map(|line| line.text.as_str()).collect()
 }
 
-/// What a body prints in the first frame, in a world of its own.
+/// The prints of a body in the first frame, in a world of its own.
 fn printed(body: &str) -> Vec<String> {
     let project = project(body);
     let prints = frame(&mut project.open_graph("graphs/print.toml"), 3);

@@ -475,7 +475,7 @@ fn a_shader_is_told_whether_there_is_a_history() {
     session.reset();
     assert_eq!([frame(&mut session), frame(&mut session)], [[0.0, 0.0, 1.0], [1.0, 1.0, 2.0]]);
 
-    // Another size clears it, and says so once, however often the window is dragged.
+    // Another size clears it, with one message, even if the window is dragged many times.
     for (size, said) in [([24, 8], true), ([32, 8], false)] {
         session.resize(size[0], size[1]);
         assert_eq!(
@@ -492,7 +492,7 @@ fn a_shader_is_told_whether_there_is_a_history() {
         }
     }
 
-    // An edit that leaves the target as it is keeps what is in it; one that makes it anew does not.
+    // An edit that leaves the target as it is keeps its contents; one that replaces it does not.
     project.write("graphs/valid.toml", format!("{}# kept\n", project::VALID_GRAPH));
     assert!(matches!(session.wait_reload(Duration::from_secs(60)).as_slice(), [ReloadEvent::Reloaded(_)]));
     assert_eq!(frame(&mut session)[0], 1.0);

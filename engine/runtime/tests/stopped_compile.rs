@@ -12,7 +12,8 @@ use raxel_diagnostics::render;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_shader::worker::{self, CompileLimits};
 
-/// What the front end takes for ever to write out: each struct holds the one before twice. The macro hides it from the look at the text.
+/// A text that the front end would write out for ever: each struct holds the one before twice. The macro hides it from the look at the
+/// text.
 fn endless() -> String {
     let double = |i| format!("DOUBLE(A{i}, A{})\n", i - 1);
     let structs: String = (1..=40).map(double).collect();

@@ -144,7 +144,7 @@ fn damage(random: &mut SplitMix64, store: &Path, other: &Path, names: &[String])
     }
 }
 
-/// What the whole store answers, and what may be unavailable in a damaged one.
+/// The answers of the whole store, and the parts that may be unavailable in a damaged one.
 struct Judge<'a> {
     baked: &'a Baked,
     whole: &'a SessionWorld,

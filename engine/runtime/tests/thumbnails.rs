@@ -134,7 +134,7 @@ fn a_still_frame_makes_each_once_and_then_nothing() {
     session.make_thumbnails(true);
     assert_eq!(frames(&mut session, 1).len(), 2, "two a frame");
     assert_eq!(frames(&mut session, 1).len(), 2);
-    // What they ran for is no reason to make them again.
+    // The reason of their run is no reason to make them again.
     frames(&mut session, 4);
     let before = session.device().submitted();
     assert!(frames(&mut session, 4).is_empty() && session.device().submitted() == before);

@@ -1,4 +1,4 @@
-//! The 3-D image of a world in sessions: bound, shown, read back, made anew with its world, refused when no device could hold it. On a real
+//! The 3-D image of a world in sessions: bound, shown, read back, replaced with its world, refused when no device could hold it. On a real
 //! device with the validation layer on: no message may come.
 #![allow(clippy::float_cmp, reason = "texels are compared with the very values that were written")]
 
@@ -121,7 +121,7 @@ fn passes_read_the_image_and_it_follows_its_world() {
     assert!(matches!(session.wait_reload(Duration::from_secs(60)).as_slice(), [ReloadEvent::Reloaded(_)]));
     session.frame().unwrap();
     assert_eq!(slice(&mut session, "sum", 0, 0)[0], 17 * 17 * 17);
-    // What has not changed is not run again.
+    // An unchanged pass is not run again.
     let report = session.frame().unwrap();
     assert_eq!((report.dispatched, report.skipped), (0, 2), "{report:?}");
     project::assert_silent(&session);

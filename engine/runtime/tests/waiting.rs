@@ -38,7 +38,7 @@ fn event(session: &mut Session) -> ReloadEvent {
     events.remove(0)
 }
 
-/// The mistakes that the next event tells, with the file that each is in.
+/// The mistakes of the next event, with the file that each is in.
 fn mistakes(session: &mut Session) -> String {
     match event(session) {
         ReloadEvent::NotOpened(OpenError::Project { diagnostics, texts }) => {
@@ -56,7 +56,7 @@ fn assert_opened(session: &mut Session) {
 #[test]
 fn every_kind_of_file_is_waited_for() {
     let demo = Some(Path::new("worlds/gain.demo.toml").to_owned());
-    // A file, what is wrong in it, what is said of that, and the mended file.
+    // A file, its mistake, the message about it, and the mended file.
     let kinds = [
         ("raxel.toml", "graph = \"nowhere.toml\"\n", "graphs/nowhere.toml", "graph = \"world.toml\"\n".to_owned()),
         ("worlds/gain.demo.toml", "world = 1\n", "worlds/gain.demo.toml", box_demo(3.0)),
@@ -104,7 +104,7 @@ fn a_missing_file_and_other_mistakes_are_told_once_each() {
     project.write("shaders/fill.comp", fill("vec4(0.25"));
     let found = mistakes(&mut session);
     assert!(found.contains("shaders/fill.comp") && !found.contains("no such file"), "{found}");
-    // What concerns nobody, and the same mistakes again, are no news.
+    // Files that no graph uses, and the same mistakes again, are no news.
     project.write("shaders/other.comp", "");
     assert!(session.wait_reload(Duration::from_secs(2)).is_empty());
     session.resize(24, 8);
@@ -129,7 +129,7 @@ fn the_manifest_is_read_again_and_says_what_is_opened_then() {
     // A window keeps its size; a session that opens at once has the manifest's.
     assert_eq!((session.viewport().window(), session.size()), ([16, 16], [8, 8]));
     assert_eq!(TestProject::open_with(options.clone()).viewport().window(), [40, 20]);
-    // What is named is opened, whatever the manifest says.
+    // A named file is opened, for any manifest.
     let named = Options { graph: Some(Path::new("graphs/fill.toml").to_owned()), ..options };
     assert!(TestProject::open_with(named).demo().is_none());
 }

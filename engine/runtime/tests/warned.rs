@@ -1,4 +1,4 @@
-//! What shaders count that should not be: said once with the count, until it has gone, and never waited for.
+//! Counts of shaders that should be 0: reported once with the count, until they are gone, and never waited for.
 #![allow(missing_docs, reason = "a test")]
 
 mod project;
@@ -67,7 +67,7 @@ fn project() -> TestProject {
     project
 }
 
-/// Runs a frame with so many pixels that find no room; gives what is said then, when the device has finished it.
+/// Runs a frame with `lost` pixels that find no room; returns the messages once the device has finished it.
 fn frame(session: &mut Session, lost: u32) -> Vec<String> {
     session.set_param("lost", Value::U32(lost)).unwrap();
     session.frame().unwrap_or_else(|error| panic!("{error}"));
@@ -115,7 +115,7 @@ fn a_still_picture_dispatches_nothing_for_it() {
         assert!(session.take_messages().is_empty());
     }
     assert!(session.device().submitted() == before, "something was submitted");
-    // It is still so, and said on request.
+    // It is still so, and reported on request.
     assert_eq!(session.counted().len(), 2);
 }
 

@@ -1,5 +1,5 @@
-//! Presentation in a real window, under Xvfb: a picture with triangles over it, a window that changes and goes away, images that are given
-//! back. The window lives in a child, which is this test again with a display.
+//! Presentation in a real window, under Xvfb: a picture with triangles over it, a window that changes and goes away, images that are
+//! released. The window lives in a child, which is this test again with a display.
 
 #![cfg(target_os = "linux")]
 
@@ -65,7 +65,7 @@ fn a_window_shows_the_picture_under_its_overlay_and_may_change_and_go() {
     assert!(child.finish().success(), "{}", log());
 }
 
-/// A window and what it was told.
+/// A window and its events.
 #[derive(Default)]
 struct App {
     window: Option<Arc<Window>>,
@@ -138,13 +138,13 @@ fn the_child_of_the_test_above() {
             }
             Err(error) => panic!("{error}"),
         }
-        // What the layer says about a window that is gone is the window system's fault.
+        // A message of the layer about a window that is gone is the window system's fault.
         assert!(messages.is_empty(), "{messages:#?}");
     }
     panic!("the window was never taken away");
 }
 
-/// An image that is acquired and not presented goes back to its surface: there are no more than a few, and each can be had again.
+/// An image that is acquired and not presented returns to its surface: there are no more than a few, and each can be had again.
 fn images_are_given_back(session: &raxel_runtime::Session, window: &Arc<Window>) {
     let device = session.device();
     let mut surface = Surface::new(device, window.clone(), [160, 90], true, PATIENCE).unwrap();
@@ -156,11 +156,11 @@ fn images_are_given_back(session: &raxel_runtime::Session, window: &Arc<Window>)
             Acquire::NotReady => panic!("round {round}: no image came back"),
         }
         if round == 10 {
-            // The swapchain is made anew while an image is out.
+            // The swapchain is replaced while an image is out.
             surface.resize([161, 90]);
         }
     }
-    // The image that was given back so often can still be presented.
+    // The image that was released so often can still be presented.
     let mut commands = CommandBuffer::new(device, "present").unwrap();
     for _ in 0..6 {
         device.wait(commands.submitted(), PATIENCE).unwrap();

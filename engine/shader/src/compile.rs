@@ -15,8 +15,8 @@ use crate::request::Request;
 use crate::sources::Sources;
 use crate::worker::{self, Stopped};
 
-/// Compiles the text of a request; everything said about it goes to `sources.diagnostics`. `None` when there is an error.
-/// What it made is kept in `cache`, with the numbers of its lines if it is to be `checked`.
+/// Compiles the text of a request; all messages about it go to `sources.diagnostics`. `None` when there is an error. The module is kept in
+/// `cache`, with the numbers of its lines if it is to be `checked`.
 pub(crate) fn compile(
     request: &Request,
     text: &Arc<str>,
@@ -50,7 +50,7 @@ pub(crate) fn compile(
         }
         Ok(Outcome::Mistakes(output)) => {
             let found = messages::diagnostics(&output, sources);
-            // After a missing include all else is doubtful: what it declares is missing too.
+            // After a missing include all else is doubtful: its declarations are missing too.
             let include_failed = sources.diagnostics.iter().any(Diagnostic::is_error);
             sources.diagnostics.extend(found.into_iter().filter(|found| !include_failed || !found.is_error()));
             if !sources.diagnostics.iter().any(Diagnostic::is_error) {
@@ -73,7 +73,7 @@ pub(crate) fn compile(
     }
 }
 
-/// What is said when the compiler had to be ended, or ended itself.
+/// The message when the compiler had to be ended, or ended itself.
 fn interrupted(path: &str, stopped: Stopped) -> Diagnostic {
     let place = |diagnostic: Diagnostic| diagnostic.label(Span::new(path, 0..0), "in this shader");
     match stopped {
@@ -97,7 +97,7 @@ fn failure(path: &str, reason: &str) -> Diagnostic {
         .label(Span::new(path, 0..0), "in this shader")
 }
 
-/// What can be said better than by the compiler, or would make it stop the process.
+/// Mistakes that raxel reports better than the compiler, or that would make it stop the process.
 pub(crate) fn refusals(request: &Request, text: &str) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let is_hlsl = request.is_hlsl();

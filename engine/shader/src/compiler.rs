@@ -187,7 +187,7 @@ impl std::fmt::Debug for Compiler {
 struct Finished {
     spirv: Vec<u32>,
     interface: Interface,
-    /// What was found on the way.
+    /// The messages on the way.
     said: Vec<Diagnostic>,
 }
 
@@ -200,7 +200,7 @@ struct Finish {
     checked: bool,
 }
 
-/// Checks a module, reads its interface, and makes of it what the driver is given.
+/// Checks a module, reads its interface, and makes the driver's module of it.
 fn finish(
     words: &[u32],
     request: &Request,
@@ -213,7 +213,7 @@ fn finish(
     let separate = module.with_separate_bindings();
     let module = separate.as_deref().map_or(Ok(module), open).map_err(refused)?;
     if ready {
-        // What was compiled here is valid by construction.
+        // A module that was compiled here is valid by construction.
         raxel_spirv::validate(words).map_err(|reason| refused(ModuleError::Broken(reason)))?;
     }
     let mut interface = reflect::reflect(&module, &request.entry)
@@ -231,7 +231,7 @@ fn finish(
     Ok(Finished { spirv: module.without_debug_text(), interface, said })
 }
 
-/// A compiled shader, and what it depends on.
+/// A compiled shader, and its dependencies.
 struct Entry {
     /// It checks the bounds of its accesses.
     checked: bool,

@@ -24,7 +24,7 @@ pub(crate) fn refusal(path: &str, text: &str, hlsl: bool) -> Option<Diagnostic> 
             _ => {}
         }
         if let (Some(range), true) = (&constant, block) {
-            let message = "`const` cannot qualify what is bound from outside";
+            let message = "a binding cannot be `const`";
             return Some(
                 Diagnostic::error(codes::shader::COMPILE, message).label(Span::new(path, range.clone()), "take it out"),
             );

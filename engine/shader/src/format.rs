@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What an image load or fetch gives.
+/// The type of the numbers that an image load or fetch returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum ScalarKind {
     /// `image2D`, `sampler2D`.
@@ -44,7 +44,7 @@ macro_rules! formats {
                 match self { $(Format::$variant => $channels),* }
             }
 
-            /// What a shader reads from it: float (also for unorm and snorm), signed or unsigned integers.
+            /// The type that a shader reads from it: float (also for unorm and snorm), signed or unsigned integers.
             pub const fn scalar(self) -> ScalarKind {
                 match self { $(Format::$variant => ScalarKind::$kind),* }
             }

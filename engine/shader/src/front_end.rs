@@ -1,5 +1,5 @@
-//! The front end proper: one text to one module through shaderc, in this process. It reads no file: the caller answers its
-//! includes, and knows where what it prints belongs.
+//! The front end proper: one text to one module through shaderc, in this process. It reads no file: the caller answers its includes, and
+//! knows the places of its messages.
 
 use std::cell::RefCell;
 use std::sync::{Arc, OnceLock};
@@ -22,7 +22,7 @@ pub(crate) const VERSION: &str = concat!(
     " spv1.5 unoptimised, shared memory bounded, lines of prints exact"
 );
 
-/// What the compiler prints where an include cannot be had.
+/// The compiler's message where an include cannot be had.
 const INCLUDE_FAILED: &str = "raxel cannot include this";
 
 /// One text to be compiled.
@@ -32,12 +32,12 @@ pub(crate) struct Job {
     pub text: Arc<str>,
 }
 
-/// What became of it.
+/// The result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) enum Outcome {
     /// A module, and the warnings as the compiler prints them.
     Module { words: Vec<u32>, warnings: String },
-    /// The text has mistakes: what the compiler prints.
+    /// The text has mistakes: the compiler's messages.
     Mistakes(String),
     /// There is not enough memory for it.
     OutOfMemory,

@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use crate::lexer::{self, Token};
 
-/// Functions of GLSL that a compute shader can call, of which the compiler says the same when the arguments do not fit as of a name that it does
-/// not know.
+/// Functions of GLSL that a compute shader can call. If arguments do not fit, the compiler reports them as it reports an unknown name.
 const BUILT_IN: &str = "\
     radians degrees sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh pow exp log exp2 log2 sqrt inversesqrt abs sign floor trunc round \
     roundEven ceil fract mod modf min max clamp mix step smoothstep isnan isinf floatBitsToInt floatBitsToUint intBitsToFloat uintBitsToFloat fma \

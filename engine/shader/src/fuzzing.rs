@@ -7,10 +7,10 @@ use crate::request::Request;
 use crate::sources::{Sources, directives};
 use crate::{compile, hlsl, lexer, messages, stripped};
 
-/// Most includes that are asked for: what a small text can ask for doubles with each level.
+/// Most includes that are asked for: the includes of a small text can double with each level.
 const MOST_INCLUDES: usize = 24;
 
-/// Reads a shader and what it includes, and takes `output` for what the compiler printed about it. Gives everything that is said, with the texts.
+/// Reads a shader and its includes, and takes `output` for the compiler's messages about it. Returns all messages, with the texts.
 pub fn read(files: &dyn Files, path: &str, output: &str) -> (Vec<Diagnostic>, SourceMap) {
     let request = Request { path: path.to_owned(), entry: "main".to_owned(), defines: Vec::new() };
     let mut sources = Sources::new(files);
@@ -54,7 +54,7 @@ fn include_all(text: &str, includer: &str, depth: usize, sources: &mut Sources<'
     }
 }
 
-/// Tokens lie in the text one behind the other, and what is stripped stays so.
+/// Tokens lie in the text one behind the other, and stripping twice is stripping once.
 fn check(request: &Request, text: &str) {
     let mut end = 0;
     for token in lexer::tokens(text) {

@@ -16,7 +16,7 @@ pub enum GraphicsStage {
 /// Compiles GLSL that ships with the program. `name` stands for the file in messages.
 ///
 /// # Errors
-/// What the compiler says.
+/// The compiler's messages.
 pub fn compile_graphics(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {
     let follows_from = [if stage == GraphicsStage::Vertex { "vertex" } else { "fragment" }, name, text];
     kept::words(raxel_cache::of_process(), &follows_from, || compile(stage, name, text))

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::lexer::{Token, tokens};
 use crate::request::Request;
 
-/// Where such a mistake is, and what it is.
+/// The place of such a mistake, and its description.
 pub(crate) fn mistake(request: &Request, text: &str) -> Option<(Range<usize>, &'static str)> {
     let tokens = tokens(text);
     (0..tokens.len()).find_map(|at| {
@@ -22,7 +22,7 @@ pub(crate) fn mistake(request: &Request, text: &str) -> Option<(Range<usize>, &'
     })
 }
 
-/// What stands between the `(` that comes first and its `)`.
+/// The tokens between the `(` that comes first and its `)`.
 fn list<'l, 't>(tokens: &'l [Token<'t>]) -> &'l [Token<'t>] {
     let mut depth = 0usize;
     for (at, token) in tokens.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! The interface of a compute shader as reflection sees it: what it binds, what it is pushed, how it is dispatched.
-//! Plain data; every name is the GLSL (or HLSL) name. Offsets, sizes and strides are bytes.
+//! The interface of a compute shader from reflection: its bindings, its push constants, its dispatch. Plain data; every name is the GLSL
+//! (or HLSL) name. Offsets, sizes and strides are bytes.
 
 use raxel_diagnostics::Span;
 use serde::Serialize;
@@ -11,7 +11,7 @@ use crate::prints::Prints;
 /// Everything the outside must supply to a compute shader.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Interface {
-    /// Entry point, `main` unless the module says otherwise.
+    /// Entry point, `main` by default.
     pub entry: String,
     /// Workgroup size per axis.
     pub local_size: [LocalSize; 3],
@@ -23,20 +23,20 @@ pub struct Interface {
     pub push_reads: ByteRanges,
     /// Every binding that the shader declares and uses, ordered by (set, binding).
     pub bindings: Vec<Binding>,
-    /// What the shader declares and does not use: it need not be given.
+    /// Bindings that the shader declares and does not use: they need not be given.
     pub unused: Unused,
     /// Specialization constants, ordered by id (workgroup-size constants included).
     pub specialization: Vec<SpecConstant>,
     /// Bytes of `shared` variables, with the defaults of specialization constants.
     pub shared_bytes: u64,
-    /// What the shader prints, if it prints anything.
+    /// The shader's prints, if it has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prints: Option<Prints>,
     /// Names of SPIR-V capabilities beyond `Shader` that the module declares, e.g. `Int64`.
     pub capabilities: Vec<String>,
 }
 
-/// Declarations without a use in the entry point and in what it calls.
+/// Declarations without a use in the entry point and in the functions that it calls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Unused {
     /// Bindings, ordered as those in use.
@@ -101,9 +101,9 @@ pub struct Binding {
     pub binding: u32,
     /// Array length; 1 when it is no array.
     pub count: u32,
-    /// What it is.
+    /// Its kind.
     pub kind: BindingKind,
-    /// What the shader may do with it, by its `readonly`/`writeonly` qualifiers (none: both).
+    /// The shader's accesses, by its `readonly`/`writeonly` qualifiers (none: both).
     pub access: Access,
     /// The bytes of a uniform block that the shader may load; empty for everything else.
     pub reads: ByteRanges,
@@ -111,7 +111,7 @@ pub struct Binding {
     pub place: Option<Span>,
 }
 
-/// What a binding is.
+/// The kinds of bindings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum BindingKind {
     /// `image2D` and its kin. `format` is `None` without a format qualifier.
@@ -122,7 +122,7 @@ pub enum BindingKind {
         dim: Dim,
         /// Layered.
         arrayed: bool,
-        /// What a load gives.
+        /// The type that a load returns.
         scalar: ScalarKind,
     },
     /// `sampler2D` and its kin: image and sampler in one descriptor.
@@ -131,7 +131,7 @@ pub enum BindingKind {
         dim: Dim,
         /// Layered.
         arrayed: bool,
-        /// What a fetch gives.
+        /// The type that a fetch returns.
         scalar: ScalarKind,
     },
     /// A `buffer` block.
@@ -155,14 +155,14 @@ pub enum Dim {
     Cube,
 }
 
-/// What a shader does with a resource.
+/// A shader's use of a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum Access {
     /// Only loads.
     Read,
     /// Only stores.
     Write,
-    /// Both, or not said.
+    /// Both, or not declared.
     ReadWrite,
 }
 

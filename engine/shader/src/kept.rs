@@ -1,5 +1,5 @@
-//! Modules on disk: what the front end made of a text, with the includes that it asked for on the way. As long as each of them has the
-//! same answer, it would ask for the same ones again and make the same module. An answer counts as the same when comments or white space differ.
+//! Modules on disk: the front end's module of a text, with the includes that it asked for on the way. As long as each of them has the same
+//! answer, it would ask for the same ones again and make the same module. An answer counts as the same when comments or white space differ.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::messages;
 use crate::sources::Sources;
 use crate::stripped::stripped;
 
-/// What the front end made.
+/// The output of the front end.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     /// In the order in which they were asked for, with the hash of each answer.
@@ -22,12 +22,12 @@ struct Kept {
     warnings: String,
 }
 
-/// What of a text a module follows from.
+/// The part of a text that a module follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TextForm {
     /// All but comments and white space.
     Stripped,
-    /// All of it: the text, or what is said of it, has numbers of lines.
+    /// All of it: the text, or a message about it, has numbers of lines.
     Exact,
 }
 
@@ -40,8 +40,8 @@ impl TextForm {
     }
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right. Warnings go to `sources.diagnostics`. `afresh` forgets what was
-/// included.
+/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right.
+/// Warnings go to `sources.diagnostics`. `afresh` forgets the includes.
 pub(crate) fn find<'f>(
     cache: &Cache,
     job: &Job,
@@ -72,7 +72,7 @@ fn read(cache: &Cache, job: &Job, form: TextForm) -> Option<Kept> {
     kept.ok()
 }
 
-/// Listens to what the front end asks, and keeps what it makes.
+/// Listens to the front end's requests, and keeps its module.
 pub(crate) struct Keeper<'c> {
     cache: &'c Cache,
     /// The module is to be checked: its lines count.
@@ -121,7 +121,7 @@ pub(crate) fn words<E>(
     Ok(words)
 }
 
-/// What the module of a text follows from, but for its includes.
+/// The inputs of the module of a text, without its includes.
 fn name(job: &Job, form: TextForm) -> Option<String> {
     let request = postcard::to_stdvec(&job.request).ok()?;
     let (word, text) = (format!("{form:?}"), form.text(&job.text));

@@ -36,7 +36,7 @@ pub struct Item {
     pub about: String,
 }
 
-/// What `<raxel/world.glsl>` gives to shaders: each layout, which is an internal file, has functions of these names.
+/// The functions of `<raxel/world.glsl>`: each layout, which is an internal file, has functions of these names.
 const OF_WORLD: [&str; 5] = ["rx_trace", "rx_trace_from", "rx_material", "rx_material_properties", "rx_set"];
 const WORLD: &str = "raxel/world.glsl";
 
@@ -99,7 +99,7 @@ fn first_word(text: &str) -> &str {
 pub(crate) const WORLD_TEMPLATE: &str = "raxel/world/NAME.glsl";
 const PLACEHOLDER: &str = "NAME";
 
-/// The binding `pine` of `raxel/world/pine.glsl`, if that is what an include names.
+/// The binding `pine` of `raxel/world/pine.glsl`, if the include is one of these.
 pub(crate) fn world_binding(name: &str) -> Option<&str> {
     let (before, after) = WORLD_TEMPLATE.split_once(PLACEHOLDER)?;
     let binding = name.strip_prefix(before)?.strip_suffix(after)?;
@@ -156,7 +156,7 @@ mod tests {
         );
         assert!(direction.about.starts_with("Direction in world space, of length 1, through a place on the output."));
         assert!(item("RxHit", "raxel/ray.glsl").declaration.starts_with("struct RxHit {\n"));
-        // What layouts have is told of the file that selects one.
+        // Functions that all layouts have are documented with the file that selects one.
         let traces: Vec<&str> = items.iter().filter(|item| item.name == "rx_trace").map(|item| item.file).collect();
         assert_eq!(traces, [super::WORLD]);
         assert!(super::OF_WORLD.iter().all(|name| item(name, super::WORLD).declaration.contains(name)));

@@ -1,5 +1,5 @@
-//! Turns what the shader compiler prints into diagnostics. It names a file and a line, and often a word in quotes, but no column:
-//! the word is looked for on its line.
+//! Turns messages of the shader compiler into diagnostics. It names a file and a line, and often a word in quotes, but no column: the word
+//! is looked for on its line.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -42,7 +42,8 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
         .filter_map(Message::parse)
         .filter(|message| !message.is_noise())
         .collect();
-    // The compiler reads on behind an `#error`, without what its author was missing. What it finds there is no mistake of its own.
+    // The compiler reads on behind an `#error`, without the thing that its author was missing. Its messages about the text there are no
+    // mistakes of their own.
     if let Some(first) = messages.iter().position(Message::is_directive) {
         let mut at = 0..;
         messages.retain(|message| {
@@ -78,8 +79,8 @@ pub(crate) fn undefined(calls: &[Undefined], sources: &Sources<'_>) -> Vec<Diagn
     found.collect()
 }
 
-/// Leaves one error of each mistake. Behind a wrong part of a statement the compiler reads on with a value of some other type in its place, and
-/// finds that nothing around it fits; and what it has once called undeclared it takes for a variable of no type from then on.
+/// Leaves one error of each mistake. Behind a wrong part of a statement the compiler reads on with a value of some other type in its place,
+/// and finds that nothing around it fits; and a name that it once called undeclared is a variable of no type to it from then on.
 fn drop_consequences(messages: &mut Vec<Message<'_>>, sources: &Sources<'_>) {
     // Lines of the statements that are wrong.
     let mut wrong: Vec<(&str, Range<usize>)> = Vec::new();
@@ -163,12 +164,12 @@ impl<'t> Message<'t> {
         Some(Self { severity, file, line, token, text: tidy(text) })
     }
 
-    /// What only says that there were errors.
+    /// A message that only counts errors.
     fn is_noise(&self) -> bool {
         self.text.contains("compilation terminated") || self.text.ends_with("compilation errors.  No code generated.")
     }
 
-    /// Whether an `#error` says it.
+    /// Whether it is an `#error`.
     fn is_directive(&self) -> bool {
         self.token == Some("#error")
     }
@@ -231,7 +232,7 @@ impl<'t> Message<'t> {
         sources.with_chain(diagnostic, self.file)
     }
 
-    /// Where the token stands that the grammar did not expect: the compiler says its kind and its line.
+    /// The place of the token that the grammar did not expect: the compiler prints its kind and its line.
     fn unexpected(&self, text: &str) -> Option<Range<usize>> {
         let kind = self.text.strip_prefix("syntax error, unexpected ")?.split(',').next()?;
         let word = match kind {
@@ -264,7 +265,7 @@ impl<'t> Message<'t> {
         (!finished).then(|| Span::new(included.name.as_str(), end..end))
     }
 
-    /// What the author of an `#error` wrote: the compiler prints its tokens with spaces between them.
+    /// The text of an `#error`: the compiler prints its tokens with spaces between them.
     fn author<'s>(&self, sources: &'s Sources<'_>) -> Option<&'s str> {
         let text: &str = sources.text(self.file)?;
         let range = lexer::line_ranges(text).into_iter().nth(self.line?.checked_sub(1)?)?;
@@ -331,7 +332,7 @@ fn tidy(text: &str) -> String {
 }
 
 fn glsl_type(words: &[&str]) -> String {
-    // `layout( std430 push_constant) uniform block{layout( offset=0) uniform highp float fog}`: the kind says enough, the text has the rest.
+    // `layout( std430 push_constant) uniform block{layout( offset=0) uniform highp float fog}`: the kind suffices, the text has the rest.
     if let Some((kind, _)) = words.iter().find_map(|word| word.split_once('{')) {
         return kind.to_owned();
     }

@@ -1,4 +1,4 @@
-//! Finds where the sources declare what reflection reports, so that a diagnostic can point at it. Names are looked up in an index of all
+//! Finds the declarations of reflected names in the sources, so that a diagnostic can point at them. Names are looked up in an index of all
 //! tokens: a shader may have as many members as it has lines.
 
 use std::collections::HashMap;

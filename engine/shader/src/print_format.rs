@@ -1,5 +1,5 @@
-//! The text of `debugPrintfEXT`: its conversions, and what they make of values. The conversions are those of C, with `v2` to `v4` for vectors.
-//! The type of a value is that of the shader, so a conversion chooses how a value looks and never what it is.
+//! The text of `debugPrintfEXT`: its conversions, and their results. The conversions are those of C, with `v2` to `v4` for vectors. The
+//! shader's type of a value counts: a conversion chooses how a value looks and never its type.
 
 use raxel_spirv::{PrintedScalar, PrintedType};
 
@@ -30,7 +30,7 @@ pub(crate) struct Conversion {
 /// The parts of a text.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The mistake, in words.
 pub(crate) fn pieces(format: &str) -> Result<Vec<Piece>, String> {
     let mut pieces = Vec::new();
     let mut text = String::new();
@@ -57,7 +57,7 @@ pub(crate) fn pieces(format: &str) -> Result<Vec<Piece>, String> {
     Ok(pieces)
 }
 
-/// The conversion that a text begins with, and what is behind it.
+/// The conversion that a text begins with, and the rest.
 fn conversion(text: &str) -> Result<(Conversion, &str), String> {
     let mut found = Conversion::default();
     let mut rest = text.trim_start_matches(['-', '0', '+', '#', ' ']);

@@ -1,4 +1,4 @@
-//! What a shader prints, and which of its accesses are out of bounds: the buffer that it needs, and what its records stand for.
+//! A shader's prints, and its accesses out of bounds: the buffer that it needs, and the meaning of its records.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::sources::Sources;
 /// The text that marks a print as that of `rx_assert` in `raxel/print.glsl`.
 const ASSERTION: &str = "rx_assert";
 
-/// What a shader prints with `debugPrintfEXT` and `rx_assert`, and which of its accesses are checked.
+/// A shader's prints with `debugPrintfEXT` and `rx_assert`, and its accesses that are checked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Prints {
     /// The binding, in set 0, of the storage buffer that it prints to.
@@ -33,7 +33,7 @@ pub struct Prints {
 pub struct Access {
     /// Where it is, when the source is known.
     pub place: Option<Span>,
-    /// What is accessed, as the source names it.
+    /// The accessed array or image, by its name in the source.
     pub name: Arc<str>,
     /// Whether it writes.
     pub writes: bool,
@@ -50,7 +50,7 @@ pub struct OutOfBounds {
     pub count: u32,
     /// The invocation that was the first: `gl_GlobalInvocationID`.
     pub invocation: [u32; 3],
-    /// Where it went, and what there is: `index 70 of 64 elements`.
+    /// The index, and the size: `index 70 of 64 elements`.
     pub beyond: String,
 }
 
@@ -73,7 +73,7 @@ pub struct Call {
     first_word: u32,
 }
 
-/// What a call has left in the buffer.
+/// The records of a call in the buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recorded {
     /// How often it was reached.
@@ -82,7 +82,7 @@ pub struct Recorded {
     pub records: Vec<Record>,
 }
 
-/// What one invocation printed by one call.
+/// The print of one invocation by one call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Numbers the records of a pass as they were written.
@@ -94,7 +94,7 @@ pub struct Record {
 }
 
 impl Prints {
-    /// From the calls of a module. What is wrong with them goes to `wrong`.
+    /// From the calls of a module. Mistakes in them go to `wrong`.
     pub(crate) fn of(recording: &Recording, binding: u32, sources: &Sources<'_>, wrong: &mut Vec<Diagnostic>) -> Self {
         let accesses = recording.accesses.iter().map(|access| Access::of(access, sources)).collect();
         let calls = recording.calls.iter().filter_map(|call| match Call::of(call, sources) {
@@ -142,7 +142,7 @@ impl Call {
         })
     }
 
-    /// What it has left in the words of the buffer. Words beyond their end count as zeros.
+    /// Its records in the words of the buffer. Words beyond their end count as zeros.
     pub fn recorded(&self, words: &[u32]) -> Recorded {
         let at = self.first_word as usize;
         let reached = words.get(at).copied().unwrap_or(0);
@@ -196,7 +196,7 @@ impl Access {
         }
     }
 
-    /// What it has left in the words of the buffer, if it was out of bounds.
+    /// Its record in the words of the buffer, if it was out of bounds.
     pub fn recorded(&self, words: &[u32]) -> Option<OutOfBounds> {
         let (count, record) = words.get(self.first_word as usize..)?.split_first()?;
         let coordinates = self.kind.coordinates() as usize;
@@ -237,7 +237,7 @@ fn s(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-/// What is said of a call that cannot print.
+/// The message about a call that cannot print.
 pub(crate) fn unprintable(error: &PrintError, sources: &Sources<'_>) -> Diagnostic {
     let message = format!("`debugPrintfEXT` cannot print this: {}", error.reason);
     let diagnostic = Diagnostic::error(codes::shader::UNPRINTABLE, message);

@@ -1,4 +1,4 @@
-//! Reads the interface of a module: what it binds, what it is pushed, how large its workgroups are.
+//! Reads the interface of a module: its bindings, its push constants, the size of its workgroups.
 
 use raxel_diagnostics::quietly;
 use raxel_spirv::{Chains, Module, WorkgroupSize};
@@ -75,7 +75,7 @@ fn read(declarations: &SpirvBinary, module: &Module<'_>) -> Result<Interface, St
     for (id, variable) in unused {
         let ty = &*variable.ptr_ty.pointee_ty;
         let name = variable.name.as_deref().filter(|name| !name.is_empty());
-        // Whatever is wrong with it: nothing depends on it.
+        // With any mistake in it: nothing depends on it.
         match (class_of(*id, variable.ptr_ty.store_cls), ty) {
             (StorageClass::PushConstant, SpirvType::Struct(ty)) => interface.unused.push = block(ty).ok(),
             (class @ (StorageClass::Uniform | StorageClass::StorageBuffer | StorageClass::UniformConstant), ty) => {

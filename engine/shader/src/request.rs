@@ -1,4 +1,4 @@
-//! What is asked of the compiler and what it gives: the contract between the graph compiler and the shader compiler.
+//! The compiler's requests and results: the contract between the graph compiler and the shader compiler.
 
 use std::sync::Arc;
 
@@ -33,18 +33,18 @@ pub(crate) fn is_hlsl(path: &str) -> bool {
 /// A compiled shader.
 #[derive(Clone, Debug)]
 pub struct Shader {
-    /// What was asked for.
+    /// The request.
     pub request: Request,
     /// The module for the driver: SPIR-V 1.5, or up to 1.6 when it came ready.
     pub spirv: Arc<[u32]>,
-    /// What it must be given.
+    /// Its interface.
     pub interface: Interface,
     /// Every file that went in (the shader itself first, then includes), by project path. A library include that came from the
     /// binary and not from disk is `<raxel/….glsl>`.
     pub files: Vec<String>,
     /// BLAKE3 of the request, the texts that went in, and the compiler's version: equal keys, equal modules.
     pub key: [u8; 32],
-    /// BLAKE3 of what a driver is given: the module and the name of its entry point. Texts that differ in comments, in functions that nothing
+    /// BLAKE3 of the driver's input: the module and the name of its entry point. Texts that differ in comments, in functions that nothing
     /// calls, or in defines that change nothing have the same one.
     pub module: [u8; 32],
 }

@@ -1,4 +1,4 @@
-//! The texts of one shader: the file itself and what it includes, found inside the project or in the embedded library.
+//! The texts of one shader: the file itself and its includes, found inside the project or in the embedded library.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ const MAX_DEPTH: usize = 32;
 /// Most bytes that all texts of one shader may have together, counted as often as they are included.
 const MAX_BYTES: usize = 4 << 20;
 
-/// A path that was asked for, and the hash of what was there (`None`: nothing). A shader stays valid as long as all of its
-/// questions have the same answers.
+/// A path that was asked for, and the hash of its content (`None`: nothing). A shader stays valid as long as all of its questions have the
+/// same answers.
 pub(crate) type Dependency = (String, Option<blake3::Hash>);
 
 /// One text that went into a shader.
@@ -43,7 +43,7 @@ pub(crate) struct Sources<'f> {
     pub dependencies: Vec<Dependency>,
     /// Texts to render diagnostics with (also those that could not be used).
     pub texts: SourceMap,
-    /// What went wrong.
+    /// The errors.
     pub diagnostics: Vec<Diagnostic>,
     /// Names of the files being included right now, outermost first.
     stack: Vec<String>,
@@ -213,7 +213,7 @@ impl<'f> Sources<'f> {
         Ok((name, text))
     }
 
-    /// Counts a text against what one shader may have. `place` is where it comes in.
+    /// Counts a text against the limits of one shader. `place` is where it comes in.
     fn count(&mut self, name: &str, text: &str, place: &Span) -> Result<(), Box<Diagnostic>> {
         self.bytes += text.len();
         if self.bytes > MAX_BYTES {
@@ -310,7 +310,8 @@ impl<'f> Sources<'f> {
         self.source(name).into_iter().flat_map(|source| &source.included_at)
     }
 
-    /// Where the shader includes the world of this binding by `raxel/world/BINDING.glsl`, whose text names what a layout declares.
+    /// The place where the shader includes the world of this binding by `raxel/world/BINDING.glsl`, whose text names the declarations of a
+    /// layout.
     pub fn world_include(&self, binding: &str) -> Option<&Span> {
         let of = |name: &str| {
             let name = name.strip_prefix(INCLUDE).map_or(name, |rest| rest.trim_start_matches('/'));

@@ -1,10 +1,10 @@
-//! Texts without what no module follows from: comments, and white space beyond what separates. Texts that are equal without these give the same
-//! module, as long as the number of a line is not asked for.
+//! Texts without the parts that no module follows from: comments, and white space beyond separators. Texts that are equal without these
+//! give the same module, as long as the number of a line is not asked for.
 
-/// What stands for a comment of several lines. It is in no text that compiles.
+/// The stand-in for a comment of several lines. It is in no text that compiles.
 const LINES: char = '\u{1}';
 
-/// The text without comments, indentation, trailing and repeated white space, and empty lines. What includes are called stays as it is.
+/// The text without comments, indentation, trailing and repeated white space, and empty lines. The names of includes stay as they are.
 pub(crate) fn stripped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut at = 0;

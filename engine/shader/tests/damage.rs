@@ -1,4 +1,4 @@
-//! Texts as they are while somebody types or a save is half done: whatever they are, the answer is a shader or diagnostics.
+//! Texts as they are while somebody types or a save is half done: for any text, the answer is a shader or diagnostics.
 
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ const WORDS: [&str; 16] = [
     "#error x\n",
 ];
 
-/// Everything that can be said about these files can also be printed.
+/// Every diagnostic about these files can also be printed.
 fn try_out(text: &[u8], part: &[u8]) {
     let files = MemoryFiles::new([("shaders/a.comp", text), ("shaders/part.glsl", part)]);
     let request = Request { path: "shaders/a.comp".to_owned(), entry: "main".to_owned(), defines: Vec::new() };

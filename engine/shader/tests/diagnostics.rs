@@ -1,11 +1,11 @@
-//! What is said about shaders that do not compile, as whole text.
+//! Diagnostics of shaders that do not compile, as whole text.
 
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
 use raxel_shader::{Compiler, Request, ShaderProvider};
 
-/// What is said about `shaders/a.comp` among these files.
+/// The diagnostics of `shaders/a.comp` among these files.
 fn said<B: AsRef<[u8]>>(files: impl IntoIterator<Item = (&'static str, B)>) -> String {
     said_of("shaders/a.comp", "main", &[], files)
 }
@@ -52,7 +52,7 @@ fn a_wrong_type_underlines_the_line() {
 fn arguments_that_do_not_fit_show_the_function_that_is_meant() {
     let text = "float nearer(vec3 a, float most) { return min(a.x, most); }\nvoid main() { float b = nearer(vec2(0.0), 1.0); }\n";
     insta::assert_snapshot!(said([("shaders/a.comp", body(text))]));
-    // A function of GLSL is not said to be a misspelt other one.
+    // A function of GLSL is not taken for a misspelt other one.
     let out = said([("shaders/a.comp", body("void main() { float a = mix(vec3(1.0), 2.0); float b = min(a, a); }\n"))]);
     assert!(out.contains("`mix`: no matching overloaded function") && !out.contains("did you mean"), "{out}");
     let out = said([(
@@ -67,7 +67,7 @@ fn a_missing_semicolon_is_noticed_below() {
     insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float a = 1.0\n    a += 1.0;\n}\n"))]));
 }
 
-/// What the compiler notices is in the file behind.
+/// The compiler notices it in the file behind.
 #[test]
 fn a_missing_semicolon_at_the_end_of_an_include_is_shown_there() {
     for include in ["const float STEP = 0.5", "// How far.\n\nconst float STEP = 0.5\n"] {
@@ -77,7 +77,7 @@ fn a_missing_semicolon_at_the_end_of_an_include_is_shown_there() {
         assert!(out.contains(&format!("--> shaders/step.glsl:{line}:23\n")), "{out}");
         assert!(out.contains("^ a `;` may be missing here"), "{out}");
     }
-    // What is noticed on the same line is shown where it stands.
+    // A mistake on the same line is shown where it stands.
     let main = body("#include \"step.glsl\"\nvoid main() { float far = half_of(2.0); }\n");
     let include = "float half_of(float x) { return 0.5 * x }".to_owned();
     let out = said([("shaders/a.comp", main), ("shaders/step.glsl", include)]);
@@ -211,7 +211,7 @@ fn an_error_directive_is_an_error() {
     )]));
 }
 
-/// What an `#error` stands in for is missing in all that follows; a mistake before it is one all the same.
+/// The text that an `#error` stands for is missing in all that follows; a mistake before it is one all the same.
 #[test]
 fn what_follows_an_error_directive_is_not_told() {
     let text = "float before() { return missing; }\n#error no world is bound\n#error nor anything else\nvoid main() { trace(); }\n";
@@ -262,7 +262,7 @@ fn deep_expressions_neither_stop_the_process_nor_pass_for_good() {
     }
 }
 
-/// What the compiler says of the same statement behind a wrong name follows from it.
+/// The compiler's further messages about the same statement follow from the wrong name.
 #[test]
 fn a_wrong_member_is_one_error() {
     let text = "layout(push_constant) uniform Push { float exposure; float fog; } push;\n\
@@ -284,7 +284,7 @@ fn a_name_that_is_missing_is_told_once_and_another_beside_it_too() {
     assert!(errors[2].contains("cannot convert") && errors[3].contains("wrong operand types"), "{told}");
 }
 
-/// A block is said to be one, without all of its members.
+/// A block is called a block, without all of its members.
 #[test]
 fn a_block_in_an_expression_is_not_printed_whole() {
     let text = "layout(push_constant) uniform Push { mat4 view; float fog; } push;\nstruct Hit { vec3 at; float t; };\n\

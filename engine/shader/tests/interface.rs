@@ -1,4 +1,4 @@
-//! What the compiler reads out of shaders.
+//! The compiler's interface of shaders.
 
 use std::sync::Arc;
 
@@ -171,7 +171,7 @@ fn defines_choose() {
     assert_ne!(shader.key, other.key);
 }
 
-/// A shader with a push-constant block and a uniform block, and this as what it does with them.
+/// A shader with a push-constant block and a uniform block, and this as its body.
 fn reading(body: &str) -> Arc<Shader> {
     let text = format!(
         r"#version 460
@@ -193,7 +193,7 @@ void main() {{ {body} sink[0] += float(frame.index) + lights.first.x; }}"
     compile(&[("shaders/a.comp", &text)], &request("shaders/a.comp")).0
 }
 
-/// What it may load of the push constants, and of the uniform block `lights`.
+/// The parts that it may load of the push constants, and of the uniform block `lights`.
 fn reads(body: &str) -> (Vec<[u32; 2]>, Vec<[u32; 2]>) {
     let interface = &reading(body).interface;
     let lights = interface.bindings.iter().find(|binding| binding.name == "lights").unwrap();
@@ -205,7 +205,7 @@ fn reads(body: &str) -> (Vec<[u32; 2]>, Vec<[u32; 2]>) {
 fn the_members_that_a_shader_reads_are_known() {
     let index = [64, 68];
     let first = [0, 16];
-    // A function that nobody calls reads nothing.
+    // A function without a caller reads nothing.
     assert_eq!(reads(""), (vec![index], vec![first]));
     assert_eq!(reads("sink[1] = frame.view[2].z;"), (vec![[0, 68]], vec![first]), "a part of a matrix is all of it");
     assert_eq!(reads("sink[1] = frame.sun.strength;"), (vec![index, [108, 112]], vec![first]));

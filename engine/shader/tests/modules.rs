@@ -278,7 +278,7 @@ fn bombs_of_types_do_not_go_off() {
     let mut nesting = vec![0x0003_0016, 10, 32];
     nesting.extend((11..200_000).flat_map(|id| [0x0003_001d, id, id - 1]));
     assert_eq!(code_of(&around(&nesting)), "RX0220");
-    // A struct that holds itself, and an instruction that nobody knows.
+    // A struct that holds itself, and an unknown instruction.
     assert_eq!(code_of(&around(&[0x0003_001e, 10, 10])), "RX0220");
     assert_eq!(code_of(&around(&[0x0001_7fff])), "RX0220");
 }

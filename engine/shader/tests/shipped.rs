@@ -62,7 +62,7 @@ fn every_shader_compiles_as_its_graphs_use_it() {
             Err(found) => panic!("{path} with {layout}:\n{}", render::human(&found, &texts, false)),
         };
         assert_eq!(raxel_spirv::validate(&shader.spirv), Ok(()), "{path} with {layout}");
-        // What software devices get is as valid.
+        // The module for software devices is as valid.
         if let Some(opaque) = raxel_spirv::Module::new(&shader.spirv, "main").unwrap().with_opaque_uniforms() {
             assert_eq!(raxel_spirv::validate(&opaque), Ok(()), "{path} with {layout}, opaque");
         }

@@ -1,11 +1,11 @@
-//! Calls whose result is undefined are found by their constants, and said with their place.
+//! Calls whose result is undefined are found by their constants, and reported with their place.
 
 use std::sync::Arc;
 
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
 use raxel_shader::{Compiler, Request, ShaderProvider};
 
-/// What is said about a shader whose `main` is `body`. It has the numbers `x` (float), `i` and `u` that no compiler knows.
+/// The diagnostics of a shader whose `main` is `body`. It has the numbers `x` (float), `i` and `u` that no compiler knows.
 fn said(body: &str) -> String {
     let text = format!(
         "#version 460\nlayout(local_size_x = 8) in;\nlayout(push_constant) uniform Push {{ float x; int i; uint u; vec3 v; }};\n\
@@ -19,7 +19,7 @@ fn said(body: &str) -> String {
     render::human(&found, &texts, false)
 }
 
-/// Nothing calls it, so nothing is said about it.
+/// Nothing calls it, so it has no diagnostic.
 const LIBRARY: &str = "float unused(float x) { return smoothstep(1.0, 0.0, x); }\n";
 
 #[test]

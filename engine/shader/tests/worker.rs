@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// What is said about a shader: codes and messages, one a line.
+/// The diagnostics of a shader: codes and messages, one a line.
 fn said(path: &str, text: &str) -> String {
     let part = "#pragma once\nfloat part() { return TWICE(2.0); }\n";
     let files = MemoryFiles::new([(path, text), ("shaders/part.glsl", part), ("shaders/deep/part.glsl", part)]);

@@ -40,7 +40,7 @@ fn defines(world: &str, pine: &str, oak: &str) -> Vec<String> {
     vec![format!("RX_LAYOUT_{world}"), format!("RX_LAYOUT_{pine}_pine"), format!("RX_LAYOUT_{oak}_oak")]
 }
 
-/// A name that the template leaves out is declared twice here, whatever the layout.
+/// A name that the template leaves out is declared twice here, in any layout.
 #[test]
 fn a_layout_can_stand_three_times_in_a_shader() {
     for layout in LAYOUTS {

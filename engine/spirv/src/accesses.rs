@@ -1,6 +1,6 @@
 //! Accesses out of bounds, found on demand. In front of each access to an array, vector or matrix by an index, and to an image by integer
-//! coordinates, a call compares what is asked for with what is there. Where that is too far, it counts and keeps a record of the first
-//! invocation. The access itself stays what it is: a shader that is checked computes what it computes without.
+//! coordinates, a call compares the index or the coordinates with the size. Where that is too far, it counts and keeps a record of the
+//! first invocation. The access itself stays as it is: a checked shader computes the same as an unchecked one.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -22,9 +22,9 @@ const MAX_ACCESSES: usize = 16_384;
 /// An access that is checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// What is accessed, as the source names it: `items`, `block.items`; empty where the module has no names.
+    /// The accessed array or image, by its name in the source: `items`, `block.items`; empty where the module has no names.
     pub name: String,
-    /// By what.
+    /// Whether it is by an index or by coordinates.
     pub kind: AccessKind,
     /// Whether it writes.
     pub writes: bool,
@@ -35,7 +35,7 @@ pub struct Access {
     pub first_word: u32,
 }
 
-/// By what something is accessed.
+/// The ways to access something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccessKind {
     /// The index of an element.
@@ -61,7 +61,7 @@ impl Access {
     }
 }
 
-/// What an access can step into.
+/// The types that an access can step into.
 #[derive(Clone, Copy)]
 enum Type<'w> {
     /// Width in bits, and whether it has a sign.
@@ -91,9 +91,9 @@ pub(crate) struct Accesses<'w> {
     members: HashMap<(u32, u32), String>,
     /// Pointers that are written through.
     written: HashSet<u32>,
-    /// Chains of the block so far, by base and indices, with the first result and what was checked for it: `a[i] += 1` makes two of one.
+    /// Chains of the block so far, by base and indices, with the first result and its checks: `a[i] += 1` makes two of one.
     chains: HashMap<(u32, Vec<u32>), (u32, Range<usize>)>,
-    /// Functions that check so many coordinates.
+    /// Functions that check a number of coordinates.
     checkers: HashMap<u32, u32>,
     pub found: Vec<Access>,
 }
@@ -189,7 +189,7 @@ impl<'w> Accesses<'w> {
             (Some(Op::AccessChain | Op::InBoundsAccessChain), [_, id, base, indices @ ..]) => {
                 self.chain(*id, *base, indices, line, writer, function)?;
             }
-            // A name follows what is loaded.
+            // A name follows the loaded value.
             (Some(Op::Load | Op::Image | Op::CopyObject), [_, id, from, ..]) => self.rename(*id, *from),
             (Some(Op::ImageWrite), [image, coordinate, ..]) => {
                 self.texel((*image, None), *coordinate, true, line, writer, function)?;
@@ -238,7 +238,7 @@ impl<'w> Accesses<'w> {
         }
         let before = self.found.len();
         let mut name = self.names.get(&base).cloned().unwrap_or_default();
-        // Of the struct around the type that is stepped into: the pointer to it takes so many indices, and which member it is.
+        // Of the struct around the type that is stepped into: the number of indices of the pointer to it, and the member.
         let mut around = None;
         for (position, index) in indices.iter().enumerate() {
             let constant = self.constants.get(index).copied();

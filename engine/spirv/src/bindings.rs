@@ -1,5 +1,5 @@
-//! Gives every binding a place of its own. Graphs bind by name, so the numbers in a shader mean nothing to them: HLSL that says
-//! `register(t0)` and `register(u0)` has both at binding 0, and a number may be larger than drivers take.
+//! Gives every binding a place of its own. Graphs bind by name, so the numbers in a shader mean nothing to them: HLSL with `register(t0)`
+//! and `register(u0)` has both at binding 0, and a number may be larger than drivers take.
 
 use std::collections::{HashMap, HashSet};
 
@@ -48,7 +48,7 @@ pub(crate) fn write(instruction: &Instruction<'_>, numbers: &HashMap<u32, u32>, 
     }
 }
 
-/// The variable whose set (0) or binding (1) an instruction says.
+/// The variable whose set (0) or binding (1) an instruction declares.
 fn place(instruction: &Instruction<'_>) -> Option<(u32, usize)> {
     match instruction.operands {
         [id, decoration, _] if instruction.is(Op::Decorate) => match Decoration::from_u32(*decoration)? {

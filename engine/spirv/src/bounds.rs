@@ -1,14 +1,13 @@
 //! Bounds on arrays in shared memory. An access outside an array that a workgroup shares has no defined effect, and Vulkan's robust buffer
-//! access does not cover it: a GPU may lose the device, and a software driver writes into the memory of the process. So every index
-//! into a shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index itself says that it is
-//! inside: a constant, `i & 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; an access that is correct stays what it is.
+//! access does not cover it: a GPU may lose the device, and a software driver writes into the memory of the process. So every index into a
+//! shared array, vector or matrix becomes `min(index, length - 1)`, read as unsigned, unless the index is visibly inside: a constant,
+//! `i & 63u`, `i % 64u`, `min(i, 63u)`. One instruction an index; a correct access stays as it is.
 
 use std::collections::HashMap;
 
 use spirv::{GLOp, Op, StorageClass};
 
-use crate::binary::HEADER_WORDS;
-use crate::check::MAX_BOUND;
+use crate::additions::{Additions, write};
 use crate::error::ModuleError;
 use crate::instruction::Instruction;
 
@@ -17,47 +16,40 @@ use crate::instruction::Instruction;
 /// # Errors
 /// When a bound cannot be written: the length has not 32 bits, or no ids are left.
 pub(crate) fn bounded(words: &[u32], instructions: &[Instruction<'_>]) -> Result<Option<Vec<u32>>, ModuleError> {
-    let mut additions = Additions { declared: Declared::of(instructions), next_id: words[3], ..Additions::default() };
-    let mut functions = Vec::new();
     let split = instructions.iter().position(|instruction| instruction.is(Op::Function)).unwrap_or(instructions.len());
+    let (declarations, functions) = instructions.split_at(split);
+    let mut clamper = Clamper {
+        declared: Declared::of(instructions),
+        additions: Additions::new(words[3], declarations),
+        last: HashMap::new(),
+    };
+    let mut rewritten = Vec::new();
     let mut clamps = 0usize;
-    for instruction in &instructions[split..] {
+    for instruction in functions {
         let chain = instruction.is(Op::AccessChain) || instruction.is(Op::InBoundsAccessChain);
-        let bounds = if chain { additions.declared.bounds(instruction.operands) } else { Vec::new() };
+        let bounds = if chain { clamper.declared.bounds(instruction.operands) } else { Vec::new() };
         let mut operands = instruction.operands.to_vec();
         for (position, length) in bounds {
             if let Length::Specialized(id) = length
-                && additions.declared.width(id) != Some(32)
+                && clamper.declared.width(id) != Some(32)
             {
                 let message = "the length of an array in shared memory is a constant that has not 32 bits";
                 return Err(ModuleError::Unsupported(message.to_owned()));
             }
-            operands[position] = additions.clamp(operands[position], length, &mut functions);
+            operands[position] = clamper.clamp(operands[position], length, &mut rewritten);
             clamps += 1;
         }
-        Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut functions);
+        Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut rewritten);
     }
     if clamps == 0 {
         return Ok(None);
     }
-    if additions.next_id > MAX_BOUND {
-        let message = "the module leaves no ids for the bounds of its shared memory";
-        return Err(ModuleError::Unsupported(message.to_owned()));
-    }
-    let mut bounded = words[..HEADER_WORDS].to_vec();
-    bounded[3] = additions.next_id;
-    for instruction in &instructions[..split] {
-        if instruction.is(Op::MemoryModel) {
-            bounded.extend_from_slice(&additions.import);
-        }
-        instruction.write(&mut bounded);
-    }
-    bounded.extend_from_slice(&additions.constants);
-    bounded.extend_from_slice(&functions);
-    Ok(Some(bounded))
+    let unsupported =
+        |reason| ModuleError::Unsupported(format!("the bounds of its shared memory cannot be written: {reason}"));
+    clamper.additions.assemble(words, declarations, &rewritten).map(Some).map_err(unsupported)
 }
 
-/// What an access can step into.
+/// The types that an access can step into.
 #[derive(Clone, Copy)]
 enum Type<'w> {
     /// Width in bits.
@@ -79,7 +71,7 @@ enum Length {
     Specialized(u32),
 }
 
-/// What the module declares, as far as it matters here.
+/// The declarations of the module, as far as they matter here.
 #[derive(Default)]
 struct Declared<'w> {
     types: HashMap<u32, Type<'w>>,
@@ -93,8 +85,6 @@ struct Declared<'w> {
     largest: HashMap<u32, u32>,
     /// The largest that a remainder can be.
     remainders: HashMap<u32, u32>,
-    /// The unsigned 32-bit integer.
-    uint: Option<u32>,
     /// The extended instruction set of GLSL.
     glsl: Option<u32>,
 }
@@ -133,12 +123,7 @@ impl<'w> Declared<'w> {
                 self.constants.insert(*id, *value);
                 return;
             }
-            (Some(Op::TypeInt), [id, width, signed]) => {
-                if (*width, *signed) == (32, 0) {
-                    self.uint = Some(*id);
-                }
-                (*id, Type::Integer(*width))
-            }
+            (Some(Op::TypeInt), [id, width, _]) => (*id, Type::Integer(*width)),
             (Some(Op::TypeArray), [id, element, length]) => (*id, Type::Array(*element, *length)),
             (Some(Op::TypeVector | Op::TypeMatrix), [id, part, count]) => (*id, Type::Vector(*part, *count)),
             (Some(Op::TypeStruct), [id, members @ ..]) => (*id, Type::Struct(members)),
@@ -150,7 +135,7 @@ impl<'w> Declared<'w> {
         self.types.insert(declared.0, declared.1);
     }
 
-    /// Remembers what an instruction says about how large its result is.
+    /// Remembers an instruction's limit of its result.
     fn limit(&mut self, instruction: &Instruction<'w>) {
         let known = |id: &u32| self.constants.contains_key(id) || self.last.contains_key(id);
         match (Op::from_u32(instruction.opcode), instruction.operands) {
@@ -186,7 +171,7 @@ impl<'w> Declared<'w> {
         }
     }
 
-    /// Whether an index is inside by what is known of it.
+    /// Whether an index is known to be inside.
     fn inside(&self, index: u32, length: Length) -> bool {
         let largest = self.largest.get(&index).copied().unwrap_or(index);
         match length {
@@ -232,89 +217,53 @@ impl<'w> Declared<'w> {
 /// `GLSL.std.450` as a literal string (section 2.2.1).
 const NAME: &[u32] = &[u32::from_le_bytes(*b"GLSL"), u32::from_le_bytes(*b".std"), u32::from_le_bytes(*b".450"), 0];
 
-/// What the clamps need beyond what the module declares.
-#[derive(Default)]
-struct Additions<'w> {
+/// Writes the clamps, and the declarations that they need.
+struct Clamper<'w> {
     declared: Declared<'w>,
-    next_id: u32,
-    /// The import of the extended instruction set, if the module has none.
-    import: Vec<u32>,
-    /// Types and constants.
-    constants: Vec<u32>,
+    additions: Additions,
     /// `length - 1` of each length that bounds something.
     last: HashMap<Length, u32>,
 }
 
-impl Additions<'_> {
+impl Clamper<'_> {
     /// Writes `min(index, length - 1)` and gives its id.
     fn clamp(&mut self, index: u32, length: Length, function: &mut Vec<u32>) -> u32 {
-        let uint = self.uint();
-        let last = self.last(length);
+        let uint = self.additions.ty(Op::TypeInt, &[32, 0]);
+        let last = self.last(uint, length);
         let glsl = self.glsl();
         let (ty, index) = match self.declared.values.get(&index).copied() {
             Some(ty) if self.declared.width(index) == Some(32) => (ty, index),
-            // Of 64 bits the lower half, of 16 or 8 zero-extended: an index inside the bounds stays what it is.
+            // Of 64 bits the lower half, of 16 or 8 zero-extended: an index inside the bounds stays the same.
             _ => {
-                let converted = self.id();
-                write(Op::UConvert as u32, &[uint, converted, index], function);
+                let converted = self.additions.id();
+                write(Op::UConvert, &[uint, converted, index], function);
                 (uint, converted)
             }
         };
-        let clamped = self.id();
-        write(Op::ExtInst as u32, &[ty, clamped, glsl, GLOp::UMin as u32, index, last], function);
+        let clamped = self.additions.id();
+        write(Op::ExtInst, &[ty, clamped, glsl, GLOp::UMin as u32, index, last], function);
         clamped
     }
 
-    fn id(&mut self) -> u32 {
-        self.next_id += 1;
-        self.next_id - 1
-    }
-
-    fn uint(&mut self) -> u32 {
-        if let Some(uint) = self.declared.uint {
-            return uint;
-        }
-        let uint = self.id();
-        write(Op::TypeInt as u32, &[uint, 32, 0], &mut self.constants);
-        *self.declared.uint.insert(uint)
-    }
-
     fn glsl(&mut self) -> u32 {
-        if let Some(glsl) = self.declared.glsl {
-            return glsl;
-        }
-        let glsl = self.id();
-        write(Op::ExtInstImport as u32, &[&[glsl], NAME].concat(), &mut self.import);
-        *self.declared.glsl.insert(glsl)
+        *self.declared.glsl.get_or_insert_with(|| {
+            let glsl = self.additions.id();
+            write(Op::ExtInstImport, &[&[glsl], NAME].concat(), &mut self.additions.imports);
+            glsl
+        })
     }
 
     /// The id of `length - 1`.
-    fn last(&mut self, length: Length) -> u32 {
-        if let Some(last) = self.last.get(&length) {
-            return *last;
-        }
-        let uint = self.uint();
-        let last = match length {
-            Length::Literal(length) => self.constant(uint, length.saturating_sub(1)),
+    fn last(&mut self, uint: u32, length: Length) -> u32 {
+        *self.last.entry(length).or_insert_with(|| match length {
+            Length::Literal(length) => self.additions.constant(uint, length.saturating_sub(1)),
             Length::Specialized(length) => {
-                let one = self.constant(uint, 1);
-                let last = self.id();
+                let one = self.additions.constant(uint, 1);
+                let last = self.additions.id();
                 let operands = [uint, last, Op::ISub as u32, length, one];
-                write(Op::SpecConstantOp as u32, &operands, &mut self.constants);
+                write(Op::SpecConstantOp, &operands, &mut self.additions.words);
                 last
             }
-        };
-        self.last.insert(length, last);
-        last
+        })
     }
-
-    fn constant(&mut self, ty: u32, value: u32) -> u32 {
-        let constant = self.id();
-        write(Op::Constant as u32, &[ty, constant, value], &mut self.constants);
-        constant
-    }
-}
-
-fn write(opcode: u32, operands: &[u32], words: &mut Vec<u32>) {
-    Instruction { opcode, operands }.write(words);
 }

@@ -136,7 +136,7 @@ pub(crate) fn functions(instructions: &[Instruction<'_>]) -> Result<(), ModuleEr
     }
 }
 
-/// Types are declared after their parts, and written out they are neither too deep nor too many.
+/// Types are declared after their parts, and written out they are not too deep and not too many.
 pub(crate) fn types(instructions: &[Instruction<'_>]) -> Result<(), ModuleError> {
     let mut known: HashMap<u32, (u32, u64)> = HashMap::new();
     let mut total = 0u64;

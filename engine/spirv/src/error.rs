@@ -12,15 +12,15 @@ pub enum ModuleError {
     /// Threads with more variables than fit anywhere.
     #[error("the variables of each thread take {bytes} bytes")]
     TooMuch {
-        /// What they take.
+        /// Their size.
         bytes: u64,
-        /// What they may take.
+        /// The largest size.
         limit: u64,
     },
-    /// There is no such entry point; the second value lists what there is.
+    /// There is no such entry point; the second value lists the existing ones.
     #[error("there is no compute entry point `{entry}`")]
     NoEntry {
-        /// What was asked for.
+        /// The requested entry point.
         entry: String,
         /// The module's entry points, with their kinds.
         found: Vec<String>,

@@ -1,7 +1,7 @@
 //! SPIR-V modules: read and checked word by word, validated by the Khronos validator, and rewritten where raxel needs it (a place of its
-//! own for each binding, bounds on arrays in shared memory, records of what it prints and of accesses out of bounds, uniform values that drivers do not fold in). What comes from a file may be anything, and neither a reflector nor a
-//! driver copes with a damaged module. Numbers and layouts are those of the SPIR-V 1.6 specification, sections 2.3 (physical layout)
-//! and 3 (binary form).
+//! own for each binding, bounds on arrays in shared memory, records of prints and of accesses out of bounds, uniform values that drivers do
+//! not fold in). A module from a file may be anything, and no reflector and no driver copes with a damaged one. Numbers and layouts are
+//! those of the SPIR-V 1.6 specification, sections 2.3 (physical layout) and 3 (binary form).
 
 mod accesses;
 mod additions;

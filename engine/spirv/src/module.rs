@@ -24,7 +24,7 @@ pub struct Module<'w> {
     instructions: Vec<Instruction<'w>>,
     /// The function that the entry point is.
     entry: u32,
-    /// What its variables take.
+    /// The memory of its variables.
     memory: Memory,
 }
 
@@ -58,8 +58,8 @@ impl<'w> Module<'w> {
         Ok(Self { words, instructions, entry, memory })
     }
 
-    /// The words up to the first function: all that says what the module's interface is. Computed constants that size nothing are
-    /// left undefined, since the reflector can compute only some.
+    /// The words up to the first function: everything about the module's interface. Computed constants that size nothing are left
+    /// undefined, since the reflector can compute only some.
     pub fn declarations(&self) -> Vec<u32> {
         let sizes = self.sizes();
         let mut words = self.words[..HEADER_WORDS].to_vec();
@@ -80,7 +80,7 @@ impl<'w> Module<'w> {
         if let WorkgroupSize::Ids(ids) = self.workgroup_size() {
             sizes.extend(ids);
         }
-        // Operands are declared before what is computed from them.
+        // Operands are declared before constants that are computed from them.
         for instruction in self.instructions.iter().rev().filter(|instruction| instruction.is(Op::SpecConstantOp)) {
             if let [_, id, _, operands @ ..] = instruction.operands
                 && sizes.contains(id)
@@ -102,7 +102,7 @@ impl<'w> Module<'w> {
         names.into_iter().collect()
     }
 
-    /// What the variables take.
+    /// The memory of the variables.
     pub fn memory(&self) -> Memory {
         self.memory
     }
@@ -155,7 +155,7 @@ impl<'w> Module<'w> {
         reads::chains(self.before_functions(), self.reachable().into_iter().flatten(), variables)
     }
 
-    /// Calls whose result is undefined whatever their other arguments are, in the functions that the entry point reaches.
+    /// Calls whose result is undefined for all their other arguments, in the functions that the entry point reaches.
     pub fn undefined(&self) -> Vec<Undefined> {
         undefined::undefined(self.before_functions(), self.reachable().into_iter())
     }
@@ -221,11 +221,11 @@ impl<'w> Module<'w> {
         bounds::bounded(self.words, &self.instructions)
     }
 
-    /// The module that records into the storage buffer at `binding` of set 0 what it prints and, if `checked`, its accesses out of bounds;
+    /// The module that records into the storage buffer at `binding` of set 0 its prints and, if `checked`, its accesses out of bounds;
     /// `None` when it does neither.
     ///
     /// # Errors
-    /// When it prints what is no number of 32 bits, no boolean and no vector of them, or has too many such calls or accesses.
+    /// When it prints values other than numbers of 32 bits, booleans and vectors of them, or has too many such calls or accesses.
     pub fn with_records(&self, binding: u32, checked: bool) -> Result<Option<Recording>, PrintError> {
         record::recording(self.words, &self.instructions, binding, checked)
     }

@@ -73,7 +73,7 @@ pub(crate) fn set(instructions: &[Instruction<'_>]) -> Option<u32> {
     })
 }
 
-/// Whether words are of a module that may print. Of broken ones it says no.
+/// Whether words are of a module that may print. False for broken ones.
 pub fn prints(words: &[u32]) -> bool {
     let bytes = PRINTF_SET.as_bytes();
     words.iter().enumerate().any(|(at, first)| {
@@ -82,10 +82,10 @@ pub fn prints(words: &[u32]) -> bool {
     })
 }
 
-/// Why what a module prints cannot be written down.
+/// Why a print of a module cannot be recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrintError {
-    /// What is wrong, and what to do.
+    /// The reason, and advice.
     pub reason: String,
     /// The call, if it is one.
     pub line: Option<(String, u32)>,

@@ -7,11 +7,11 @@ use spirv::Op;
 use crate::instruction::Instruction;
 use crate::module::accessed;
 
-/// What the functions that the entry point reaches do with one variable.
+/// The uses of one variable in the functions that the entry point reaches.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Chains {
-    /// The indices of each access chain from the variable; `None` for one that is computed at run time. What is done with the pointer
-    /// that a chain gives stays within what the chain selects.
+    /// The indices of each access chain from the variable; `None` for one that is computed at run time. The pointer of a chain is used only
+    /// within the part that the chain selects.
     pub chains: Vec<Vec<Option<u32>>>,
     /// The variable is also used in another way, so that all of it may be loaded.
     pub whole: bool,

@@ -1,4 +1,4 @@
-//! Records that a shader writes into a storage buffer, which the caller binds: what it prints, and its accesses out of bounds.
+//! Records that a shader writes into a storage buffer, which the caller binds: its prints, and its accesses out of bounds.
 //!
 //! The buffer begins with a word that numbers the records in the order in which they are written. Then each call has a part of its own: the
 //! number of times that it was reached, and its first records. A record is its number, the three components of `gl_GlobalInvocationID`, and
@@ -9,16 +9,15 @@ use std::collections::HashMap;
 use spirv::{BuiltIn, Capability, Decoration, FunctionControl, MemoryModel, Op, Scope, SelectionControl, StorageClass};
 
 use crate::accesses::{Access, Accesses};
-use crate::additions::{Additions, interface, is_declaration, write};
-use crate::binary::HEADER_WORDS;
-use crate::check::{MAX_BOUND, literal};
-use crate::instruction::{Instruction, MAX_OPERANDS};
+use crate::additions::{Additions, built_in, write};
+use crate::check::literal;
+use crate::instruction::Instruction;
 use crate::print::{self, PrintCall, PrintError, PrintedScalar, PrintedType, unsupported};
 
 /// Words of a record before its values: its number, and the invocation.
 pub const RECORD_HEAD: u32 = 4;
 
-/// A module that records what happens in it.
+/// A module that records its prints and accesses.
 #[derive(Debug)]
 pub struct Recording {
     /// The module.
@@ -31,8 +30,8 @@ pub struct Recording {
     pub bytes: u64,
 }
 
-/// The module that records into the storage buffer at `binding` of set 0 what it prints and, if `checked`, its accesses out of bounds;
-/// `None` when it does neither.
+/// The module that records into the storage buffer at `binding` of set 0 its prints and, if `checked`, its accesses out of bounds; `None`
+/// when it does neither.
 ///
 /// # Errors
 /// For printed values that are no numbers of 32 bits, booleans or vectors of them, and for modules with too many calls or accesses.
@@ -60,7 +59,7 @@ pub(crate) fn recording(
             [file, number, ..] if instruction.is(Op::Line) => {
                 line = strings.get(file).map(|file| (file.clone(), *number));
             }
-            // glslang says a line again only where it is another one, in the order of the module and across its blocks.
+            // glslang repeats a line only where it is another one, in the order of the module and across its blocks.
             _ if instruction.is(Op::NoLine) || instruction.is(Op::Function) => line = None,
             [void, result, from, print::PRINTF, text, values @ ..]
                 if instruction.is(Op::ExtInst) && Some(*from) == set =>
@@ -89,10 +88,9 @@ fn strings(declarations: &[Instruction<'_>]) -> HashMap<u32, String> {
     texts.filter_map(|(id, text)| Some((*id, literal(text).ok()?))).collect()
 }
 
-/// Writes the functions that record, and what they need.
+/// Writes the functions that record, and their declarations.
 pub(crate) struct Writer {
     pub additions: Additions,
-    decorations: Vec<u32>,
     /// Functions that stand behind those of the module.
     pub functions: Vec<u32>,
     /// By number of words, and by the records that are kept.
@@ -101,8 +99,6 @@ pub(crate) struct Writer {
     end: u32,
     /// The module asks images for their extents.
     queries: bool,
-    /// Variables that an entry point has to list.
-    interface: Vec<u32>,
     pub void: u32,
     pub bool: u32,
     pub uint: u32,
@@ -117,19 +113,18 @@ pub(crate) struct Writer {
 
 impl Writer {
     pub fn new(words: &[u32], declarations: &[Instruction<'_>], binding: u32) -> Result<Self, PrintError> {
-        let mut decorations = Vec::new();
         let mut additions = Additions::new(words[3], declarations);
         let void = additions.ty(Op::TypeVoid, &[]);
         let bool = additions.ty(Op::TypeBool, &[]);
         let uint = additions.ty(Op::TypeInt, &[32, 0]);
         let triple = additions.ty(Op::TypeVector, &[uint, 3]);
         let [array, block, pointer, buffer] = [(); 4].map(|()| additions.id());
-        let mut decorate = |operands: &[u32]| write(Op::Decorate, operands, &mut decorations);
+        let mut decorate = |operands: &[u32]| write(Op::Decorate, operands, &mut additions.decorations);
         decorate(&[array, Decoration::ArrayStride as u32, 4]);
         decorate(&[block, Decoration::Block as u32]);
         decorate(&[buffer, Decoration::DescriptorSet as u32, 0]);
         decorate(&[buffer, Decoration::Binding as u32, binding]);
-        write(Op::MemberDecorate, &[block, 0, Decoration::Offset as u32, 0], &mut decorations);
+        write(Op::MemberDecorate, &[block, 0, Decoration::Offset as u32, 0], &mut additions.decorations);
         let storage = StorageClass::StorageBuffer as u32;
         write(Op::TypeRuntimeArray, &[array, uint], &mut additions.words);
         write(Op::TypeStruct, &[block, array], &mut additions.words);
@@ -137,20 +132,20 @@ impl Writer {
         write(Op::Variable, &[pointer, buffer, storage], &mut additions.words);
         let word = additions.ty(Op::TypePointer, &[storage, uint]);
         let input = additions.ty(Op::TypePointer, &[StorageClass::Input as u32, triple]);
-        let invocation = match global_invocation(declarations) {
+        let invocation = match built_in(declarations, BuiltIn::GlobalInvocationId) {
             Some((variable, ty)) if ty == input => variable,
             Some(_) => return unsupported("`gl_GlobalInvocationID` is no vector of three `uint`", None),
             None => {
                 let variable = additions.id();
                 let built_in = [variable, Decoration::BuiltIn as u32, BuiltIn::GlobalInvocationId as u32];
-                write(Op::Decorate, &built_in, &mut decorations);
+                write(Op::Decorate, &built_in, &mut additions.decorations);
                 write(Op::Variable, &[input, variable, StorageClass::Input as u32], &mut additions.words);
                 variable
             }
         };
         // Before version 1.4 an entry point lists inputs and outputs only.
         let lists_all = words[1] >= 0x0001_0400;
-        let interface = if lists_all { vec![invocation, buffer] } else { vec![invocation] };
+        additions.interface = if lists_all { vec![invocation, buffer] } else { vec![invocation] };
         let vulkan = declarations.iter().any(|instruction| {
             instruction.is(Op::MemoryModel) && instruction.operands.get(1) == Some(&(MemoryModel::Vulkan as u32))
         });
@@ -161,12 +156,10 @@ impl Writer {
         let functions = Vec::new();
         Ok(Self {
             additions,
-            decorations,
             functions,
             recorders,
             end: 1,
             queries: false,
-            interface,
             void,
             bool,
             uint,
@@ -182,7 +175,7 @@ impl Writer {
         self.additions.constant(self.uint, value)
     }
 
-    /// The first word of a new part: of a call that keeps so many records, each with so many words of values.
+    /// The first word of a new part: of a call that keeps `records` records, each with `words` words of values.
     pub fn part(&mut self, records: u32, words: u32) -> u32 {
         let first = self.end;
         self.end += 1 + records * (RECORD_HEAD + words);
@@ -196,46 +189,22 @@ impl Writer {
 
     /// The module with all that was written.
     fn assemble(
-        &self,
+        &mut self,
         words: &[u32],
         declarations: &[Instruction<'_>],
         set: Option<u32>,
         functions: &[u32],
     ) -> Result<Vec<u32>, PrintError> {
-        if self.additions.next_id > MAX_BOUND {
-            return unsupported("the module leaves no ids for it", None);
-        }
-        let mut assembled = words[..HEADER_WORDS].to_vec();
-        assembled[3] = self.additions.next_id;
-        let types = declarations.iter().position(is_declaration).unwrap_or(declarations.len());
         let query = Capability::ImageQuery as u32;
         let has_query = declarations.iter().any(|of| of.is(Op::Capability) && of.operands == [query]);
         if self.queries && !has_query {
-            write(Op::Capability, &[query], &mut assembled);
+            write(Op::Capability, &[query], &mut self.additions.capabilities);
         }
-        for (at, instruction) in declarations.iter().enumerate() {
-            if at == types {
-                assembled.extend_from_slice(&self.decorations);
-            }
-            if instruction.is(Op::ExtInstImport) && set.is_some() && instruction.operands.first() == set.as_ref() {
-                continue;
-            }
-            if instruction.is(Op::EntryPoint) {
-                let listed = interface(instruction.operands);
-                let missing = self.interface.iter().filter(|variable| !listed.contains(variable));
-                let operands: Vec<u32> = instruction.operands.iter().chain(missing).copied().collect();
-                if operands.len() > MAX_OPERANDS {
-                    return unsupported("the entry point has too many variables", None);
-                }
-                Instruction { opcode: instruction.opcode, operands: &operands }.write(&mut assembled);
-            } else {
-                instruction.write(&mut assembled);
-            }
-        }
-        assembled.extend_from_slice(&self.additions.words);
-        assembled.extend_from_slice(functions);
-        assembled.extend_from_slice(&self.functions);
-        Ok(assembled)
+        let is_set =
+            |of: &&Instruction<'_>| of.is(Op::ExtInstImport) && set.is_some() && of.operands.first() == set.as_ref();
+        let declarations: Vec<Instruction<'_>> = declarations.iter().filter(|of| !is_set(of)).copied().collect();
+        let functions = [functions, &self.functions].concat();
+        self.additions.assemble(words, &declarations, &functions).or_else(|reason| unsupported(reason, None))
     }
 
     /// Takes a value apart into words.
@@ -263,7 +232,8 @@ impl Writer {
         }
     }
 
-    /// The function that records so many words, and keeps so many records. Its first parameter is the word at which the part of the call begins.
+    /// The function that records `count` words, and keeps `records` records. Its first parameter is the word at which the part of the call
+    /// begins.
     #[expect(clippy::cast_possible_truncation, reason = "a call has at most `MAX_WORDS` words")]
     pub fn recorder(&mut self, count: usize, records: u32) -> u32 {
         if let Some(known) = self.recorders.get(&(count, records)) {
@@ -323,19 +293,4 @@ impl Writer {
         self.recorders.insert((count, records), function);
         function
     }
-}
-
-/// The variable that is `gl_GlobalInvocationID`, and the type of its pointer.
-fn global_invocation(declarations: &[Instruction<'_>]) -> Option<(u32, u32)> {
-    let id = declarations.iter().find_map(|instruction| match instruction.operands {
-        [id, decoration, built_in] if instruction.is(Op::Decorate) => {
-            let wanted = (Decoration::BuiltIn as u32, BuiltIn::GlobalInvocationId as u32);
-            ((*decoration, *built_in) == wanted).then_some(*id)
-        }
-        _ => None,
-    })?;
-    declarations.iter().find_map(|instruction| match instruction.operands {
-        [ty, variable, ..] if instruction.is(Op::Variable) && *variable == id => Some((id, *ty)),
-        _ => None,
-    })
 }

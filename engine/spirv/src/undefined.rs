@@ -1,6 +1,6 @@
-//! Calls whose result GLSL and SPIR-V leave undefined whatever their other arguments are: `smoothstep` with edges that do not ascend, `clamp` with
-//! bounds that do not, integers divided by zero or shifted by their width. Drivers differ there, and none of them says so. The rules are those
-//! of the extended instructions of GLSL (`GLSL.std.450`) and of the core specification, sections 3.42.13 and 3.42.14.
+//! Calls whose result GLSL and SPIR-V leave undefined for all their other arguments: `smoothstep` with edges that do not ascend, `clamp`
+//! with bounds that do not, integers divided by zero or shifted by their width. Drivers differ there, and none of them reports it. The
+//! rules are those of the extended instructions of GLSL (`GLSL.std.450`) and of the core specification, sections 3.42.13 and 3.42.14.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::instruction::Instruction;
 /// A call with an undefined result, or one that no driver needs to agree with another about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Undefined {
-    /// What GLSL calls it: `smoothstep`, `clamp`, `/`, `%`, `<<`, `>>`, `bitfieldInsert`, `bitfieldExtract`.
+    /// The name in GLSL: `smoothstep`, `clamp`, `/`, `%`, `<<`, `>>`, `bitfieldInsert`, `bitfieldExtract`.
     pub operation: &'static str,
     /// The two facts that disagree, in words.
     pub reason: String,
@@ -96,7 +96,7 @@ impl Constants {
         known
     }
 
-    /// The operation and what is wrong with its arguments, if something is.
+    /// The operation and the fault of its arguments, if there is one.
     fn judge(&self, instruction: &Instruction<'_>) -> Option<(&'static str, String)> {
         let lanes = |id: &u32| self.lanes.get(id);
         let zero = |id: &u32| lanes(id).is_some_and(|lanes| lanes.contains(&0.0));

@@ -1,5 +1,5 @@
-//! Whether a SPIR-V module may be given to a driver: the Khronos validator says so (SPIRV-Tools, `spirv-val`). It comes with the
-//! shader compiler, which uses the same library. Drivers trust their input, and some crash on what is not valid.
+//! Asks the Khronos validator (SPIRV-Tools, `spirv-val`) whether a SPIR-V module may be given to a driver. It comes with the shader
+//! compiler, which uses the same library. Drivers trust their input, and some crash on invalid modules.
 
 #![allow(unsafe_code, reason = "the validator is a C interface; each block says why it is sound")]
 
@@ -46,7 +46,7 @@ unsafe extern "C" {
     fn spvDiagnosticDestroy(diagnostic: *mut Diagnostic);
 }
 
-/// Checks a module against the rules of SPIR-V and of Vulkan 1.3. On failure, what rule it breaks.
+/// Checks a module against the rules of SPIR-V and of Vulkan 1.3. On failure, the rule that it breaks.
 ///
 /// # Errors
 /// The validator's message, in one line.

@@ -17,13 +17,13 @@ pub struct Cube {
 /// Largest cube.
 const MOST_LOG2_SIZE: u32 = 30;
 
-/// The cube reaches so many of the coarsest tiles further around the camera than what is wanted, so that it stays while the camera passes
-/// one of them, and what is kept for longer lies in it.
+/// The cube reaches this many of the coarsest tiles further around the camera than the wanted tiles. So it stays while the camera passes
+/// one of them, and tiles that are kept for longer lie in it.
 const ROOM: i64 = 4;
 
 impl Cube {
-    /// A cube around a camera, and all of what the camera wants. It is the smallest with `ROOM`: rays walk through one four times as large
-    /// more slowly, where the same land is in it.
+    /// A cube around a camera, and all tiles that the camera wants. It is the smallest with `ROOM`: rays walk through one four times as
+    /// large more slowly, where the same land is in it.
     #[expect(clippy::cast_possible_truncation, reason = "the corner is clamped to 32 bits")]
     pub fn around(camera: IVec3, reach: &StreamingRange) -> Self {
         let tile = TileKey::edge(reach.top());

@@ -1,7 +1,7 @@
 //! The upper nodes of the tree: everything above the tiles. A publication writes only the nodes that changed since the last one.
 //!
-//! The nodes below one node lie behind each other, in a block of their own. Where a tile comes, goes or is another one, the blocks on the
-//! way up to the root are written anew, to other places; all others stay where they are, and frames in flight go on to read the old ones.
+//! The nodes below one node lie behind each other, in a block of their own. When a tile comes, goes or changes, the blocks on the way up to
+//! the root are rewritten, to other places; all others stay where they are, and frames in flight continue to read the old ones.
 
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ pub struct Directory {
     given_up: Vec<Written>,
     /// Words written since the last whole state.
     words: u64,
-    /// The lamps of what is shown, by levels, and whether they are no longer these.
+    /// The lamps of the shown tiles, by levels, and whether they have changed.
     lights: Vec<LightGroup>,
     relist: bool,
 }
@@ -102,7 +102,7 @@ struct Group {
     total: Total,
 }
 
-/// What all tiles of a part of the tree come to.
+/// The sums over all tiles of a part of the tree.
 #[derive(Clone, Copy)]
 struct Total {
     bounds: [[i64; 3]; 2],
@@ -146,15 +146,14 @@ impl Directory {
         root.give_up(&mut self.given_up);
     }
 
-    /// Puts a tile in its place, or takes away what is there. What is outside the cube is left out.
+    /// Puts a tile in its place, or removes the one there. A tile outside the cube is left out.
     pub fn set(&mut self, key: TileKey, tile: Option<&Arc<LiveTile>>) {
         let Some(path) = self.cube.path(key) else { return };
         let change = Change { tile, given_up: &mut self.given_up, relist: &mut self.relist };
         self.root.set(path, self.cube.height() - key.level, change);
     }
 
-    /// Writes what has changed since the last time, for a publication of this version. Without enough room, what was not written is written
-    /// the next time.
+    /// Writes the changes since the last time, for a publication of this version. Without enough room, the rest is written the next time.
     #[expect(clippy::cast_possible_truncation, reason = "coordinates are clamped to 32 bits")]
     pub fn write(&mut self, pool: &Pool, version: u64) -> Option<Placed> {
         let height = self.cube.height();
@@ -176,19 +175,19 @@ impl Directory {
         Some(Placed { root, nodes: nodes + 1, bounds, live, words: std::mem::take(&mut self.words) })
     }
 
-    /// The lamps of what was written last.
+    /// The lamps of the last write.
     pub fn lights(&self) -> &[LightGroup] {
         &self.lights
     }
 
-    /// Blocks that what is written next does not reach.
+    /// Blocks that the next write does not reach.
     pub fn given_up(&mut self) -> Vec<Written> {
         std::mem::take(&mut self.given_up)
     }
 }
 
 impl Branch {
-    /// Puts a tile so many levels below. `path` has the child numbers down to it. Says whether anything is another now.
+    /// Puts a tile `depth` levels below. `path` has the child numbers down to it. Says whether anything is another now.
     #[expect(clippy::cast_possible_truncation, reason = "the six lowest bits are kept")]
     fn set(&mut self, path: u128, depth: u32, change: Change) -> bool {
         let Some(above) = depth.checked_sub(1) else { return self.set_own(change) };
@@ -266,7 +265,7 @@ impl Branch {
             || self.below.as_ref().is_some_and(|below| below.lit != 0)
     }
 
-    /// What all of it comes to, when all below is written.
+    /// The sums over all of it, once everything below is written.
     fn total(&self, level: u32, origin: [i64; 3]) -> Total {
         let mut total = self.below.as_ref().map_or_else(Total::default, |below| below.total);
         if let Some(tile) = &self.tile {

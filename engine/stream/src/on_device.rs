@@ -27,7 +27,7 @@ const RING_FRAMES: u64 = 4;
 const LEAST_RING: u64 = 1 << 20;
 const MOST_RING: u64 = 64 << 20;
 
-/// Chunks that an edit touches at most which the next frame waits for, and how long: what is dug by hand is seen in the very next picture.
+/// The most chunks of an edit that the next frame waits for, and how long: a hole that is dug by hand is in the very next picture.
 const SMALL_EDIT: usize = 8;
 const SOON: Duration = Duration::from_millis(4);
 
@@ -43,7 +43,7 @@ pub struct SeenChanges {
     pub seen: u64,
 }
 
-/// What the world took of a frame's thread.
+/// CPU time of the world on a frame's thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadTime {
     /// Work.
@@ -83,12 +83,12 @@ struct Frames {
     /// Where the camera was in the last frame.
     last: Option<DVec3>,
     told: Told,
-    /// What the last frame spent here, and how much of it waiting for a complete world.
+    /// The time of the last frame here, and the part of it that waited for a complete world.
     spent: Duration,
     waited: Duration,
 }
 
-/// What [`WorldStream::take_message`] has said.
+/// The messages that [`WorldStream::take_message`] has returned.
 #[derive(Default)]
 struct Told {
     /// That chunks are missing, and not yet that they are there again.
@@ -204,7 +204,7 @@ impl WorldStream {
         frames.awaited |= chunks.len() <= SMALL_EDIT;
     }
 
-    /// Whether the last frame saw everything that [`Self::changed`] was told of.
+    /// Whether the last frame saw all changes passed to [`Self::changed`].
     pub fn shows_changes(&self) -> bool {
         let changes = self.changes();
         changes.seen >= changes.told
@@ -231,7 +231,7 @@ impl WorldStream {
     pub fn take_message(&self) -> Option<Diagnostic> {
         let (reason, dark) = (self.streamer.unavailable(), self.stats().unlisted > 0);
         let mut frames = self.frames();
-        // A complete world says so by the error of its frames.
+        // A complete world reports that by the error of its frames.
         if !self.complete
             && let Some(stopped) = self.stopped()
         {
@@ -280,8 +280,8 @@ impl WorldStream {
     /// 4 ms an edit of a few chunks; nothing else waits. Returns the version that the frame sees.
     ///
     /// # Errors
-    /// What became of the copies to the device. Words that did not arrive are never sent again, so after one error that says why, the device
-    /// counts as lost, and the world is loaded anew for the next one.
+    /// The fate of the copies to the device. Words that did not arrive are never sent again. So after one error with the reason, the device
+    /// counts as lost, and the world is loaded again for the next one.
     pub fn begin(&self, eye: &Eye, seconds: f64) -> Result<u64, Refused> {
         let began = Instant::now();
         self.uploads.check()?;
@@ -329,7 +329,7 @@ impl WorldStream {
         Ok(frames.version)
     }
 
-    /// After a frame that was submitted: `before` is what had been submitted before it.
+    /// After a frame that was submitted: `before` is the last submission before it.
     pub fn end(&self, before: TimelineValue) {
         let began = Instant::now();
         let mut frames = self.frames();
@@ -344,7 +344,7 @@ impl WorldStream {
         frames.spent += began.elapsed();
     }
 
-    /// What the world took of the last frame's thread.
+    /// CPU time of the world on the last frame's thread.
     pub fn frame_time(&self) -> ThreadTime {
         let frames = self.frames();
         ThreadTime { spent: frames.spent, waited: frames.waited }
@@ -373,13 +373,13 @@ impl WorldStream {
             let newer = self.streamer.take();
             let (found, failed) = (newer.is_some(), result.is_err());
             if let Some(newer) = newer {
-                // What was taken before and not shown is never shown.
+                // A publication that was taken before and not shown is never shown.
                 frames.taken = Some(newer);
             }
             match result {
                 Ok(()) => return Ok(()),
                 Err(StreamError::NoRoom { .. } | StreamError::TooManyLamps { .. }) if found && failed => {
-                    // Room is what earlier places took: no frame needs that any more once all have finished.
+                    // Earlier places hold the room: no frame needs them any more once all have finished.
                     self.device.wait_idle(PATIENCE).map_err(ExecuteError::from)?;
                     if let Some(taken) = &frames.taken {
                         self.streamer.released(taken.version);
@@ -402,7 +402,7 @@ impl std::fmt::Debug for WorldStream {
     }
 }
 
-/// Which tiles of a world are wanted: those of its file, and what is edited.
+/// The wanted tiles of a world: those of its file, and edited ones.
 pub fn streaming_range(streamed: &Streamed, tiles: &EditedChunks) -> StreamingRange {
     let mut reach = StreamingRange::of(&streamed.settings, streamed.generator.height_range().unwrap_or([0, 0]));
     tiles.edited_heights().into_iter().for_each(|heights| reach.include(heights));

@@ -9,7 +9,7 @@ use raxel_world::Material;
 
 /// Where the words of the pool are.
 pub trait PoolMemory: Send + Sync {
-    /// Takes words for the buffer, from the word `at` on, which nobody else reads or writes meanwhile. May wait for the device.
+    /// Takes words for the buffer, from the word `at` on. Nothing else reads or writes these meanwhile. May wait for the device.
     fn write(&self, at: u32, words: &[u32]);
 
     /// Returns when every frame that is submitted from now on sees all words that were taken before. Never waits for the device.
@@ -30,7 +30,7 @@ const LIGHTS: u64 = 50;
 /// Blocks that can be there at once.
 const MOST_BLOCKS: u32 = 1 << 20;
 
-/// What freed words are overwritten with where that is asked for: whoever still reads them shows it.
+/// Freed words are overwritten with this on request: a reader of them shows it.
 const POISON: u32 = 0xdead_beef;
 
 /// Figures about a pool.
@@ -84,7 +84,7 @@ struct Part {
     used: u32,
 }
 
-/// Words of the pool. It is given back to [`Pool::free`], or lost to the pool.
+/// Words of the pool. It is returned to [`Pool::free`], or lost to the pool.
 #[derive(Debug)]
 #[must_use = "a block that is dropped is lost to the pool"]
 pub struct PoolBlock {
@@ -104,7 +104,7 @@ impl std::fmt::Debug for Held {
 }
 
 impl Pool {
-    /// A pool in a buffer of so many words, which has room for the header and the palette at least. `poison` overwrites what is freed.
+    /// A pool in a buffer of `words` words, which has room for the header and the palette at least. `poison` overwrites freed words.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
         let palette = palette(materials);
@@ -132,7 +132,7 @@ impl Pool {
         Self { full_run: full_run_at, ..Self::blocks(memory, words, form, poison) }
     }
 
-    /// A pool for lamps in a buffer of so many words, which lists none at first. A light is the unit of allocation.
+    /// A pool for lamps in a buffer of `words` words, which lists none at first. A light is the unit of allocation.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn of_lamps(memory: Arc<dyn PoolMemory>, words: u32, poison: bool) -> Self {
         let form = Form { header: HEADER_WORDS as u32, first: 0, unit: LIGHT_WORDS as u32, most: LIGHTS };
@@ -153,7 +153,7 @@ impl Pool {
         Self { memory, allocator: Mutex::new(account), form, full_run: 0, capacity, poison }
     }
 
-    /// Bytes of a pool with room for so many bytes of tiles, and so many materials.
+    /// Bytes of a pool with room for `tiles` bytes of tiles, and `materials` materials.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
     pub fn bytes_for(tiles: u64, materials: usize) -> u64 {
         let before =
@@ -161,15 +161,15 @@ impl Pool {
         tiles * 100 / TILES + 4 * u64::from(before)
     }
 
-    /// A block for a tile of so many words; `None` when there is no room for it. A part of the pool is left for directories, without
-    /// which no tile would ever be given up.
+    /// A block of `words` words for a tile; `None` when there is no room for it. A part of the pool is left for directories, without which
+    /// no tile would ever be given up.
     pub fn allocate_tile(&self, words: u32) -> Option<PoolBlock> {
         let mut account = self.account();
         let block = account.tiles.take(words.div_ceil(self.form.unit));
         account.count(block)
     }
 
-    /// A block of at least so many words for a part of a directory, or a table; `None` when there is no room for it.
+    /// A block of at least `words` words for a part of a directory, or a table; `None` when there is no room for it.
     pub fn allocate(&self, words: u32) -> Option<PoolBlock> {
         let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
         let block = account.directories.take(units).or_else(|| account.tiles.take(units));
@@ -244,7 +244,7 @@ impl Account {
         self.tiles.used + self.directories.used
     }
 
-    /// Notes what became of an attempt.
+    /// Notes the result of an attempt.
     fn count(&mut self, block: Option<PoolBlock>) -> Option<PoolBlock> {
         self.peak = self.peak.max(self.used());
         self.failed += u64::from(block.is_none());

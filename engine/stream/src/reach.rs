@@ -125,7 +125,7 @@ impl StreamingRange {
         i64::from(self.radii[self.radii.len() - 1] + self.around + 1) * TileKey::edge(self.top())
     }
 
-    /// Whether a tile is wanted from a voxel. `slack` widens the range by that many tiles.
+    /// Whether the camera at a voxel wants a tile. `slack` widens the range by that many tiles.
     pub fn wants(&self, camera: IVec3, tile: TileKey, slack: i32) -> bool {
         let Some(radius) = self.radii.get(tile.level as usize) else { return false };
         let here = TileKey::of_cell(tile.level, camera).pos;
@@ -136,7 +136,7 @@ impl StreamingRange {
         x * x + z * z < radius * radius && y < radius && self.rows(tile.level).contains(&tile.pos.y)
     }
 
-    /// Every tile that is wanted from a voxel.
+    /// Every tile that the camera at a voxel wants.
     pub fn tiles(&self, camera: IVec3) -> Vec<TileKey> {
         let mut all = Vec::new();
         for level in 0..=self.top() {

@@ -1,4 +1,4 @@
-//! What a frame can reach of a buffer: the reference for every word that it may read.
+//! The words of a buffer that a frame can reach: the reference for every word that it may read.
 #![expect(clippy::cast_possible_wrap, reason = "cells of a directory's cube have 32 bits")]
 
 use std::ops::Range;

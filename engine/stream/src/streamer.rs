@@ -57,19 +57,19 @@ pub struct StreamOptions {
 /// Why a streamer cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StreamError {
-    /// What is wanted does not fit the pool.
+    /// The wanted tiles do not fit the pool.
     #[error("the world around the camera takes more than the {bytes} bytes of the pool")]
     NoRoom {
         /// Bytes of the pool.
         bytes: u64,
     },
-    /// The lamps of what is wanted do not fit the list.
+    /// The lamps of the wanted tiles do not fit the list.
     #[error("the lamps around the camera take more than the {bytes} bytes of their list")]
     TooManyLamps {
         /// Bytes of the list.
         bytes: u64,
     },
-    /// It took too long until everything that is wanted was there.
+    /// The wanted tiles did not arrive in time.
     #[error("after {seconds} s, {missing} chunks are still missing")]
     TimedOut {
         /// Tiles that are missing.
@@ -82,7 +82,7 @@ pub enum StreamError {
     Unavailable {
         /// Tiles that it did not have when it was asked; others may not have been asked for yet.
         missing: usize,
-        /// What the source says.
+        /// The source's reason.
         reason: Unavailable,
     },
     /// The system has no thread for it. Nothing is loaded.
@@ -90,10 +90,10 @@ pub enum StreamError {
     NotStarted {
         /// The thread.
         thread: String,
-        /// What the system says.
+        /// The system's reason.
         reason: String,
     },
-    /// One of its threads is no more. Nothing is loaded from then on; what was published stays.
+    /// One of its threads has ended. Nothing is loaded from then on; the last publication stays.
     #[error("the thread `{thread}` has ended: {reason}")]
     Ended {
         /// The thread.
@@ -138,7 +138,7 @@ struct Lamps {
     powers: LightPowers,
 }
 
-/// What the director, the workers and the frames exchange.
+/// The state that the director, the workers and the frames share.
 struct SharedState {
     view: View,
     /// The view for which the camera last woke the director.
@@ -169,7 +169,7 @@ struct SharedState {
     error: Option<(u64, StreamError)>,
     /// Why the source does not have a tile; `None` when none is missing for that reason.
     unavailable: Option<Unavailable>,
-    /// A caller waits anew: the director asks at once for tiles that the source did not have.
+    /// A caller begins to wait: the director asks at once for tiles that the source did not have.
     ask_anew: bool,
     stats: Stats,
 }
@@ -184,7 +184,7 @@ struct Job {
 
 impl Shared {
     /// Locks the shared state. A thread that panics while it holds the lock ends the streamer, so that no thread goes on with half-changed
-    /// state. Frames then still read what is complete by itself: a publication and the figures.
+    /// state. Frames then still read the parts that are complete by themselves: a publication and the figures.
     fn state(&self) -> MutexGuard<'_, SharedState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -219,7 +219,8 @@ impl Streamer {
         Self::with_lamps(source, (memory, words), None, reach, view, options)
     }
 
-    /// As [`Self::new`], with a second buffer, of so many words, for the list of lamps. The list stays empty if no material gives off light.
+    /// As [`Self::new`], with a second buffer and its number of words, for the list of lamps. The list stays empty if no material gives off
+    /// light.
     pub fn with_lamps(
         source: Arc<dyn ChunkProvider>,
         (memory, words): (Arc<dyn PoolMemory>, u32),
@@ -460,7 +461,7 @@ impl Streamer {
         state.looked == state.view_serial
     }
 
-    /// Why the source does not have a tile that is wanted; `None` if it has all of them. The streamer asks for such tiles again later.
+    /// The reason why the source does not have a wanted tile; `None` if it has all of them. The streamer asks for such tiles again later.
     pub fn unavailable(&self) -> Option<Unavailable> {
         self.shared.state().unavailable.clone()
     }

@@ -1,4 +1,4 @@
-//! What tiles look like that lie over each other: the reference for every ray over a streamed world.
+//! The picture of tiles that lie over each other: the reference for every ray over a streamed world.
 
 use std::collections::BTreeMap;
 
@@ -6,8 +6,8 @@ use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkProvider, Content, DenseChunk, Mod
 
 use crate::reach::TileKey;
 
-/// The voxels that rays meet where these tiles are there: in every chunk, the cells of the finest tile as solid cubes. It says nothing of
-/// how they are stored.
+/// The voxels that rays meet where these tiles are there: in every chunk, the cells of the finest tile as solid cubes. It does not show how
+/// they are stored.
 ///
 /// # Errors
 /// When the source does not have one of the tiles.

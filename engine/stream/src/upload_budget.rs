@@ -82,7 +82,7 @@ mod tests {
         budget.frame(start);
         assert_eq!(budget.wait(start), None);
         budget.spend(100);
-        // What is not used is not saved up.
+        // Unused budget is not saved up.
         (0..5).for_each(|_| budget.frame(start));
         budget.spend(1000);
         assert!(budget.wait(start).is_some());

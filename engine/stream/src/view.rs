@@ -1,4 +1,4 @@
-//! What a streamer is told of the camera.
+//! The streamer's inputs about the camera.
 
 use glam::{DVec3, IVec3};
 
@@ -61,7 +61,7 @@ impl View {
         angle <= self.half_angle + (radius / distance).asin()
     }
 
-    /// From the camera to the middle of a tile, and the radius of a sphere around it.
+    /// From the camera to the centre of a tile, and the radius of a sphere around it.
     fn to_tile(self, tile: TileKey) -> (DVec3, f64) {
         let half = TileKey::edge(tile.level) as f64 * 0.5;
         let origin = tile.origin();

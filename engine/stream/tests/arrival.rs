@@ -1,4 +1,4 @@
-//! What is there first at a new place: something everywhere, then what is in the picture, then the rest.
+//! The order of arrival at a new place: something everywhere, then the tiles in the picture, then the rest.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -16,7 +16,7 @@ use raxel_worldfile::StreamSettings;
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 21;
 
-/// Posts on a plane, one for each chunk, as they are at every level. It notes what it is asked for.
+/// Posts on a plane, one for each chunk, as they are at every level. It notes its requests.
 struct Posts {
     materials: Vec<Material>,
     asked: Mutex<Vec<TileKey>>,
@@ -128,7 +128,7 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
         let at = IVec3::new(50_000 * jump, 20, -30_000 * jump);
         streamer.follow(view(at));
         let until = Instant::now() + PATIENCE;
-        // Until all is there, with whatever publications there are on the way.
+        // Until all is there, with any publications on the way.
         while !streamer.is_settled() || streamer.has_pending() {
             assert!(Instant::now() < until, "{:?}", streamer.stats());
             let Some(taken) = streamer.take() else {
@@ -157,7 +157,7 @@ fn a_place_without_holes_has_something_wherever_a_voxel_is() {
     assert!(finest >= 1, "{coarse} coarse, {finest} complete");
 }
 
-/// What is wanted from beside is loaded at every level: a camera that crosses a border, when all was there before, misses nothing.
+/// Tiles around the wanted ones are loaded at every level: a camera that crosses a border, when all was there before, misses nothing.
 #[test]
 fn what_comes_near_is_there_before_it_is_missed() {
     let source = Posts::new();
@@ -191,7 +191,7 @@ fn what_comes_near_is_there_before_it_is_missed() {
     assert!(streamer.stats().dropped > 100, "{:?}", streamer.stats());
 }
 
-/// Makes no more tiles than it is told to.
+/// Makes no more tiles than allowed.
 struct Paced {
     posts: Arc<Posts>,
     left: Mutex<usize>,

@@ -45,7 +45,7 @@ impl ChunkProvider for Counted {
     }
 }
 
-/// What each chunk says that a frame sees.
+/// The mark of each chunk that a frame sees.
 fn seen(words: &[u32], publication: &Publication) -> Vec<u64> {
     let header = publication.words();
     let body = &words[header.len()..];
@@ -63,7 +63,7 @@ fn seen(words: &[u32], publication: &Publication) -> Vec<u64> {
     found
 }
 
-/// A frame that waits for an edit gets it, also when nobody has taken what was published before.
+/// A frame that waits for an edit gets it, even if no frame has taken the publication before.
 #[test]
 fn an_edit_overtakes_what_no_frame_has_taken() {
     let materials = vec![Material::air(), Material::matt("a", [0.5; 3])];
@@ -81,7 +81,7 @@ fn an_edit_overtakes_what_no_frame_has_taken() {
     for number in 1..=20 {
         source.1.store(number, Ordering::Release);
         let change = streamer.changed(&[ChunkPos::new(3, 0, 0)]);
-        // What was published before the edit is there to be taken, or was just now.
+        // The publication before the edit is there to be taken, or was just taken.
         let taken = streamer.take_with(change, PATIENCE).expect("there is a publication");
         assert!(taken.changes >= change, "{} of {change}", taken.changes);
         let words = memory.all();
@@ -174,7 +174,7 @@ impl ChunkProvider for Held {
     }
 }
 
-/// What happens while a worker makes a tile of the chunk that changes.
+/// The event while a worker makes a tile of the chunk that changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Meanwhile {
     Change,

@@ -16,7 +16,7 @@ const STEP: f64 = 1e-7;
 /// The masks of a tile without a solid cell.
 static NOTHING: [u64; BLOCKS] = [0; BLOCKS];
 
-/// What of a tile stops rays.
+/// The part of a tile that stops rays.
 enum Solid {
     None,
     All,

@@ -300,7 +300,7 @@ fn a_still_camera_over_a_complete_world_publishes_nothing() {
         assert!(streamer.take().is_none());
     }
     let after = streamer.stats();
-    // The directory of the version before may be given back late; nothing else changes.
+    // The directory of the version before may be released late; nothing else changes.
     assert!(after.pool.used <= before.pool.used, "{after:?}");
     assert_eq!(Stats { pool: before.pool, ..after }, before);
     // On a border and back, nothing is loaded twice.

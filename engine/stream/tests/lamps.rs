@@ -67,7 +67,7 @@ fn reach(near: u32, far: u32) -> StreamingRange {
 /// A face of a cell that is listed: corner, length of its sides, face, material.
 type Listed = ([i32; 3], i32, u32, u32);
 
-/// What a frame is told of lamps: every one that can be drawn, with the probability that it is.
+/// The lamps that a frame can draw, with the probability of each.
 fn listed(memory: &Words, publication: &Publication) -> BTreeMap<Listed, f64> {
     let words = memory.all();
     let [count, power, groups_at, groups] = publication.lights.expect("lamps are asked for");
@@ -170,7 +170,7 @@ fn what_is_listed_is_what_is_shown_at_every_level() {
     for camera in [[0, 0, 0], [200, -100, 90], [210, -90, 100], [-300, 40, 300]].map(IVec3::from_array) {
         streamer.follow(View::at(camera));
         streamer.wait(PATIENCE).unwrap();
-        // Where nothing else is wanted, nothing is published: what was shown before is right here as well.
+        // Where nothing else is wanted, nothing is published: the last publication is right here as well.
         last = streamer.take().or(last);
         let taken = last.clone().expect("a publication of the first place");
         streamer.released(taken.version);
@@ -373,7 +373,7 @@ fn a_tile_whose_lamps_do_not_fit_is_not_made_again_until_they_do() {
     assert_eq!((fits.unlisted, fits.lights), (0, 6 + 50 * 4 + 2), "{fits:?}");
 }
 
-/// Tiles that are made again because there is room for their lamps wait for frames, like all that nobody has changed by hand.
+/// Tiles that are rebuilt because there is room for their lamps wait for frames, like all that no edit has changed.
 #[test]
 fn lamps_that_come_back_to_the_list_wait_for_frames() {
     const UPLOAD: u64 = 8 << 10;
@@ -426,10 +426,10 @@ fn lamps_that_come_back_to_the_list_wait_for_frames() {
 /// The chunk that is held back once, who hears that it was asked for, and who says when to go on.
 type Hold = (ChunkPos, Sender<()>, Receiver<()>);
 
-/// What a chunk is when its lamps are looked for, and what it is when another chunk is changed meanwhile.
+/// The content of a chunk when its lamps are looked for, and its content when another chunk is changed meanwhile.
 struct Held {
     edited: Edited,
-    /// The chunk that is given as it was when it was asked for, when the other side says so.
+    /// The chunk is given in its state at the time of the request, on a signal of the other side.
     held: Mutex<Option<Hold>>,
 }
 

@@ -57,7 +57,7 @@ impl ChunkProvider for Endless {
     }
 }
 
-/// What a chunk is in the buffer: by its place there, or by its node where it has none.
+/// The expected chunk in the buffer: by its place there, or by its node where it has none.
 struct Expected {
     node: TileNode,
     words: Vec<u32>,

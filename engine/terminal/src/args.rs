@@ -5,7 +5,7 @@ use raxel_runtime::present::Viewport;
 
 use crate::console::Format;
 
-/// The form of messages and of what a verb prints.
+/// The form of messages and of a verb's output.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Messages {
     /// The form of messages and results.
@@ -13,7 +13,7 @@ pub struct Messages {
     pub format: Format,
 }
 
-/// What a verb works on that opens a device.
+/// The device of a verb that opens one.
 #[derive(Clone, Debug, clap::Args)]
 pub struct OnDevice {
     /// The Vulkan device: a part of its name, or its number in `raxel doctor`.
@@ -26,7 +26,7 @@ pub struct OnDevice {
 }
 
 impl OnDevice {
-    /// What a device is opened with.
+    /// The options that open a device.
     pub fn options(&self) -> DeviceOptions {
         let validation = if self.validate { Validation::Required } else { Validation::Off };
         DeviceOptions { device: self.device.clone(), validation }
@@ -55,7 +55,7 @@ pub fn size(text: &str) -> Result<Size, String> {
         .ok_or_else(|| format!("write WIDTHxHEIGHT with sides of 1 to {LARGEST} pixels, e.g. 640x360"))
 }
 
-/// What is named twice is meant once. The first place counts.
+/// A thing that is named twice is meant once. The first place counts.
 pub fn each_once<T: PartialEq>(named: Vec<T>) -> Vec<T> {
     let mut once = Vec::with_capacity(named.len());
     for name in named {

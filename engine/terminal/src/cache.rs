@@ -1,11 +1,11 @@
-//! What the command line keeps from one run to the next: compiled shaders and pipelines, in the user's cache.
+//! The command line's cache from one run to the next: compiled shaders and pipelines, in the user's cache.
 
 use raxel_cache::{Cache, CacheLocation};
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 
 use crate::console::{Console, To};
 
-/// Lets this process use the cache that the environment says.
+/// Lets this process use the cache of the environment.
 pub fn open(console: &Console) {
     let CacheLocation::Folder(folder) = CacheLocation::of_environment() else { return };
     let console = console.clone();

@@ -1,4 +1,4 @@
-//! What a verb prints: results on stdout, messages on stderr, in the form that was asked for.
+//! The output of a verb: results on stdout, messages on stderr, in the requested form.
 
 use std::fmt::Write as _;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -46,7 +46,7 @@ pub enum To {
     Stderr,
 }
 
-/// What a verb prints with.
+/// The output of a verb.
 #[derive(Clone, Debug)]
 pub struct Console {
     format: Format,
@@ -82,7 +82,7 @@ impl Console {
         self.verbose
     }
 
-    /// Whether to colour what goes there.
+    /// Whether to colour that stream.
     pub fn colored(&self, to: To) -> bool {
         match self.color {
             Color::Always => true,
@@ -110,7 +110,7 @@ impl Console {
         }
     }
 
-    /// A message for who asked for more (`--verbose`).
+    /// A message for `--verbose`.
     pub fn detail(&self, text: &str) {
         if self.verbose {
             self.message(text);
@@ -188,7 +188,7 @@ fn write(to: To, text: &str) {
             eprintln!("error: stdout cannot be written: {error}");
             leave(Exit::Usage as u8);
         }
-        // With stderr gone there is nobody left to tell.
+        // With stderr gone there is no reader left.
         _ => {}
     }
 }

@@ -1,4 +1,4 @@
-//! What errors of the driver and the device mean to the command line.
+//! The meaning of errors of the driver and the device for the command line.
 
 use raxel_execute::ExecuteError;
 use raxel_gpu::Error;

@@ -1,4 +1,4 @@
-//! Why a verb stops, and the exit code that says so. The codes are a contract with scripts.
+//! Why a verb stops, and its exit code. The codes are a contract with scripts.
 
 #[cfg(unix)]
 use std::io::Write as _;
@@ -34,11 +34,11 @@ impl From<Exit> for ExitCode {
 pub struct Failure {
     /// The exit code.
     pub exit: Exit,
-    /// What is wrong; `None` when it was printed already.
+    /// The message; `None` when it was printed already.
     pub message: Option<String>,
-    /// What to do about it, one piece of advice each.
+    /// Advice, one piece each.
     pub help: Vec<String>,
-    /// ffmpeg has ended, or refuses what it is given: the frames are sound where the film is not.
+    /// ffmpeg has ended, or refuses its input: the frames are sound where the film is not.
     pub ffmpeg: bool,
 }
 
@@ -72,14 +72,14 @@ impl From<OutputError> for Failure {
     }
 }
 
-/// What a verb gives.
+/// The result of a verb.
 pub type Result<T = ()> = std::result::Result<T, Failure>;
 
-/// Ends the process without the ends of libraries. A driver's own end may wait for a device that never finishes; and it may crash where another thread
-/// still works with the driver, which is usual in the middle of a verb.
+/// Ends the process without the ends of libraries. A driver's own end may wait for a device that never finishes; and it may crash while
+/// another thread still works with the driver, which is usual within a verb.
 #[cfg(unix)]
 pub fn leave(code: u8) -> ! {
-    // With stdout gone there is nobody left to write for.
+    // With stdout gone there is no reader left.
     let _ = std::io::stdout().flush();
     signal_hook::low_level::exit(code.into())
 }

@@ -1,5 +1,5 @@
-//! What the verbs of the command line share: arguments, the console, failures and their exit codes, sessions as the command line asks for
-//! them, and projects that are read without a device.
+//! Pieces that the verbs of the command line share: arguments, the console, failures and their exit codes, sessions as the command line
+//! asks for them, and projects that are read without a device.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,4 +1,4 @@
-//! What the verbs that need no GPU share: the project around a file, its compilers, and the reading of each kind of file.
+//! Pieces that the verbs that need no GPU share: the project around a file, its compilers, and the reading of each kind of file.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -22,7 +22,7 @@ use raxel_worldfile::Effort;
 use crate::console::{Console, To};
 use crate::failure::Result;
 
-/// Limits that no Vulkan 1.3 device in use exceeds by much: what does not fit these fits nowhere.
+/// Limits that no Vulkan 1.3 device in use exceeds by much: a graph that does not fit these fits nowhere.
 pub const LARGEST: DeviceLimits = DeviceLimits {
     image_2d: 32768,
     image_3d: 16384,
@@ -60,7 +60,7 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// By the name of a file that somebody named: the folder it lies in decides what is no demo and no .vox.
+    /// By the name of a named file: the folder it lies in decides for a file that is no demo and no .vox.
     pub fn of_named(path: &Path) -> Self {
         let folder = path.parent().and_then(Path::file_name).is_some_and(|folder| folder == "worlds");
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -91,11 +91,11 @@ impl FileKind {
     }
 }
 
-/// A project and what loads its files.
+/// A project and the loader of its files.
 pub struct OfflineProject {
     /// The project.
     pub project: Project,
-    /// What reads its files.
+    /// The reader of its files.
     pub loader: Loader,
     /// Worlds that graphs were planned over, by path: each is built once.
     worlds: RefCell<BTreeMap<String, LoadOutcome<SessionWorld>>>,
@@ -127,7 +127,7 @@ impl PlannedOver {
         self.world().and_then(|world| world.path.as_deref())
     }
 
-    /// What was assumed, in words; `None` when nothing was.
+    /// The assumption, in words; `None` when nothing was.
     pub fn assumed(&self) -> Option<String> {
         match self {
             Self::Any | Self::Named(_) => None,
@@ -153,7 +153,7 @@ pub enum Conditions {
     AtStart,
 }
 
-/// What checking one file gave.
+/// The result of checking one file.
 #[derive(Default)]
 pub struct Checked {
     /// Everything found, errors and warnings.
@@ -162,12 +162,12 @@ pub struct Checked {
     pub texts: SourceMap,
     /// For a graph that could be read: the world that it was planned over.
     pub over: Option<PlannedOver>,
-    /// What the operations of a world reach over that was read and not built.
+    /// The reach of the operations of a world that was read and not built.
     pub unbuilt: Option<Reach>,
 }
 
 impl Checked {
-    /// How many errors it has; what else was found are warnings.
+    /// Its number of errors; the rest are warnings.
     pub fn errors(&self) -> usize {
         self.found.iter().filter(|d| d.severity == Severity::Error).count()
     }
@@ -199,7 +199,7 @@ impl OfflineProject {
         Self { project, loader, worlds: RefCell::default() }
     }
 
-    /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for what checks files.
+    /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for verbs that check files.
     #[must_use]
     pub fn for_checks(self) -> Self {
         let loader = self.loader.with_effort(Effort::UpTo(CHECKED_CHUNKS));
@@ -264,7 +264,7 @@ impl OfflineProject {
         self.whole(&world, path, None, console).map(|()| world)
     }
 
-    /// Stops at a world that never has all of its voxels. `instead` says what can be done with it as it is.
+    /// Stops at a world that never has all of its voxels. `instead` is the advice for a use of it as it is.
     pub fn whole(&self, world: &SessionWorld, path: &str, instead: Option<&str>, console: &Console) -> Result<()> {
         let Some(streamed) = world.streamed() else { return Ok(()) };
         let mut diagnostic = Diagnostic::error(
@@ -279,15 +279,15 @@ impl OfflineProject {
         Err(console.stop_in(&[diagnostic], &self.text(path)))
     }
 
-    /// The text of a file that was loaded, for what points into it.
+    /// The text of a loaded file, for places in it.
     fn text(&self, path: &str) -> SourceMap {
         let mut texts = SourceMap::default();
-        // What cannot be read any more is named all the same.
+        // A file that cannot be read any more is named all the same.
         let _ = read_text(&**self.loader.files(), path, None, &mut texts);
         texts
     }
 
-    /// Loads a world with what is in its save.
+    /// Loads a world with the contents of its save.
     pub fn saved_world(&self, path: &str, saves: Saves, console: &Console) -> Result<SavedWorld> {
         let world = self.world(path, console)?;
         let (saved, found) = SavedWorld::open(&world, self.project.root(), &**self.loader.files(), saves)
@@ -296,12 +296,12 @@ impl OfflineProject {
         Ok(saved)
     }
 
-    /// Whether frames of a graph depend on those before them by more than the camera, whatever is shown and whichever conditions hold.
-    /// What cannot be planned on paper counts as if they did.
+    /// Whether frames of a graph depend on those before them by more than the camera, for any shown resource and any conditions. A graph
+    /// that cannot be planned on paper counts as if they did.
     #[expect(clippy::cast_possible_truncation, reason = "a graph numbers its resources in 32 bits")]
     pub fn uses_history(graph: &Arc<Graph>, output: [u32; 2]) -> bool {
         if graph.collected().next().is_some() {
-            // What passes do to the world is seen by the frames after.
+            // Later frames see the changes of passes to the world.
             return true;
         }
         let present = Present::of(graph.present);
@@ -391,12 +391,12 @@ impl OfflineProject {
     }
 }
 
-/// What a graph is planned for without a device: the largest one, with estimated memory.
+/// The settings of a graph's plan without a device: the largest one, with estimated memory.
 #[derive(Clone, Copy)]
 pub struct Paper<'a> {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
-    /// What is shown.
+    /// The presented resource.
     pub present: Present,
     /// The world.
     pub over: &'a PlannedOver,
@@ -420,7 +420,7 @@ impl Paper<'_> {
         }
     }
 
-    /// What a phase of the planner leaves behind.
+    /// The result of a phase of the planner.
     pub fn dump(&self, graph: &Arc<Graph>, phase: Phase) -> std::result::Result<String, Vec<Diagnostic>> {
         on_paper(graph, self, |input| raxel_graph::dump(graph.clone(), input, phase))
     }

@@ -1,7 +1,8 @@
-//! What passes print, as the terminal and programs are told it.
+//! Prints of passes, in the form for the terminal and for programs.
 
 use std::time::{Duration, Instant};
 
+use raxel_diagnostics::names::grouped;
 use raxel_execute::PassPrints;
 use raxel_runtime::session::Session;
 use serde_json::{Value, json};
@@ -27,7 +28,7 @@ pub fn lines(prints: &PassPrints) -> Vec<String> {
     printed.chain(omitted).collect()
 }
 
-/// The event that programs are told.
+/// The event for programs.
 pub fn event(prints: &PassPrints) -> Value {
     let place = |place: &Option<(std::sync::Arc<str>, u32)>| match place {
         Some((file, line)) => (json!(&**file), json!(line)),
@@ -66,7 +67,7 @@ fn say(prints: &PassPrints, console: &Console) {
     }
 }
 
-/// Says what passes print while a window is open: not again what a pass prints anew in each frame, and no more in a second than can be read.
+/// Shows prints of passes while a window is open: a repeated print only once, and no more in a second than a person can read.
 pub struct PrintLog {
     last: Vec<PassPrints>,
     second: Instant,
@@ -81,7 +82,7 @@ impl Default for PrintLog {
 }
 
 impl PrintLog {
-    /// Says what is new.
+    /// Prints the new ones.
     pub fn say(&mut self, prints: &[PassPrints], console: &Console) {
         if self.second.elapsed() >= Duration::from_secs(1) {
             if self.left_out > 0 {
@@ -113,19 +114,6 @@ impl PrintLog {
             }
         }
     }
-}
-
-/// A number with commas.
-fn grouped(number: impl std::fmt::Display) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() * 4 / 3);
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Opening a session as the command line asks, and what its errors mean there.
+//! Opening a session for the command line, and the exit codes of its errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::failure::{Exit, Failure, Result};
 use crate::offline::{FileKind, OfflineProject};
 use crate::prints::print_prints;
 
-/// What `run` and `render` open.
+/// The files that `run` and `render` open.
 #[derive(Clone, Debug, clap::Args)]
 pub struct What {
     /// A graph, a demo (*.demo.toml) or a world; the project's demo or graph by default.
@@ -64,18 +64,18 @@ pub struct Eye {
     #[arg(long, value_name = "NAME|X,Y,Z", value_parser = viewpoint, allow_hyphen_values = true)]
     pub camera: Option<Viewpoint>,
 
-    /// What the camera looks at, in voxels.
+    /// The point that the camera looks at, in voxels.
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub look_at: Option<Triple>,
 }
 
 impl Eye {
-    /// Whether nothing is said of a camera.
+    /// Whether no option of a camera is given.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The camera that is asked for, in a world; what is not said stays as `camera` has it.
+    /// The requested camera, in a world; the other properties stay as in `camera`.
     pub fn of(&self, mut camera: Camera, world: &SessionWorld) -> Result<Camera> {
         match &self.camera {
             Some(Viewpoint::Position(Triple(position))) => {
@@ -138,7 +138,7 @@ fn viewpoint(text: &str) -> std::result::Result<Viewpoint, String> {
     triple(text).map(Viewpoint::Position).map_err(|error| format!("{error}, or the name of a camera of the world"))
 }
 
-/// The camera of that name, or a failure that says which there are.
+/// The camera of that name, or a failure that lists the existing ones.
 pub fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
     world.camera(name).ok_or_else(|| {
         let whose = world.path.as_deref().unwrap_or("the empty world");
@@ -152,11 +152,11 @@ pub fn named_camera(world: &SessionWorld, name: &str) -> Result<Camera> {
 }
 
 impl What {
-    /// The same with the demo of the project's manifest where no file and no world is named, and what else the manifest says.
+    /// The same with the demo of the project's manifest where no file and no world is named, and the rest of the manifest.
     pub fn in_project(&self, console: &Console) -> Result<(Self, Manifest)> {
         let named = self.file.as_deref().or(self.world.as_deref());
         let project = named.map_or_else(|| Project::around(Path::new(".")), Project::around_file);
-        // Opening says what is wrong with it.
+        // Opening it reports the mistakes.
         let Ok(project) = project else { return Ok((self.clone(), Manifest::default())) };
         let manifest = project.manifest().map_err(|(found, texts)| console.stop_in(&found, &texts))?;
         let demo = manifest.demo.as_ref().filter(|_| named.is_none()).map(|demo| project.on_disk(demo));
@@ -168,7 +168,7 @@ impl What {
         self.file.clone().filter(|file| FileKind::of_named(file) == kind)
     }
 
-    /// The options of a session, with what is the same for a window and a picture.
+    /// The options of a session, with those that are the same for a window and a picture.
     pub fn options(&self, device: &DeviceOptions) -> Result<Options> {
         let world = match (self.file(FileKind::World), &self.world) {
             (Some(_), Some(_)) => return Err(Failure::usage("two worlds are named")),
@@ -196,7 +196,7 @@ impl What {
         })
     }
 
-    /// What is to be shown.
+    /// The resource to show.
     pub fn debug_target(&self) -> Result<DebugTarget> {
         // A colon may stand for the first comma: `depth:mip=1`.
         let text = self.target.as_deref().map(|target| target.replacen(':', ",", 1));
@@ -222,7 +222,7 @@ impl What {
         offline.loader.demo(&offline.project.path_of(&file).ok()?).result.ok()
     }
 
-    /// Opens a session, says its warnings and the device that was chosen, and sets params and camera.
+    /// Opens a session, prints its warnings and the chosen device, and sets params and camera.
     pub fn open(&self, options: Options, console: &Console) -> Result<Session> {
         let mut session = Session::open(options).map_err(|error| open_failure(error, console))?;
         self.set_up(&mut session, console)?;
@@ -282,8 +282,8 @@ impl From<ReadError> for Failure {
     }
 }
 
-/// Says what a session has to say since the last call: about its world, its save, what its passes have printed and counted, which assertions
-/// of its shaders have failed, and which accesses were out of bounds.
+/// Prints the messages of a session since the last call: about its world, its save, prints and counts of its passes, failed assertions of
+/// its shaders, and accesses out of bounds.
 ///
 /// # Errors
 /// When an assertion has failed, or an access was out of bounds.

@@ -1,6 +1,6 @@
-//! What the program tells of itself: `tracing` spans and events. What takes long is named while it does. All is printed with `--verbose`, and written
-//! with `--trace` as a file that <https://ui.perfetto.dev> and `chrome://tracing` open (Chrome's Trace Event Format). Threads of the CPU are one
-//! process of it, the passes on the GPU another.
+//! The program's messages about itself: `tracing` spans and events. A slow step is named while it runs. All is printed with `--verbose`,
+//! and written with `--trace` as a file that <https://ui.perfetto.dev> and `chrome://tracing` open (Chrome's Trace Event Format). Threads
+//! of the CPU are one process of it, the passes on the GPU another.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -22,13 +22,13 @@ use tracing_subscriber::registry::LookupSpan;
 use crate::console::{self, Console};
 use crate::failure::Result;
 
-/// Most slices of a trace, about 300 MiB of file. What comes later is left out, and that is said.
+/// Most slices of a trace, about 300 MiB of file. Later slices are left out, with a message.
 const MOST_SLICES: usize = 2_000_000;
 
-/// Where the runtime tells of the GPU's work.
+/// The target of the runtime's events about the GPU's work.
 const GPU: &str = "raxel::gpu";
 
-/// How many seconds something takes before it is named where nobody watches, as in a log.
+/// Seconds after which a step is named in a log, without a terminal.
 const UNWATCHED: u64 = 30;
 
 /// A trace in the making.
@@ -42,7 +42,7 @@ struct Trace {
     slices: Vec<Slice>,
     threads: BTreeMap<u64, String>,
     left_out: u64,
-    /// Microseconds since the start at which the GPU's last frame ended, and at which the one being told began.
+    /// Microseconds since the start at which the GPU's last frame ended, and at which the one in work began.
     gpu_end: f64,
     gpu_frame: f64,
     /// Where the last pass in each track of the GPU ended: passes that overlap are drawn in tracks of their own.
@@ -60,7 +60,7 @@ struct Slice {
 }
 
 impl TraceWriter {
-    /// Listens from now on, if anything of it is wanted.
+    /// Listens from now on, if any of it is requested.
     pub fn listen(path: Option<&Path>, console: &Console) -> Result<Self> {
         let trace = path.map(|path| Pending::new(path).map(|pending| (pending, Arc::default()))).transpose()?;
         let writer = Self { trace, console: console.clone() };
@@ -185,7 +185,7 @@ struct TraceLayer {
     trace: Option<Arc<Mutex<Trace>>>,
 }
 
-/// What a span has with it, and since when it is entered.
+/// The fields of a span, and the time since when it is entered.
 struct Entered {
     fields: Fields,
     since: Option<Instant>,

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use wait_timeout::ChildExt;
 
-/// How long a child may take: many times what the slowest of them needs on two busy cores.
+/// Time limit of a child: many times that of the slowest of them on two busy cores.
 pub const LIMIT: Duration = Duration::from_secs(600);
 
-/// Runs a command to its end and gives what it wrote.
+/// Runs a command to its end and returns its output.
 #[track_caller]
 pub fn output(command: &mut Command) -> Output {
     let mut child = Running::start(command.stdout(Stdio::piped()).stderr(Stdio::piped()));
@@ -32,7 +32,7 @@ pub fn read_all(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>>
     })
 }
 
-/// What a child says, piece by piece. A child that says nothing keeps its test for [`LIMIT`] and no longer.
+/// The output of a child, piece by piece. A silent child keeps its test for [`LIMIT`] and no longer.
 pub struct Said<T>(Receiver<T>);
 
 impl<T: Send + 'static> Said<T> {
@@ -43,7 +43,7 @@ impl<T: Send + 'static> Said<T> {
     ) -> Self {
         let (sender, receiver) = channel();
         let mut pipe = BufReader::new(pipe);
-        // It ends with the pipe, or when nobody listens any more.
+        // It ends with the pipe, or when the receiver is gone.
         std::thread::spawn(move || while next(&mut pipe).is_some_and(|piece| sender.send(piece).is_ok()) {});
         Self(receiver)
     }
@@ -56,7 +56,7 @@ impl<T: Send + 'static> Said<T> {
 }
 
 impl<T> Said<T> {
-    /// The next piece, unless it takes longer; the error says whether the child is silent, else its pipe has ended.
+    /// The next piece, unless it takes longer; the error is true if the child is silent, and false if its pipe has ended.
     pub fn within(&self, limit: Duration) -> Result<T, bool> {
         self.0.recv_timeout(limit).map_err(|error| error == RecvTimeoutError::Timeout)
     }

@@ -9,7 +9,7 @@ use crate::child::{LIMIT, Running, Said, line, output};
 /// A display with no window manager: the window is at the top left.
 pub struct Display {
     xvfb: Running,
-    /// What `DISPLAY` is set to.
+    /// The value of `DISPLAY`.
     pub name: String,
     frame_buffer: tempfile::TempDir,
 }
@@ -21,7 +21,7 @@ impl Display {
         // ./raxel test installs it.
         let mut xvfb = Running::start(
             Command::new("Xvfb")
-                // When its last client goes, a server that resets drops whoever connects at that moment.
+                // When its last client goes, a server that resets drops every client that connects at that moment.
                 .args(["-noreset", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"])
                 .arg(frame_buffer.path())
                 .stdout(Stdio::piped())
@@ -52,7 +52,7 @@ impl Display {
         (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
     }
 
-    /// Runs xdotool on it, and gives what it wrote.
+    /// Runs xdotool on it, and returns its output.
     pub fn xdotool(&self, arguments: &[&str]) -> String {
         // ./raxel test installs it.
         let output = output(Command::new("xdotool").args(arguments).env("DISPLAY", &self.name));

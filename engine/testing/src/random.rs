@@ -29,7 +29,7 @@ impl Random {
         number
     }
 
-    /// True in so many of a hundred cases.
+    /// True with a chance of `percent` in a hundred.
     pub fn percent(&mut self, percent: u32) -> bool {
         self.below(100) < percent
     }

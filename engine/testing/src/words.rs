@@ -8,17 +8,17 @@ use raxel_stream::{PoolMemory, Publication};
 pub struct Words(Mutex<Vec<u32>>);
 
 impl Words {
-    /// So many words, with a value that shows what nobody has written.
+    /// `count` words, with a value that marks unwritten ones.
     pub fn new(count: u32) -> Arc<Self> {
         Arc::new(Self(Mutex::new(vec![0xdead_beef; count as usize])))
     }
 
-    /// What it holds now.
+    /// Its present contents.
     pub fn all(&self) -> Vec<u32> {
         self.0.lock().expect("no writer panics").clone()
     }
 
-    /// What a frame sees of a publication, from its header on.
+    /// The words that a frame sees of a publication, from its header on.
     pub fn frame(&self, publication: &Publication) -> Vec<u32> {
         let mut words = self.all();
         words[..publication.words().len()].copy_from_slice(publication.words());

@@ -27,7 +27,7 @@ impl Default for Camera {
     }
 }
 
-/// What a user asks of a flying camera in one frame, as plain numbers.
+/// A user's input to a flying camera in one frame, as plain numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlyInput {
     /// Right (D minus A), up (E minus Q) and forward (W minus S), each in −1…1.
@@ -161,7 +161,7 @@ impl Camera {
         ViewMatrices { view_to_world, world_to_view }
     }
 
-    /// The camera as a streamed world is told of it, for a picture of that aspect of width over height.
+    /// The camera in the form for a streamed world, for a picture of that aspect of width over height.
     pub fn eye(&self, aspect: f64) -> Eye {
         let half_angle = self.tan_half_fov(aspect).as_dvec2().length().atan();
         Eye { position: self.position(), cell: self.cell, forward: self.rotation() * DVec3::NEG_Z, half_angle }

@@ -8,8 +8,8 @@ use crate::demo::{Claim, Demo, Track};
 use crate::params::{self, SetError};
 
 impl Demo {
-    /// Everything in which the demo and its graphs disagree, with the places in both files. `graph` gives the graph at a project path;
-    /// what concerns one that it does not give is not looked at.
+    /// Everything in which the demo and its graphs disagree, with the places in both files. `graph` returns the graph at a project path;
+    /// checks of a graph that it does not return are left out.
     pub fn check<'g>(&self, graph: &dyn Fn(&str) -> Option<&'g Graph>) -> Vec<Diagnostic> {
         let places = self.all_graphs();
         let graphs: Vec<(&Spanned<String>, &Graph)> =
@@ -61,7 +61,7 @@ impl Demo {
         found
     }
 
-    /// None of the graphs has what a place names.
+    /// None of the graphs has the named thing.
     fn unknown<'n>(
         &self,
         what: &'static str,
@@ -87,7 +87,7 @@ trait Advice {
 }
 
 impl Advice for Diagnostic {
-    /// Adds what the error suggests.
+    /// Adds the advice of the error.
     fn with_advice(self, error: &SetError) -> Self {
         match error {
             SetError::Unknown { closest: Some(name), .. } => self.help(format!("did you mean `{name}`?")),
@@ -345,7 +345,7 @@ target = "a@b"
         assert_eq!(found[2].message, "none of the graphs has a pass `trace`");
         let none = demo.check(&|_| Some(&empty));
         assert_eq!(none.iter().filter(|d| d.code == codes::session::UNKNOWN_PARAM).count(), 3);
-        // Nothing is said of a graph that is not right.
+        // A broken graph brings no further messages.
         assert_eq!(demo.check(&|path| (path == "graphs/primary.toml").then_some(&primary)).len(), 1);
         let late = read_text(&format!("{GOOD}[[graphs]]\ntime = 9.0\ngraph = \"../../a.toml\"\n")).unwrap_err();
         assert_eq!(codes(&late), ["RX0406", "RX0005"]);

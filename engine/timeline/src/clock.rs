@@ -1,7 +1,7 @@
 //! The clock of a session: frames, seconds, pause, single steps.
 //!
 //! Headless, time is frame index × fixed step, so that the same inputs give the same bytes. Live, time follows the wall clock, in
-//! nanoseconds. Either is exact: a float comes only of what is shown and handed to shaders.
+//! nanoseconds. Both are exact: a float comes only of times that are shown and handed to shaders.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use raxel_execute::moment::{Fraction, Moment};
 /// How time passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
-    /// Each frame takes exactly so many seconds.
+    /// Each frame takes exactly this many seconds.
     Fixed(Fraction),
     /// Each frame takes as long as it took.
     Live,
@@ -216,7 +216,7 @@ mod tests {
         clock.set_paused(false);
         // The pause itself is no time.
         assert_eq!(clock.tick(at(9000)).time, stepped.time);
-        // Nor is a frame that hung counted in full.
+        // A frame that hung does not count in full either.
         assert_eq!(clock.tick(at(19_000)).delta, LONGEST_FRAME.as_secs_f64());
     }
 

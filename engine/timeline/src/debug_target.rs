@@ -35,7 +35,7 @@ pub enum DebugTargetError {
     Syntax {
         /// The text.
         text: String,
-        /// What is wrong with the text.
+        /// The mistake in the text.
         why: String,
     },
     /// A name that the graph does not have.

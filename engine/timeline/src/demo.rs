@@ -1,4 +1,4 @@
-//! A demo as data, and what it drives at a time.
+//! A demo as data, and its values at a time.
 
 use glam::DVec3;
 use raxel_diagnostics::{Span, Spanned};
@@ -212,12 +212,12 @@ pub struct Check {
     /// Where it stands.
     #[keys(span)]
     pub span: Span,
-    /// What it is.
+    /// Its claim.
     #[keys(flatten)]
     pub claim: Claim,
 }
 
-/// What a check claims.
+/// The claims of checks.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(context = Clock)]
 pub enum Claim {
@@ -240,7 +240,7 @@ pub enum Claim {
         /// Largest mean FLIP error, 0 to 1. Needed for a picture.
         #[keys(range = 0.0..=1.0)]
         flip: f64,
-        /// The target that is checked, as in `show`. What the demo shows when left out.
+        /// The target that is checked, as in `show`. The demo's shown target when left out.
         target: Option<Spanned<DebugTarget>>,
         /// When it is looked at.
         #[keys(flatten)]
@@ -263,7 +263,7 @@ pub struct Looked {
 }
 
 impl Demo {
-    /// The frame at so many seconds, headless.
+    /// The frame at `seconds` seconds, headless.
     pub fn frame_at(&self, seconds: f64) -> u64 {
         Moment::from(seconds).nearest(Fraction::of(self.fps))
     }

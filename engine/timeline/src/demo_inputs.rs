@@ -12,7 +12,7 @@ use crate::inputs::{
 };
 use crate::read::{Clock, ordered, project_path, time};
 
-/// What is held and turned over time. What is left out comes from the window.
+/// Inputs that are held and turned over time. Inputs that are left out come from the window.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(context = Clock)]
 pub struct DemoInputs {
@@ -74,8 +74,8 @@ pub struct GamepadButtonKeys(Vec<(f64, u32)>);
 pub struct KeyboardKeys(Vec<(f64, KeySet)>);
 
 impl DemoInputs {
-    /// Puts what the demo says of a frame in the place of what is held now. `time` are seconds into the timeline, and `before` those of the
-    /// frame before; `scale` are pixels of the output for each of the demo's.
+    /// Replaces the live inputs of a frame by those of the demo. `time` are seconds into the timeline, and `before` those of the frame
+    /// before; `scale` are pixels of the output for each of the demo's.
     pub fn lay_over(&self, shown: &mut ShownInputs, before: Option<f64>, time: f64, scale: [f64; 2]) {
         if let Some(cursor) = &self.cursor {
             shown.cursor = cursor.at(time).map(|pixel| scaled(pixel, scale));
@@ -145,7 +145,7 @@ fn is_between(before: Option<f64>, at: f64, time: f64) -> bool {
     at <= time && before.is_none_or(|before| before > time || before < at)
 }
 
-/// What the last key at or before a time says.
+/// The value of the last key at or before a time.
 fn held<T>(keys: &[(f64, T)], time: f64) -> Option<&T> {
     keys.iter().take_while(|(at, _)| *at <= time).last().map(|(_, value)| value)
 }
@@ -164,7 +164,7 @@ fn in_lines<const N: usize>(keys: &[(f64, [f64; N])], time: f64) -> [f64; N] {
     std::array::from_fn(|axis| sample(keys.len(), |i| (keys[i].0, keys[i].1[axis]), time, Interpolation::Linear))
 }
 
-/// What goes down with each key up to a time.
+/// The buttons that go down with each key up to a time.
 fn presses<T: Copy + Default>(
     keys: &[(f64, T)],
     time: f64,
@@ -178,7 +178,7 @@ fn presses<T: Copy + Default>(
     })
 }
 
-/// The pixel of an output that has so many pixels for one of the demo's.
+/// The pixel of an output with `scale` pixels for one of the demo's.
 #[expect(clippy::cast_possible_truncation, reason = "a cast of a float saturates")]
 fn scaled(pixel: [f64; 2], scale: [f64; 2]) -> [i32; 2] {
     [0, 1].map(|axis| ((pixel[axis].round() + 0.5) * scale[axis]).floor() as i32)

@@ -30,7 +30,7 @@ pub struct EditKey {
 
 const RADII: std::ops::RangeInclusive<f64> = 1.0 / UNIT as f64..=raxel_edit::MOST_RADIUS as f64;
 
-/// An edit, as a file says it.
+/// An edit, as in a file.
 #[derive(Keys)]
 #[keys(context = Clock, into = EditKey)]
 struct Edit {
@@ -112,14 +112,14 @@ enum What {
         #[keys(default = Mode::Add)]
         mode: Mode,
     },
-    /// Restores what the world file builds there.
+    /// Restores the voxels of the world file there.
     Restore {
         #[keys(flatten)]
         corners: Corners,
     },
 }
 
-/// What is done with the voxels.
+/// The effect on the voxels.
 #[derive(Keys)]
 #[keys(check = painted(mode, material))]
 struct Paint {
@@ -209,8 +209,8 @@ impl From<Edit> for EditKey {
     }
 }
 
-/// An edit as a demo's file says it, without its time. `None` for one that no file can say: chunks that an undo puts back, a model that lies on
-/// its side, a material that the scene does not have.
+/// An edit in the form of a demo's file, without its time. `None` for one that no file can say: chunks that an undo puts back, a model that
+/// lies on its side, a material that the scene does not have.
 pub(crate) fn written(operation: &Operation, scene: &Scene) -> Option<String> {
     let voxels = |steps: i64| steps as f64 / UNIT as f64;
     let paint = |brush: Brush| {
@@ -295,7 +295,7 @@ pub(crate) fn in_order(node: &Node<'_, '_>, clock: &Clock) -> Option<Vec<EditKey
 }
 
 impl EditKey {
-    /// The edit in a world, or what is wrong with it there.
+    /// The edit in a world, or its mistake there.
     fn resolve(&self, scene: &Scene) -> Result<Operation, Box<Diagnostic>> {
         let mut operation = self.operation.clone();
         if let Some(material) = &self.material {

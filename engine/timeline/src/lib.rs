@@ -1,7 +1,8 @@
-//! What a session shows at each moment: its clock, its camera, its params, its inputs, its debug target, and demos, which set all of these.
+//! The state that a session shows at each moment: its clock, its camera, its params, its inputs, its debug target, and demos, which set all
+//! of these.
 //!
 //! A demo is a world, a graph and a timeline of camera keys, param tracks, inputs, changes of graph and debug target, edits of the world,
-//! captions and checks. What it shows is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
+//! captions and checks. It is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -12,7 +12,7 @@ pub enum SetError {
     /// The graph has nothing of this name.
     #[error("the graph has no {kind} `{name}`{}", advice(.closest.as_deref(), .known))]
     Unknown {
-        /// What was looked for: `param`, `pass`, `push member` or `target`.
+        /// The type of the wanted thing: `param`, `pass`, `push member` or `target`.
         kind: &'static str,
         /// The unknown name.
         name: String,
@@ -57,7 +57,7 @@ pub enum SetError {
         /// Smallest and largest value.
         range: [f64; 2],
     },
-    /// The text is neither a choice of the param nor the number of one.
+    /// The text is no choice of the param, and no number of one.
     #[error("`{name}` has no choice `{text}`{}", advice(.closest.as_deref(), .known))]
     NotAChoice {
         /// Name.
@@ -106,7 +106,7 @@ impl SetError {
 pub struct Params {
     /// Values by [`ParamId`], ready for a frame.
     values: Vec<Value>,
-    /// What somebody set, by name; kept across reloads even while the graph lacks the name, so that undoing an edit restores it.
+    /// Values that were set, by name; kept across reloads even while the graph lacks the name, so that undoing an edit restores it.
     set: BTreeMap<String, Value>,
     version: u64,
 }

@@ -1,4 +1,4 @@
-//! Reads a demo file: what its declaration in `demo.rs` leaves to functions, which is mostly about time.
+//! Reads the parts of a demo file that its declaration in `demo.rs` leaves to functions, mostly about time.
 
 use std::ops::RangeInclusive;
 
@@ -34,7 +34,7 @@ fn document(path: &str, root: &Table<'_, '_>) -> Option<Demo> {
     Some(demo)
 }
 
-/// What the keys of a demo are placed on.
+/// The times that the keys of a demo are placed on.
 pub(crate) struct Clock {
     /// Seconds that the demo lasts.
     end: f64,
@@ -90,7 +90,7 @@ pub(crate) fn time(node: &Node<'_, '_>, clock: &Clock) -> Option<Spanned<f64>> {
     Some(Spanned { value, span: node.span.clone() })
 }
 
-/// What happens at a time.
+/// An event at a time.
 pub(crate) trait Timed {
     fn time(&self) -> &Spanned<f64>;
 }
@@ -182,7 +182,7 @@ pub(crate) fn once(table: &Table<'_, '_>, _: &Clock, frame: Option<&u64>, time: 
     frame.is_some() != time.is_some()
 }
 
-/// What is true or false does not become the other bit by bit.
+/// A boolean steps; it cannot become the other bit by bit.
 pub(crate) fn steps(table: &Table<'_, '_>, _: &Clock, keys: &TrackKeys, interpolation: Option<&Interpolation>) -> bool {
     let wrong = table.get("interpolation").filter(|_| keys.boolean && interpolation != Some(&Interpolation::Step));
     if let Some(node) = &wrong {

@@ -1,5 +1,5 @@
-//! Takes: what the frames of a session were told, as a demo that tells it again. A take has the camera, params, inputs and the debug target
-//! of each frame, the edits of the world between them, and what the microphone heard.
+//! Takes: the inputs of the frames of a session, as a demo that repeats them. A take has the camera, params, inputs and the debug target of
+//! each frame, the edits of the world between them, and the microphone's sound.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -78,11 +78,11 @@ pub struct Take {
     pub sound: Option<Vec<i16>>,
     /// Its length.
     pub seconds: f64,
-    /// Why it is shorter than what was asked for.
+    /// Why it is shorter than requested.
     pub ended: Option<Ended>,
 }
 
-/// What is the same in all frames of a take.
+/// The part that is the same in all frames of a take.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Project path of the world.
@@ -95,7 +95,7 @@ pub struct Scene {
     pub pace: Pace,
 }
 
-/// What a frame was told.
+/// The inputs of a frame.
 pub struct Told<'a> {
     /// The time of the frame.
     pub time: &'a FrameTime,
@@ -131,11 +131,11 @@ pub struct Recorder {
     gamepad_triggers: Recorded<[f64; 2]>,
     gamepad_buttons: Recorded<u32>,
     targets: Recorded<DebugTarget>,
-    /// What the graph heard, from the start on.
+    /// The graph's sound, from the start on.
     sound: Vec<i16>,
-    /// What [`Heard::changes`] was.
+    /// The last value of [`Heard::changes`].
     sound_changes: Option<u64>,
-    /// Each with the time of the frame that saw it first, as a demo's file says it.
+    /// Each with the time of the frame that saw it first, in the form of a demo's file.
     edits: Vec<(f64, String)>,
     /// Edits that no frame has seen yet.
     unseen: Vec<String>,
@@ -256,7 +256,7 @@ impl Recorder {
         self.last = Some(*told.time);
     }
 
-    /// Notes what a frame can hear and no frame before it could.
+    /// Notes the new samples of a frame.
     fn hear(&mut self, heard: &Heard<'_>) {
         self.sound_changes = Some(heard.changes);
         let over = usize::try_from(heard.over).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);
@@ -361,7 +361,7 @@ impl Recorder {
             let Some(track) = self.params.get(&param.name) else { continue };
             let Some(keys) = track.keys_unless(&param.default) else { continue };
             line(&mut text, &format!("\n[tracks.{}]", quoted(&param.name)));
-            // What is true or false steps by itself.
+            // A boolean steps by itself.
             if track.steps && !matches!(param.default, Value::Bool(_)) {
                 line(&mut text, "interpolation = \"step\"");
             }

@@ -1,15 +1,15 @@
-//! What a window is opened with.
+//! The options of a window.
 
 use raxel_terminal::args::{Size, scale, size};
 use raxel_terminal::session::What;
 
 use super::presenting::{PresentWith, present_with};
 
-/// What a window shows, and how.
+/// The files that a window shows, and its settings.
 #[derive(Clone, Debug, clap::Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
 pub struct Args {
-    /// What is opened.
+    /// The files to open.
     #[command(flatten)]
     pub what: What,
 

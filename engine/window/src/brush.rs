@@ -13,7 +13,7 @@ pub(super) const REACH: f64 = 4096.0;
 /// Voxels across that the keys choose from.
 const SIZES: [u32; 8] = [1, 3, 5, 9, 17, 33, 65, 129];
 
-/// What comes of a press of the button.
+/// The result of a press of the button.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Stroke {
     /// An edit.
@@ -22,7 +22,7 @@ pub(super) enum Stroke {
     Pick(MaterialIndex),
 }
 
-/// What the brush does while keys are held: Shift turns it round, Ctrl picks.
+/// The effect of the brush while keys are held: Shift turns it round, Ctrl picks.
 pub(super) fn effect(brush: &Brush, modifiers: ModifiersState) -> Effect {
     match (modifiers.control_key(), modifiers.shift_key()) {
         (true, _) => Effect::Pick,
@@ -31,7 +31,7 @@ pub(super) fn effect(brush: &Brush, modifiers: ModifiersState) -> Effect {
     }
 }
 
-/// What a brush does where a ray has met the world.
+/// The stroke of a brush where a ray has met the world.
 pub(super) fn stroke(brush: &Brush, effect: Effect, hit: &CastHit) -> Stroke {
     let material = brush.material.unwrap_or(hit.exact.material);
     match effect {
@@ -83,7 +83,7 @@ pub(super) fn resize(brush: &mut Brush, larger: bool) {
     brush.size = next.unwrap_or(brush.size);
 }
 
-/// The next of so many materials, air being the first; after the last one, that of the voxel under the cursor.
+/// The next of `materials` materials, air being the first; after the last one, that of the voxel under the cursor.
 #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
 pub(super) fn next_material(brush: &mut Brush, materials: usize) {
     let next = brush.material.map_or(1, |material| usize::from(material) + 1);
@@ -99,7 +99,7 @@ pub(super) fn text(brush: &Brush, session: &Session) -> String {
     };
     let name = brush.material.and_then(|material| session.scene().materials.get(usize::from(material)));
     let of = name.map_or("the material under the cursor", |material| &material.name);
-    // What is subtracted has any material; the one of the brush is what Shift adds.
+    // Subtracting ignores the material; Shift adds the brush's one.
     let of = if brush.effect == Effect::Subtract { format!("; Shift adds {of}") } else { format!(", of {of}") };
     format!("{} {}{extent}{of}", brush.effect.word(), brush.shape.word())
 }

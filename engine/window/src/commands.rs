@@ -1,4 +1,4 @@
-//! What keys and panels ask for.
+//! The commands of keys and panels.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -159,7 +159,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Does with the voxel under the cursor what the brush does. Painting goes on while the button is held, from voxel to voxel.
+    /// Applies the brush to the voxel under the cursor. Painting goes on while the button is held, from voxel to voxel.
     pub(super) fn stroke(&mut self) {
         let effect = brush::effect(&self.brush, self.modifiers);
         let Some(pixel) = self.controls.cursor() else { return };
@@ -167,7 +167,7 @@ impl Viewer<'_> {
         let hit = match self.session.pick(pixel, brush::REACH) {
             Ok(Some(hit)) => hit,
             Ok(None) => return,
-            // Nobody knows what is under the cursor: nothing is edited behind it.
+            // The voxel under the cursor is unknown: nothing is edited behind it.
             Err(unavailable) => {
                 self.edited(|_| Err(EditError::from(unavailable).into()));
                 return;
@@ -187,7 +187,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Edits the world, and says why when that is refused. False then.
+    /// Edits the world, and shows the reason of a refusal. False then.
     pub(super) fn edited(&mut self, edit: impl FnOnce(&mut Session) -> std::result::Result<(), EditFailure>) -> bool {
         let result = edit(&mut self.session);
         let made = result.is_ok();
@@ -199,7 +199,7 @@ impl Viewer<'_> {
         made
     }
 
-    /// Chooses another brush, and says which.
+    /// Chooses another brush, and names it.
     fn choose(&mut self, change: impl FnOnce(&mut Brush, usize)) {
         change(&mut self.brush, self.session.scene().materials.len());
         self.notice(brush::text(&self.brush, &self.session));
@@ -368,7 +368,7 @@ impl Viewer<'_> {
         self.note_write(written);
     }
 
-    /// Notes what was written, to be undone.
+    /// Notes a write, to be undone.
     pub(super) fn note_write(&mut self, written: impl IntoIterator<Item = Written>) {
         let written: Vec<Written> = written.into_iter().collect();
         if !written.is_empty() {
@@ -400,7 +400,7 @@ impl Viewer<'_> {
         self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| demo_keys::without_key(text, lane, key));
     }
 
-    /// Changes the text of the demo's file, given its time in seconds and the camera, and says what was done.
+    /// Changes the text of the demo's file, given its time in seconds and the camera, and shows a notice.
     pub(super) fn write_demo(
         &mut self,
         done: &str,
@@ -420,7 +420,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Pins the next texel of what is looked for, or the one before, and brings it into sight. Says when there is none.
+    /// Pins the next sought texel, or the one before, and brings it into sight. Says when there is none.
     fn find(&mut self, sought: Sought, channel: u32, forward: bool) {
         if self.inspector.find(sought, channel, forward) {
             self.reveal_pin();
@@ -481,11 +481,11 @@ impl Viewer<'_> {
         self.notice = Some((text, Instant::now() + NOTICE));
     }
 
-    /// Shows the resource, or layer of one, so many places after this one, in the order of the file.
+    /// Shows the resource, or layer of one, that is `by` places after this one, in the order of the file.
     fn cycle(&mut self, by: isize) {
         let (graph, plan) = (self.session.graph(), self.session.plan());
         let layers = |index: usize| {
-            // What nothing that runs uses has no plan, and one layer to be shown.
+            // A target that nothing running uses has no plan, and one layer to be shown.
             plan.and_then(|plan| plan.sizes.get(index)).map_or(1, raxel_graph::size::Size::layers)
         };
         let places: Vec<(&str, u32)> = graph
@@ -523,7 +523,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Writes what is shown to a PNG in the current folder that does not exist yet.
+    /// Writes the shown target to a PNG in the current folder that does not exist yet.
     fn screenshot(&mut self) -> Result<PathBuf> {
         let picture = self.session.read_presented()?;
         let frame = self.session.clock().now().map_or(0, |time| time.index);

@@ -1,4 +1,4 @@
-//! Compares what is shown with a picture that was kept (a copy of a target, or a file), or with another target of the running graph.
+//! Compares the shown target with a picture that was kept (a copy of a target, or a file), or with another target of the running graph.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use raxel_world::srgb_from_linear;
 /// Pixels beside the edge of a wipe where a press takes hold of it.
 const GRIP: f64 = 8.0;
 
-/// What is compared with what is shown, and how.
+/// The comparison of the shown target with another picture.
 pub struct Comparing {
     kept: Option<Kept>,
     mode: CompareMode,
@@ -27,7 +27,7 @@ pub struct Comparing {
     held: bool,
     gain: f32,
     figures: Figures,
-    /// Why the two cannot be compared, as it was said last.
+    /// Why the two cannot be compared, as reported last.
     refused: Option<String>,
     /// Why the running graph has no live target of this name.
     missing: Option<String>,
@@ -35,11 +35,11 @@ pub struct Comparing {
     loading: Option<Receiver<Result<Kept, String>>>,
     uploading: Option<Uploading>,
     measuring: Option<Receiver<Figures>>,
-    /// A live target and what is shown, on their way from the device to be measured.
+    /// A live target and the shown one, on their way from the device to be measured.
     copying: Option<Copying>,
 }
 
-/// What two targets were at the end of one frame.
+/// Copies of two targets at the end of one frame.
 struct Copying {
     /// The name of the one that is shown.
     of: String,
@@ -59,7 +59,7 @@ impl Uploading {
     fn start(device: u64, make: impl FnOnce() -> Result<Reference, ExecuteError> + Send + 'static) -> Self {
         let (send, made) = channel();
         let thread = thread::spawn(move || {
-            // Nobody takes it if another picture was kept meanwhile.
+            // It is dropped if another picture was kept meanwhile.
             let _ = send.send(make());
         });
         Self { device, made, thread: Some(thread) }
@@ -75,7 +75,7 @@ impl Drop for Uploading {
     }
 }
 
-/// What is compared with what is shown.
+/// The picture to compare with.
 struct Kept {
     name: String,
     what: What,
@@ -86,7 +86,7 @@ struct Kept {
 enum What {
     /// A picture that was kept.
     Still(Pixels),
-    /// What a target has in each frame.
+    /// The contents of a target in each frame.
     Live(DebugTarget),
 }
 
@@ -118,7 +118,7 @@ impl Default for Comparing {
 }
 
 impl Comparing {
-    /// Keeps a copy of what is shown.
+    /// Keeps a copy of the shown target.
     pub fn keep(&mut self, name: &str, texels: Texels) {
         let name = format!("{name}, {} × {}", texels.width, texels.height);
         self.replace(Kept { name, what: What::Still(Pixels::Texels(Arc::new(texels))), on_device: None });
@@ -129,7 +129,7 @@ impl Comparing {
         self.replace(Kept { name: format!("{target}, live"), what: What::Live(target), on_device: None });
     }
 
-    /// Reads a picture from a file on a thread of its own; [`Self::update`] says how that went.
+    /// Reads a picture from a file on a thread of its own; [`Self::update`] reports the result.
     pub fn load(&mut self, path: &Path, name: &str) {
         let (path, name) = (path.to_owned(), name.to_owned());
         let (send, receive) = channel();
@@ -180,7 +180,7 @@ impl Comparing {
         self.flipped = !self.flipped;
     }
 
-    /// What differences are multiplied by.
+    /// The factor of differences.
     pub fn set_gain(&mut self, gain: f32) {
         if gain.is_finite() {
             self.gain = gain.clamp(0.01, 1e5);
@@ -205,7 +205,7 @@ impl Comparing {
         self.held = false;
     }
 
-    /// Before a frame: takes what has come from other threads, and tells the session what to show. Gives what is to be said.
+    /// Before a frame: takes the results of other threads, and sets the session's view. Returns messages.
     pub fn update(&mut self, session: &mut Session) -> Option<String> {
         let said = self.take_loaded();
         if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
@@ -294,15 +294,15 @@ impl Comparing {
         made.as_ref().ok().filter(|_| *device == session.device().id())
     }
 
-    /// Finds how far a copy of what is shown, of this name, is from the kept picture. `display` is how it is shown.
+    /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
     pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = &self.kept else { return };
         let pixels = pixels.clone();
         self.find_figures(pixels, name.to_owned(), texels, display);
     }
 
-    /// Asks the device for the live target and for what is shown, of this name, as the last frame left both: [`Self::update`] finds how far they are
-    /// apart. False when nothing is live.
+    /// Asks the device for the live target and for the shown one, of this name, as the last frame left both: [`Self::update`] finds how far
+    /// they are apart. False when nothing is live.
     pub fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
         let Some(live) = self.live().cloned() else { return false };
         let mut ask = |of: &DebugTarget| session.request_texels(&of.resource, of.age, of.mip, of.layer);
@@ -313,7 +313,7 @@ impl Comparing {
         true
     }
 
-    /// Takes what [`Self::measure_live`] asked for, once it is there.
+    /// Takes the copies of [`Self::measure_live`], once they are there.
     fn take_copies(&mut self) {
         /// Values are compared with values, however they are shown.
         const VALUES: Display = Display { map: DisplayMap::Raw, range: [0.0, 1.0], channel: 0 };
@@ -341,19 +341,19 @@ impl Comparing {
         self.measuring = Some(receive);
     }
 
-    /// The figures were asked for, and what is shown is being copied.
+    /// The figures were asked for, and the shown target is being copied.
     pub fn await_figures(&mut self) {
         self.figures = Figures::Awaited;
     }
 
-    /// What is shown could not be copied.
+    /// The shown target could not be copied.
     pub fn give_up_figures(&mut self) {
         if self.figures == Figures::Awaited {
             self.figures = Figures::Refused("a buffer is shown".to_owned());
         }
     }
 
-    /// What the panel shows.
+    /// The panel's view.
     pub fn view(&self, session: &Session) -> Compare {
         let failed = self.kept.as_ref().and_then(|kept| kept.on_device.as_ref()?.1.as_ref().err().cloned());
         let mismatch = || match self.live() {

@@ -38,7 +38,7 @@ pub(super) enum Command {
     Pin,
     /// Zoom or pan.
     Look(Move),
-    /// Keep what is shown, to compare with it.
+    /// Keep the shown picture, to compare with it.
     Keep,
     /// Compare with the target that is shown now, as it goes on.
     KeepLive,
@@ -138,12 +138,12 @@ impl Controls {
         }
     }
 
-    /// The wheel was turned by so many lines, away from the user where positive.
+    /// The wheel was turned by `lines` lines, away from the user where positive.
     pub fn wheel(&mut self, lines: f64) {
         self.set_speed(self.speed * 1.2_f64.powf(lines.clamp(-20.0, 20.0)));
     }
 
-    /// A key went down or up. Gives what it asks for, once a press.
+    /// A key went down or up. Returns its command, once a press.
     pub fn key(
         &mut self,
         physical: PhysicalKey,
@@ -162,7 +162,7 @@ impl Controls {
         if !pressed {
             return None;
         }
-        // Motion goes by the place of a key, commands by what is printed on it.
+        // A key's place moves the camera; its label gives a command.
         let command = match logical {
             Key::Named(NamedKey::Tab) if modifiers.shift_key() => Command::PreviousTarget,
             Key::Named(NamedKey::Tab) => Command::NextTarget,
@@ -266,7 +266,7 @@ impl Controls {
         self.on_picture().map(|[x, y]| [x.floor() as i32, y.floor() as i32])
     }
 
-    /// What is asked of the camera since the last call, and how fast it flies.
+    /// The camera's motion since the last call, and its speed.
     pub fn fly(&mut self) -> (FlyInput, FlySpeed) {
         let axis = |plus: KeyCode, minus: KeyCode| {
             f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))

@@ -7,10 +7,10 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Tab
 use super::recording::Recording;
 use super::write_back::{camera_values, implicit_table, literal, parsed, rounded};
 
-/// A key that is so near in seconds is the one that is recorded anew.
+/// A key at most this many seconds away is overwritten by a new recording.
 const SAME: f64 = 0.005;
 
-/// A key that ends what was before stands so many seconds in front of the next.
+/// A key that ends the part before it stands this many seconds in front of the next.
 const APART: f64 = 0.01;
 
 /// Why a check stays where it is.
@@ -32,7 +32,7 @@ pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String,
             let name = array_of(lane);
             let missing = || format!("the file has no `time` of entry {} of `{name}`", key + 1);
             let table = document.get_mut(name).and_then(|keys| table_at(keys, key)).ok_or_else(missing)?;
-            // What has an end keeps its length.
+            // An event with an end keeps its length.
             if let (Some(from), Some(until)) = (seconds_of(table, "time"), seconds_of(table, "until"))
                 && let Some(end) = table.get_mut("until").and_then(Item::as_value_mut)
             {
@@ -153,7 +153,7 @@ pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, Stri
 pub fn new_demo(graph: &str, world: &str, recording: &Recording, camera: &Camera) -> Result<String, String> {
     let inside = |path: &str, folder: &str| {
         let inside = path.strip_prefix(folder).and_then(|path| path.strip_prefix('/')).map(str::to_owned);
-        inside.ok_or_else(|| format!("a demo plays only what is in `{folder}`, and `{path}` is not"))
+        inside.ok_or_else(|| format!("a demo plays only files in `{folder}`, and `{path}` is not"))
     };
     let (graph, world) = (inside(graph, "graphs")?, inside(world, "worlds")?);
     let duration = recording.keys().last().map_or(1.0, |key| key.0.ceil().max(1.0));

@@ -59,7 +59,7 @@ impl Described {
     }
 }
 
-/// For each param the file that its default stands in: the first of the graph and what it extends that has one.
+/// For each param the file with its default: the first one among the graph and those that it extends.
 fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
     let mut found = HashMap::new();
     for file in graph.files.iter().filter(|file| Path::new(file).extension().is_some_and(|end| end == "toml")) {
@@ -70,7 +70,7 @@ fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
     found
 }
 
-/// What became of the pass of a row.
+/// The state of the pass of a row.
 pub(super) fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
     match row.planned {
         Err(CullReason::Unused) => PassState::Unused,
@@ -84,7 +84,7 @@ pub(super) fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
     }
 }
 
-/// A row for each tick in which a pass may run, or the one that says why it does not.
+/// A row for each tick in which a pass may run, or one with the reason why it does not.
 fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     let pass = plan.graph.pass(id);
     let written = accesses(graph, plan, id).find(|(_, access)| access.access.writes());
@@ -116,7 +116,7 @@ fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     vec![row(pass.name.clone(), String::new(), Err(reason))]
 }
 
-/// What a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
+/// The resources that a pass touches, by the names that its file uses: in a loop, names may stand for each other's memory.
 pub(super) fn accesses<'p>(
     graph: &'p Graph,
     plan: &'p Plan,

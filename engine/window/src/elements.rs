@@ -3,7 +3,7 @@
 use raxel_graph::checked::{Graph, ResourceKind};
 use raxel_shader::interface::{BindingKind, Block, Scalar, Type};
 
-/// Columns of a table at most: what a struct has beyond them is left out.
+/// The most columns of a table: the rest of a struct is left out.
 const COLUMNS: usize = 64;
 
 /// How a buffer is divided into elements, and these into scalars.
@@ -14,7 +14,7 @@ pub struct Elements {
     /// Bytes from one element to the next.
     stride: u64,
     columns: Vec<Column>,
-    /// What stands before the first element.
+    /// Columns before the first element.
     head: Vec<Column>,
 }
 
@@ -67,7 +67,7 @@ impl Elements {
         self.first.saturating_add(element.saturating_mul(self.stride))
     }
 
-    /// Whole elements of a buffer of so many bytes.
+    /// Whole elements of a buffer of `bytes` bytes.
     pub fn count(&self, bytes: u64) -> u64 {
         bytes.saturating_sub(self.first) / self.stride
     }
@@ -77,13 +77,13 @@ impl Elements {
         self.columns.iter().map(Column::title).collect()
     }
 
-    /// The values of an element, where `bytes` begin at offset `start` of the buffer. What is not there is left empty.
+    /// The values of an element, where `bytes` begin at offset `start` of the buffer. A missing value is left empty.
     pub fn row(&self, bytes: &[u8], start: u64, element: u64) -> Vec<String> {
         let at = self.offset(element);
         self.columns.iter().map(|column| column.value(bytes, start, at).unwrap_or_default()).collect()
     }
 
-    /// Names and values of what stands before the first element, as far as it is there.
+    /// Names and values of the columns before the first element, as far as they are there.
     pub fn head(&self, bytes: &[u8], start: u64) -> Vec<[String; 2]> {
         self.head.iter().filter_map(|column| Some([column.title(), column.value(bytes, start, 0)?])).collect()
     }

@@ -37,8 +37,8 @@ impl Open {
 }
 
 impl Viewer<'_> {
-    /// One frame. Never waits for the device for longer than a [`SLICE`]: events are looked at in between, so that the window can be left
-    /// and an edit taken in whatever the device does.
+    /// One frame. Never waits for the device for longer than a [`SLICE`]: events are handled in between, so that the window can be closed
+    /// and an edit taken in while the device works.
     pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         self.take_events()?;
         if let Some(control) = &mut self.control
@@ -85,7 +85,7 @@ impl Viewer<'_> {
         self.long = [false, self.long[0]];
         let report = match self.next_report() {
             Ok(report) => report,
-            // Said once; what ran before runs on.
+            // Reported once; the old plan runs on.
             Err(error @ FrameError::Plan { .. }) => {
                 self.reloads.refused(&error);
                 if let FrameError::Plan { diagnostics, texts } = &error {
@@ -191,12 +191,12 @@ impl Viewer<'_> {
         Some(self.last + Duration::from_secs(1) / cap.max(1))
     }
 
-    /// Does what is to be done since files have changed.
+    /// Handles the events since files have changed.
     pub(super) fn take_events(&mut self) -> Result {
         self.session.poll_reload().into_iter().try_for_each(|event| self.note(event))
     }
 
-    /// Notes what happened to the files.
+    /// Notes an event of the files.
     fn note(&mut self, event: ReloadEvent) -> Result {
         self.reloads.tell(&event);
         if let Some(control) = &mut self.control {
@@ -217,15 +217,15 @@ impl Viewer<'_> {
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
             ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(size, &resources)),
-            // Which pass is off is said beside it, for as long as it is.
-            ReloadEvent::DeviceRebuilt { .. } => self.notice(format!("the device was opened anew; {STARTED_OVER}")),
+            // The name of a pass that is off stands beside it, for as long as it is off.
+            ReloadEvent::DeviceRebuilt { .. } => self.notice(format!("the device was opened again; {STARTED_OVER}")),
             ReloadEvent::NotOpened(error) => return self.note_mistakes(error),
             ReloadEvent::Opened => return self.begin(),
         }
         Ok(())
     }
 
-    /// Draws the panels over the next picture and does what the user asks for in them.
+    /// Draws the panels over the next picture and carries out the user's requests in them.
     fn draw_panels(&mut self, event_loop: &ActiveEventLoop) {
         let over_panels = self.is_over_panels();
         let (magnified, region) = (self.magnified(), self.magnifier.region());
@@ -257,7 +257,7 @@ impl Viewer<'_> {
         };
         let cursor = self.controls.cursor().filter(|_| !over_panels);
         let cursor = cursor.map(|pixel| self.session.viewport().to_output(pixel));
-        // Which voxel that is takes a walk through the world: only where it is said.
+        // Finding that voxel takes a walk through the world: only while a panel shows it.
         let says = self.panels.layout.is_open(Panel::World) && !over_panels;
         let pixel = self.controls.cursor().filter(|_| says).map(|pixel| self.magnifier.unmagnified(pixel, extent));
         let (hit, unavailable) = match pixel.map(|pixel| self.session.pick(pixel, brush::REACH)) {
@@ -285,7 +285,7 @@ impl Viewer<'_> {
             outline,
         };
         let resources = self.data.resources();
-        // What passes count and print at the moment stands beside what is wrong with the files.
+        // Present counts and prints of passes stand beside the mistakes in the files.
         let counted = self.session.counted();
         let printed = self.session.printed();
         let with_counted = (!counted.is_empty() || !printed.is_empty())
@@ -317,7 +317,7 @@ impl Viewer<'_> {
         self.place_picture();
     }
 
-    /// Puts the picture where the panels leave it. Its extent follows once no edge of a dock is held: targets are made anew for it.
+    /// Puts the picture where the panels leave it. Its extent follows once no edge of a dock is held: targets are created again for it.
     fn place_picture(&mut self) {
         let Some(Open { presenter, overlay, .. }) = &mut self.window else { return };
         let Some(window) = presenter.extent() else { return };
@@ -346,7 +346,7 @@ impl Viewer<'_> {
         }
         let (Some(open), Some(picture)) = (&mut self.window, self.session.picture()) else { return Ok(true) };
         let visible = self.panels.are_drawn();
-        // Without a pass that is off, the picture is what is left: the last whole one stays where it is kept.
+        // With a pass that is off, the picture is incomplete: the last whole one stays where it is kept.
         let whole = !self.session.outcomes().contains(&PassOutcome::Off);
         let presented = match open.pictures {
             Pictures::Same if open.presenter.device().id() != self.session.device().id() => {
@@ -361,7 +361,7 @@ impl Viewer<'_> {
                     Ok(Some(picture)) => open.presenter.take(&picture)?,
                     Ok(None) => {}
                     Err(ReadError::Execute(ExecuteError::DeviceLost { .. })) => {
-                        // The next frame finds the loss, and opens the device anew.
+                        // The next frame finds the loss, and reopens the device.
                         self.unshown = false;
                         return Ok(true);
                     }
@@ -382,7 +382,7 @@ impl Viewer<'_> {
             Err(error) if error.is_device_lost() && pictures == Some(Pictures::Other) => {
                 return self.reopen().map(|()| false);
             }
-            // The next frame finds the loss, and opens the device anew.
+            // The next frame finds the loss, and reopens the device.
             Err(error) if error.is_device_lost() => {}
             Err(error) => return Err(error.into()),
         }
@@ -391,7 +391,7 @@ impl Viewer<'_> {
         Ok(true)
     }
 
-    /// While the device works: draws the panels anew over the last picture, where another device presents it.
+    /// While the device works: draws the panels again over the last picture, where another device presents it.
     fn draw_meanwhile(&mut self, event_loop: &ActiveEventLoop) -> Result {
         let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) else { return Ok(()) };
         let since = self.drawn.elapsed();
@@ -421,7 +421,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Whether the device has finished what was waited for. Says what it works on when that takes long, once until a frame is quick again.
+    /// Whether the device has finished the awaited work. Names its work when that takes long, once until a frame is quick again.
     pub(super) fn is_done(&mut self, progress: std::result::Result<Progress, FrameError>) -> Result<bool> {
         match progress.map_err(|error| frame_failure(error, self.console))? {
             Progress::Done => {
@@ -431,7 +431,7 @@ impl Viewer<'_> {
             }
             Progress::Working { pass, elapsed } => {
                 if elapsed >= if self.presented == 0 { PATIENCE_AT_FIRST } else { PATIENCE } {
-                    // Where each frame takes long, it is said of the first.
+                    // If every frame takes long, only the first one is reported.
                     let said = self.long.contains(&true);
                     self.long[0] = true;
                     if !said {
@@ -443,7 +443,7 @@ impl Viewer<'_> {
                     }
                     self.busy = Some((pass, elapsed.as_secs()));
                     self.update_title();
-                    // What it works on has been mended: nobody waits for the picture.
+                    // Its pass has been mended: the picture is not needed.
                     if elapsed >= MENDED && self.session.works_on_replaced() {
                         self.busy = None;
                         self.session.cancel().map_err(|error| frame_failure(error, self.console))?;

@@ -1,4 +1,4 @@
-//! The gamepad: what it does is told to shaders. Reading gamepads is a feature, since it needs a library of the system on Linux.
+//! The gamepad, as input of shaders. Reading gamepads is a feature, since it needs a library of the system on Linux.
 
 use raxel_graph::checked::{Builtin, Graph};
 use raxel_runtime::inputs::Inputs;
@@ -14,7 +14,7 @@ fn is_read(graph: &Graph) -> bool {
     graph.reads().any(|builtin| of_gamepad.contains(&builtin))
 }
 
-/// The gamepads of the system, of which one is used at a time.
+/// The gamepads of the system. One is used at a time.
 #[derive(Default)]
 pub enum Gamepads {
     /// No graph has read one so far.
@@ -23,12 +23,12 @@ pub enum Gamepads {
     /// They are read.
     #[cfg(feature = "gamepad")]
     Read(Box<of_system::Reader>),
-    /// They cannot be read, which was said.
+    /// They cannot be read, which was reported.
     Refused,
 }
 
 impl Gamepads {
-    /// Tells the inputs what happened since the last call, once a graph reads a gamepad. Gives what a user should know.
+    /// Passes events since the last call to the inputs, once a graph reads a gamepad. Returns a message for the user.
     pub fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
         match self {
             Self::Unasked if is_read(graph) => {
@@ -66,7 +66,7 @@ mod of_system {
     use gilrs::{Axis, Button, EventType, GamepadId, Gilrs};
     use raxel_runtime::inputs::{Inputs, gamepad_button_named};
 
-    /// What happened to a gamepad, in the terms of `input.gamepad_*`.
+    /// The change of a gamepad, in the terms of `input.gamepad_*`.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Happened {
         /// A button, by its bit.
@@ -77,7 +77,7 @@ mod of_system {
         Trigger(usize, f64),
     }
 
-    /// Tells the inputs what happened.
+    /// Passes an event to the inputs.
     fn note(inputs: &mut Inputs, happened: Happened) {
         let gamepad = inputs.gamepad();
         match happened {
@@ -109,7 +109,7 @@ mod of_system {
             }
         }
 
-        /// Tells the inputs what happened since the last call. Gives what a user should know.
+        /// Passes events since the last call to the inputs. Returns a message for the user.
         pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
             let mut said = None;
             while let Some(event) = self.gilrs.next_event() {

@@ -1,4 +1,4 @@
-//! What the window's events give to shaders: the cursor, mouse buttons, the wheel and keys.
+//! The window's events as inputs of shaders: the cursor, mouse buttons, the wheel and keys.
 
 use raxel_output::{take_name, write_take};
 use raxel_runtime::inputs::{Inputs, Key};
@@ -7,7 +7,7 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 
 use super::{Holder, Viewer};
 
-/// Tells the inputs of an event. What a panel takes goes down for the panel alone; what goes up goes up for all.
+/// Tells the inputs of an event. A press that a panel takes goes to the panel alone; a release goes to all.
 pub fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
     match event {
         WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
@@ -32,7 +32,7 @@ pub fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
     }
 }
 
-/// Whether a key stays the window's while the graph has all others: without these, nobody could take them back.
+/// Whether a key stays the window's while the graph has all others: without these, the user could not take the others back.
 pub fn is_windows(key: PhysicalKey) -> bool {
     use KeyCode::{Escape, F1, F2, F3, F4, F5, F6, F7, F8, F9, F10, F11, F12};
     matches!(key, PhysicalKey::Code(Escape | F1 | F2 | F3 | F4 | F5 | F6 | F7 | F8 | F9 | F10 | F11 | F12))
@@ -106,7 +106,7 @@ impl Viewer<'_> {
     pub(super) fn end_take(&mut self) {
         if self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
             self.record_take();
-            // It cannot be written, which is said once.
+            // It cannot be written, which is reported once.
             self.session.stop_recording();
         }
     }
@@ -119,7 +119,7 @@ impl Viewer<'_> {
         Ok(format!("wrote a take of {:.1} s to {path}{why}", take.seconds))
     }
 
-    /// What the gamepad does, for graphs that ask.
+    /// Reads the gamepad, for graphs that use it.
     pub(super) fn read_gamepad(&mut self) {
         let graph = self.session.graph().clone();
         if let Some(said) = self.gamepads.read(&graph, self.session.inputs()) {

@@ -1,4 +1,4 @@
-//! What the window has changed, step by step, to be taken back and made again.
+//! The window's own changes, step by step, for undo and redo.
 
 use raxel_graph::checked::Value;
 
@@ -37,7 +37,7 @@ pub struct History {
 }
 
 impl History {
-    /// Notes a step. What was taken back before can no longer be made again.
+    /// Notes a step. Undone steps can no longer be redone.
     pub fn note(&mut self, step: Step) {
         self.undone.clear();
         self.done.push(step);

@@ -1,4 +1,4 @@
-//! Reads what is shown, without stalling a frame: its distribution, the texel under the cursor, the rows of a buffer.
+//! Reads the shown target, without stalling a frame: its distribution, the texel under the cursor, the rows of a buffer.
 
 use std::time::{Duration, Instant};
 
@@ -33,14 +33,14 @@ const MAPS: [DisplayMap; 8] = [
     DisplayMap::Integer,
 ];
 
-/// What is known of what is shown.
+/// The known contents of the shown target.
 #[derive(Default)]
 pub struct Inspector {
     on_its_way: Option<(Shown, ReadTicket<Captured>)>,
     asked: Option<Instant>,
     /// How long the last copy took to be understood: a large one is taken less often.
     cost: Duration,
-    /// What was asked for last, and whether it may have changed since.
+    /// The last request, and whether the target may have changed since.
     of: Option<Shown>,
     stale: bool,
     found: Option<Found>,
@@ -66,20 +66,20 @@ pub struct Pin {
     pub extent: [u32; 2],
 }
 
-/// What a copy of what is shown is for.
+/// The purpose of a copy of the shown target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedFor {
     /// To be kept, and compared with.
     Keeping,
-    /// To be measured against what was kept.
+    /// To be measured against the kept picture.
     Measuring,
 }
 
-/// A copy of what is shown.
+/// A copy of the shown target.
 pub struct Copy {
-    /// What it is for.
+    /// Its purpose.
     pub purpose: CopiedFor,
-    /// What it is of.
+    /// The copied target.
     pub shown: Shown,
     /// Its texels and the way they are shown; `None` of a buffer.
     pub texels: Option<(Texels, Display)>,
@@ -94,7 +94,7 @@ struct Found {
 }
 
 impl Inspector {
-    /// Asks for a copy of what is shown, for [`Self::copied`].
+    /// Asks for a copy of the shown target, for [`Self::copied`].
     pub fn copy(&mut self, purpose: CopiedFor) {
         (self.copying, self.stale, self.asked) = (Some(purpose), true, None);
     }
@@ -113,12 +113,12 @@ impl Inspector {
         Some(Copy { purpose, shown, texels })
     }
 
-    /// Nobody looks: what is known is out of date from here on.
+    /// No panel shows it: the known contents are stale from here on.
     pub fn rest(&mut self) {
         self.stale = true;
     }
 
-    /// The values of the texels in a region of what is shown, as far as they are known.
+    /// The values of the texels in a region of the shown target, as far as they are known.
     pub fn written(&self, shown: &Shown, region: &Region) -> Vec<WrittenTexel> {
         match self.found.as_ref().filter(|found| found.shown == *shown).map(|found| &found.captured) {
             Some(Captured::Texels(texels)) => locate::written(texels, region),
@@ -154,7 +154,7 @@ impl Inspector {
         if end <= HEAD { 0..HEAD } else { elements.offset(self.first)..end }
     }
 
-    /// After a frame: takes what has come, and applies the user's way of showing it.
+    /// After a frame: takes the copies that have come, and applies the user's display.
     pub fn take(&mut self, session: &mut Session, report: &FrameReport) {
         match (session.captured(), self.of.clone()) {
             (Some(ticket), Some(shown)) => self.on_its_way = Some((shown, ticket)),
@@ -169,7 +169,7 @@ impl Inspector {
                     self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
                 }
                 Ok(None) => self.on_its_way = Some((shown, ticket)),
-                // The device is opened anew by the next frame; then it is asked for again.
+                // The next frame reopens the device and asks again.
                 Err(_) => self.stale = true,
             }
         }
@@ -196,7 +196,7 @@ impl Inspector {
         self.pinned.map(|pin| locate::scaled(pin.texel, pin.extent, extent_of(texels)))
     }
 
-    /// Pins a texel of what is shown; it stays while other resources and passes are shown.
+    /// Pins a texel of the shown target; it stays while other resources and passes are shown.
     pub fn pin(&mut self, at: Option<[u32; 2]>) {
         let extent = self.picture().map(extent_of);
         self.pinned = at.zip(extent).map(|(texel, extent)| Pin { texel, extent });
@@ -212,7 +212,7 @@ impl Inspector {
         at.is_some()
     }
 
-    /// Pins the next texel whose channel has what is looked for, or the one before. False when there is none.
+    /// Pins the next texel with a sought value in its channel, or the one before. False when there is none.
     pub fn find(&mut self, sought: Sought, channel: u32, forward: bool) -> bool {
         let found =
             self.picture().and_then(|texels| locate::next(texels, channel, sought, self.pinned_in(texels), forward));
@@ -278,7 +278,7 @@ impl Inspector {
         self.cost = began.elapsed();
     }
 
-    /// What the panel shows. `cursor` is a pixel of the output, which shows a region of the picture.
+    /// The panel's view. `cursor` is a pixel of the output, which shows a region of the picture.
     pub fn view(
         &mut self,
         session: &Session,

@@ -108,8 +108,8 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// The same before the first picture: a driver may still compile then, and that is no reason to give a pass up.
 const PATIENCE_AT_FIRST: Duration = Duration::from_secs(8);
 
-/// A pass whose shader was edited while the device worked on it for longer than this is given up: opening the device anew takes about a
-/// second, and what the frame shows is of no use any more.
+/// A pass whose shader was edited while the device worked on it for longer than this is abandoned: reopening the device takes about a
+/// second, and the picture of that frame is not needed any more.
 const MENDED: Duration = Duration::from_secs(5);
 
 /// Runs a window until it is closed.
@@ -117,7 +117,7 @@ pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| no_window(&error))?;
     let proxy = event_loop.create_proxy();
     let waker = Arc::new(move || {
-        // Without a window there is nobody to wake.
+        // Without a window there is no event loop to wake.
         let _ = proxy.send_event(Wake);
     });
     lost_display::watch(console);
@@ -151,7 +151,7 @@ fn device_name(session: &Session) -> String {
 }
 
 fn no_window(error: &EventLoopError) -> Failure {
-    // winit says where in its own sources it gave up, which helps nobody here: `os error at FILE:LINE: WHY`.
+    // winit adds the place in its own sources, which helps no user: `os error at FILE:LINE: WHY`.
     let text = error.to_string();
     let why =
         text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
@@ -182,7 +182,7 @@ enum NextFrame {
     Captured,
 }
 
-/// What a window shows before the first picture.
+/// The background of a window before the first picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Ground {
     /// Nothing: it is as the window system has made it.
@@ -233,11 +233,11 @@ struct Viewer<'a> {
     printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
-    /// What was shown before the pointer came to rest on a pass.
+    /// The shown target before the pointer came to rest on a pass.
     before_peek: Option<DebugTarget>,
     /// Params whose values were written to a file that was not read again yet.
     written: Vec<String>,
-    /// What the window has changed, to be undone.
+    /// The window's own changes, for undo.
     history: History,
     /// Makes keys of params that are moved.
     recorder: Recorder,
@@ -256,7 +256,7 @@ struct Viewer<'a> {
     placed: Placed,
     gamepads: Gamepads,
     capture: Capture,
-    /// What the right button does to voxels.
+    /// The effect of the right button on voxels.
     brush: Brush,
     /// Why the last edit was not made.
     refused: Option<String>,
@@ -278,7 +278,7 @@ struct Viewer<'a> {
     /// So it has in this frame, and in the one before.
     long: [bool; 2],
     presented: u64,
-    /// What the window shows before the first picture.
+    /// The background before the first picture.
     ground: Ground,
     complained: bool,
     failure: Option<Failure>,
@@ -314,7 +314,7 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
         let by_pointer = matches!(event, WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. });
         let taken = if by_pointer { self.is_over_panels() } else { taken };
         given::note(self.session.inputs(), &event, taken);
-        // What the graph alone has moves no camera, edits no world, and is no command.
+        // An input of the graph alone moves no camera, edits no world, and is no command.
         let taken = taken || self.holder == Holder::Graph;
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
@@ -466,7 +466,7 @@ impl<'a> Viewer<'a> {
         Ok(viewer)
     }
 
-    /// The session runs from here on: it is set up as the command line says, and what was kept for its project is read.
+    /// The session runs from here on: the command line's options are applied, and the files kept for its project are read.
     fn begin(&mut self) -> Result {
         self.args.what.set_up(&mut self.session, self.console)?;
         self.console.message(&format!(
@@ -528,13 +528,13 @@ impl<'a> Viewer<'a> {
         Ok(())
     }
 
-    /// What a window needs to show pictures of the session's device.
+    /// The parts of a window that show pictures of the session's device.
     fn opened(&self, window: &Arc<Window>) -> Result<Open> {
         let Args { present_with, no_vsync, .. } = self.args;
         Open::on(self.session.device(), present_with.as_ref(), window, !no_vsync, self.console)
     }
 
-    /// Says what the validation layer has said, of the session's device and of one that presents.
+    /// Reports messages of the validation layer, of the session's device and of one that presents.
     fn look_at_log(&mut self) {
         self.complained |= print_validation(&self.session, self.console);
         if let Some(open) = self.window.as_ref().filter(|open| open.pictures == Pictures::Other) {
@@ -601,7 +601,7 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// What the demo says at this moment, while it drives.
+    /// The demo's caption at this moment, while it drives.
     fn caption(&self) -> Option<String> {
         let demo = self.session.demo().filter(|_| self.session.demo_drives())?;
         demo.caption(self.session.clock().now()?.time).map(|line| line.text.clone())

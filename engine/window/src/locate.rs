@@ -1,4 +1,4 @@
-//! Where in a picture the texels are that its numbers speak of, and what lies around one.
+//! The places of the texels behind a picture's figures, and the surroundings of one.
 
 use raxel_execute::{Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
@@ -6,7 +6,7 @@ use raxel_panels::view::{Sought, WrittenTexel, Zoom};
 use raxel_shader::interface::ScalarKind;
 use raxel_world::srgb_from_linear;
 
-/// The texel after another, or the one before, whose channel has what is looked for: in order of rows, and from the last to the first. The
+/// The texel after another, or the one before, with a sought value in its channel: in order of rows, and from the last to the first. The
 /// texel itself when there is no other; `None` when there is none.
 pub fn next(texels: &Texels, channel: u32, sought: Sought, from: Option<[u32; 2]>, forward: bool) -> Option<[u32; 2]> {
     let channel = channel.min(3) as usize;
@@ -37,7 +37,7 @@ pub fn next(texels: &Texels, channel: u32, sought: Sought, from: Option<[u32; 2]
 #[expect(clippy::cast_possible_truncation, reason = "the place is below `to`")]
 pub fn scaled(at: [u32; 2], from: [u32; 2], to: [u32; 2]) -> [u32; 2] {
     let place = |axis: usize| {
-        // Through the middle of the texel.
+        // Through the centre of the texel.
         let place = (2 * u64::from(at[axis]) + 1) * u64::from(to[axis]) / (2 * u64::from(from[axis].max(1)));
         (place as u32).min(to[axis].saturating_sub(1))
     };
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(all(Sought::Largest, false), [[0, 1]; 3]);
         // A place that came from another picture is as good as any.
         assert_eq!(next(&texels, 0, Sought::Nan, Some([1, 0]), true), Some([1, 1]));
-        // A channel that the format does not have is 0 everywhere, and none of it is NaN.
+        // A channel that the format does not have is 0 everywhere, and has no NaN.
         assert_eq!(next(&texels, 1, Sought::Nan, None, true), None);
         let none = Texels { width: 0, height: 0, bytes: Vec::new(), ..texels };
         assert_eq!(next(&none, 0, Sought::Nan, None, true), None);

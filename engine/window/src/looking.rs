@@ -1,4 +1,4 @@
-//! What keys, mouse and panels ask of zoom and comparison.
+//! Zoom and comparison, from keys, mouse and panels.
 
 use raxel_panels::view::{CompareMode, Magnified, Shown};
 use raxel_panels::{Action, Panel};
@@ -27,7 +27,7 @@ pub(super) enum Move {
     Out,
     /// The whole picture.
     Whole,
-    /// To what lies left, right, above or below.
+    /// To the neighbour on the left, on the right, above or below.
     Step { right: i8, down: i8 },
 }
 
@@ -39,7 +39,7 @@ impl Viewer<'_> {
             || self.panels.layout.is_open(Panel::Inspect)
     }
 
-    /// Magnifies about the cursor by so many lines of the wheel.
+    /// Magnifies about the cursor by `lines` lines of the wheel.
     pub(super) fn magnify(&mut self, lines: f64) {
         self.zoom(WHEEL.powf(lines.clamp(-20.0, 20.0)));
     }
@@ -70,7 +70,7 @@ impl Viewer<'_> {
         self.notice(format!("magnified {:.1} times{whole}", self.magnifier.zoom()));
     }
 
-    /// Extents of what is shown in texels, and of the window in pixels. A buffer has as many texels as the output has pixels.
+    /// Extents of the shown target in texels, and of the window in pixels. A buffer has as many texels as the output has pixels.
     fn extents(&self) -> Extents {
         Extents {
             picture: self.shown_extent().unwrap_or(self.session.size()),
@@ -98,14 +98,14 @@ impl Viewer<'_> {
         }
     }
 
-    /// Whether texels are so large that their values are written on them.
+    /// Whether texels are large enough for their values to be written on them.
     pub(super) fn writes_values(&self) -> bool {
         let Extents { picture, window } = self.extents();
         let texel = |axis: usize| f64::from(window[axis]) / f64::from(picture[axis]) * self.magnifier.zoom();
         self.magnifier.is_on() && texel(0).min(texel(1)) >= WRITTEN && self.panels.layout.visible
     }
 
-    /// What the panels draw over a magnified picture.
+    /// The drawings of the panels over a magnified picture.
     pub(super) fn magnified(&self) -> Magnified {
         let region = self.magnifier.region();
         let values = if self.writes_values() { self.inspector.written(&self.shown(), &region) } else { Vec::new() };
@@ -136,18 +136,18 @@ impl Viewer<'_> {
                     self.inspector.copy(CopiedFor::Measuring);
                 }
             }
-            _ => self.notice("B keeps what is shown, to compare with it".to_owned()),
+            _ => self.notice("B keeps the shown picture, to compare with it".to_owned()),
         }
     }
 
     /// Goes on to the next way of comparing.
     pub(super) fn next_comparison(&mut self) {
         if !self.comparing.is_on() {
-            return self.notice("B keeps what is shown, to compare with it".to_owned());
+            return self.notice("B keeps the shown picture, to compare with it".to_owned());
         }
         let said = match self.comparing.next_mode() {
             CompareMode::Off => "the kept picture is not shown",
-            CompareMode::Wipe => "left of the edge what is shown, right of it the kept picture",
+            CompareMode::Wipe => "left of the edge the shown picture, right of it the kept one",
             CompareMode::Difference => "shown minus kept",
         };
         self.notice(said.to_owned());

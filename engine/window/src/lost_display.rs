@@ -9,10 +9,10 @@ use std::sync::OnceLock;
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, leave};
 
-/// Where the end is told.
+/// The console that reports the end.
 static CONSOLE: OnceLock<Console> = OnceLock::new();
 
-/// From here on the end of the window system is told on this console.
+/// From here on the end of the window system is reported on this console.
 pub(super) fn watch(console: &Console) {
     CONSOLE.get_or_init(|| console.clone());
     #[cfg(target_os = "linux")]
@@ -25,7 +25,7 @@ pub fn is_of_windows(file: &str) -> bool {
     folders.any(|folder| ["winit-", "x11rb-", "wayland-"].iter().any(|name| folder.starts_with(name)))
 }
 
-/// What is said of it.
+/// Its message.
 pub(super) fn failure(why: &str) -> Failure {
     Failure::new(Exit::DeviceLost, format!("the window system went away: {why}"))
         .help("edits of the world were saved as they were made; start raxel again to go on with them")

@@ -1,4 +1,4 @@
-//! Zoom and pan of what is shown: which part of it fills the window.
+//! Zoom and pan: the part of the shown target that fills the window.
 
 use raxel_execute::Region;
 
@@ -33,7 +33,7 @@ impl Default for Magnifier {
 }
 
 impl Magnifier {
-    /// What is to be shown.
+    /// The part to show.
     pub fn region(&self) -> Region {
         self.region
     }
@@ -58,7 +58,7 @@ impl Magnifier {
         [0, 1].map(|axis| (at[axis] - self.region.origin[axis]) / self.region.size)
     }
 
-    /// The pixel of a window that would show, were the picture not magnified, what this one shows.
+    /// The pixel of a window that would show the same place if the picture were not magnified.
     #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
     pub fn unmagnified(&self, pixel: [i32; 2], window: [u32; 2]) -> [i32; 2] {
         if !self.is_on() {
@@ -77,8 +77,8 @@ impl Magnifier {
         [0, 1].map(|axis| (at[axis] * window[axis]) as f32)
     }
 
-    /// Magnifies by a factor; what is seen at a place of the window stays there, as far as the picture reaches. No texel becomes larger
-    /// than [`LARGEST`] pixels.
+    /// Magnifies by a factor; the point at a place of the window stays there, as far as the picture reaches. No texel becomes larger than
+    /// [`LARGEST`] pixels.
     pub fn zoom_about(&mut self, at: [f64; 2], factor: f64, Extents { picture, window }: Extents) {
         let place = self.to_picture(at);
         let most = (0..2).map(|axis| LARGEST * f64::from(picture[axis]) / f64::from(window[axis].max(1)));

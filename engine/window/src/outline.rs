@@ -1,4 +1,4 @@
-//! The outline of what a press of the brush would reach, over the picture.
+//! The outline of the voxels that a press of the brush would reach, over the picture.
 
 use glam::{DVec2, DVec3};
 use raxel_edit::{Operation, UNIT};
@@ -7,7 +7,7 @@ use raxel_runtime::camera::Camera;
 /// Segments of a circle.
 const ARC: usize = 48;
 
-/// Segments of the outline of an edit in pixels of the window, from the top left. What is beside the camera or behind it is left out.
+/// Segments of the outline of an edit in pixels of the window, from the top left. The part beside the camera or behind it is left out.
 pub(super) fn outline(edit: &Operation, camera: &Camera, window: [u32; 2]) -> Vec<[[f32; 2]; 2]> {
     let lines = lines(edit);
     let pairs = lines.iter().flat_map(|line| line.windows(2));
@@ -61,7 +61,7 @@ fn circle(center: DVec3, radius: f64, axis: usize) -> Vec<DVec3> {
     (0..=ARC).map(at).collect()
 }
 
-/// A base, the same moved, and lines between them from every so many points of the base.
+/// A base, the same moved, and lines between them from every `every`-th point of the base.
 fn prism(base: &[DVec3], up: DVec3, every: usize) -> Vec<Vec<DVec3>> {
     let top: Vec<DVec3> = base.iter().map(|point| *point + up).collect();
     let sides: Vec<Vec<DVec3>> = base.iter().zip(&top).skip(1).step_by(every).map(|(a, b)| vec![*a, *b]).collect();

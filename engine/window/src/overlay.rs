@@ -18,7 +18,7 @@ pub struct Overlay {
     state: State,
     /// Texels that the presenter has not been given yet.
     textures: TexturesDelta,
-    /// What is drawn over the next picture.
+    /// The drawings over the next picture.
     painted: Vec<ClippedPrimitive>,
     pixels_per_point: f32,
     /// When something that moves wants to be drawn again.
@@ -89,7 +89,7 @@ impl Overlay {
         self.context.is_using_pointer()
     }
 
-    /// Draws the interface, to be shown over the next picture. Gives what the user asks for, in order.
+    /// Draws the interface, to be shown over the next picture. Returns the user's requests, in order.
     pub fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
         let mut actions = Vec::new();
         let mut output = FullOutput::default();
@@ -118,7 +118,7 @@ impl Overlay {
         self.state.set_clipboard_text(text);
     }
 
-    /// Gives the presenter new texels, and what is to be drawn over its picture to `present`. Textures that are no longer used go after.
+    /// Gives the presenter new texels, and the drawings over its picture to `present`. Textures that are no longer used go after.
     pub fn present<T>(
         &mut self,
         presenter: &mut Presenter,

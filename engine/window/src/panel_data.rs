@@ -1,4 +1,4 @@
-//! What the panels show of a session: the parts that only another plan changes are kept, the others are gathered for each frame.
+//! The panels' view of a session: the parts that only another plan changes are kept, the others are gathered for each frame.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use raxel_world::{Bounds, Material, srgb_from_linear};
 
 use super::described::{Described, Row, accesses, place, state};
 
-/// Times of frames and passes, and what the running plan is made of.
+/// Times of frames and passes, and the parts of the running plan.
 #[derive(Default)]
 pub struct PanelData {
     /// Milliseconds from frame to frame.
@@ -37,7 +37,8 @@ pub struct PanelData {
     plan: Option<Arc<Described>>,
     /// The pointer rests on a pass, whose output is shown meanwhile.
     peeking: bool,
-    /// What the passes were before that: the plan for what is shown then leaves others out, and the list must not change under the pointer.
+    /// The states of the passes before that: the plan for the shown output leaves others out, and the list must not change under the
+    /// pointer.
     held: Option<(Arc<Described>, Vec<PassState>)>,
     /// Materials that edits can use.
     swatches: Vec<Swatch>,
@@ -48,7 +49,7 @@ pub struct PanelData {
 }
 
 impl PanelData {
-    /// Notes what a frame took.
+    /// Notes the times of a frame.
     pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
         self.held = self.held.take().filter(|_| self.peeking);
         self.ran = [report.dispatched, report.skipped, report.idle];
@@ -72,14 +73,14 @@ impl PanelData {
         }
     }
 
-    /// An edit runs: times of what ran before say nothing of it.
+    /// An edit runs: times before it no longer count.
     pub fn forget(&mut self) {
         let interval = std::mem::take(&mut self.interval);
         *self = PanelData { interval, peeking: self.peeking, ..PanelData::default() };
     }
 
-    /// Whether the pointer rests on a pass, whose output is shown meanwhile. The passes are said to be what they are now until a frame has run
-    /// after that has ended.
+    /// Whether the pointer rests on a pass, whose output is shown meanwhile. The states stay as they are until a frame has run after that
+    /// has ended.
     pub fn peek(&mut self, session: &Session, peeking: bool) {
         if peeking && !self.peeking && self.held.is_none() {
             let outcomes = session.outcomes();
@@ -107,7 +108,7 @@ impl PanelData {
         any
     }
 
-    /// Forgets the thumbnails: nobody sees them.
+    /// Drops the thumbnails: no panel shows them.
     pub fn drop_thumbnails(&mut self) {
         self.thumbnails.clear();
     }
@@ -245,7 +246,7 @@ fn loading(session: &Session) -> Option<Loading> {
     })
 }
 
-/// What a debug target shows, with the name of the resource that an empty one stands for.
+/// The resource that a debug target shows; an empty one stands for the graph's own.
 pub fn shown(target: &DebugTarget, graph: &Graph) -> Shown {
     let resource =
         if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource }.clone();
@@ -321,7 +322,7 @@ pub fn under(session: &Session, hit: &CastHit) -> String {
     format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance)
 }
 
-/// The demo. `looped` is what the user has chosen.
+/// The demo. `looped` is the user's choice.
 pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
     let now = session.clock().now().map_or(Moment::START, |now| now.time);
@@ -355,7 +356,7 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
 /// Keys of an input that are drawn one by one. A take has one for each frame in which the cursor moves.
 const MOST_KEYS: usize = 200;
 
-/// The track of an input; one bar if it has too many keys to tell them apart.
+/// The track of an input; one bar if it has too many keys to draw them apart.
 fn input_track(name: &str, keys: Vec<f64>) -> Track {
     let (lane, title) = (Lane::Input(name.to_owned()), format!("input.{name}"));
     match (keys.first(), keys.last()) {
@@ -536,7 +537,7 @@ mod tests {
         data.peek(&session, true);
         frame(&mut data, &mut session, "a");
         assert_eq!(states(&data, &session), [PassState::Ran, PassState::Ran]);
-        // A click: what is left out now is said.
+        // A click: the skipped passes are listed as skipped now.
         data.peek(&session, false);
         frame(&mut data, &mut session, "a");
         assert_eq!(states(&data, &session)[1], PassState::Unused);

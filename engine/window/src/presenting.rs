@@ -11,7 +11,7 @@ use winit::window::Window;
 
 use super::overlay::Overlay;
 
-/// An open window with what it is drawn on.
+/// An open window and the objects that draw to it.
 pub(super) struct Open {
     pub window: Arc<Window>,
     pub presenter: Presenter,
@@ -48,9 +48,10 @@ pub(super) fn present_with(text: &str) -> std::result::Result<PresentWith, Strin
 }
 
 impl Open {
-    /// For a window that shows what `device` makes. A device that computes on the processor has one queue, and its presenting waits for all that
-    /// is in it: another one presents there, so that the panels answer while the first one works. A GPU presents by itself where it can; where
-    /// it cannot (it has no display, and the window is on a server that knows nothing of it), the best device that can does.
+    /// For a window that shows the pictures of `device`. A device that computes on the processor has one queue, and its presenting waits
+    /// for all that is in it: another one presents there, so that the panels answer while the first one works. A GPU presents by itself
+    /// where it can; where it cannot (it has no display, and the window is on a server that knows nothing of it), the best device that can
+    /// does.
     pub fn on(
         device: &Arc<Device>,
         with: Option<&PresentWith>,
@@ -114,7 +115,7 @@ fn no_gpu_behind(window: &Window) -> Option<&'static str> {
         let asked = server.query_extension(extension.as_bytes()).ok();
         asked.and_then(|asked| asked.reply().ok()).is_none_or(|answer| answer.present)
     };
-    // What Mesa's drivers present by, and what NVIDIA's does.
+    // The extensions of the X server by which Mesa's drivers present, and NVIDIA's.
     (!has("DRI3") && !has("NV-GLX")).then_some("its X server works with no GPU")
 }
 

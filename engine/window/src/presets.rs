@@ -9,12 +9,12 @@ use raxel_output::replace;
 use raxel_panels::view::{Param, Preset};
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
-use super::write_back::{Written, text_of};
+use super::write_back::{Written, implicit_table, text_of};
 
 /// Project path of the file.
 const FILE: &str = ".raxel/presets.toml";
 
-/// What a new file begins with.
+/// The head of a new file.
 const HEAD: &str = "# Presets of params: values by graph, name and param. The window writes them.\n";
 
 /// Components of params, by their names.
@@ -28,15 +28,15 @@ pub struct Presets {
 }
 
 impl Presets {
-    /// Of the project at a folder. [`Self::read`] finds what there is.
+    /// Of the project at a folder. [`Self::read`] finds the existing ones.
     pub fn of(project: &Path) -> Self {
         Self { path: project.join(FILE), known: BTreeMap::new() }
     }
 
-    /// Reads the file. What was known stays where it cannot be read.
+    /// Reads the file. If it cannot be read, the old values stay.
     ///
     /// # Errors
-    /// What is wrong with the file, in one line.
+    /// Returns the fault of the file, in one line.
     pub fn read(&mut self) -> Result<(), String> {
         let document = self.document()?;
         let tables = |item: &dyn TableLike| -> Vec<(String, Item)> {
@@ -142,13 +142,6 @@ fn listed(numbers: &[f64]) -> String {
 fn components(item: &Item) -> Option<Vec<f64>> {
     let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|integer| integer as f64));
     item.as_array()?.iter().map(number).collect()
-}
-
-/// A table that is not written itself, but only its members.
-fn implicit_table() -> Item {
-    let mut table = Table::new();
-    table.set_implicit(true);
-    Item::Table(table)
 }
 
 #[cfg(test)]

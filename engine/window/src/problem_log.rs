@@ -25,7 +25,7 @@ pub fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
 /// Lines of one pass that the panel shows.
 const LINES: usize = 20;
 
-/// What passes have printed, as the panel shows it below what is wrong.
+/// Prints of passes, as the panel shows them below the mistakes.
 pub fn prints(printed: &[PassPrints]) -> Vec<Problem> {
     let problem = |prints: &PassPrints| {
         let place = prints.lines.first().and_then(|line| line.place.as_ref());

@@ -43,7 +43,7 @@ impl Recorder {
         self.on = on;
     }
 
-    /// The demo drives the param, and must not until it is let go of.
+    /// The demo drives the param, and must not until it is released.
     pub fn release(&mut self) {
         self.released = true;
     }
@@ -65,7 +65,8 @@ impl Recorder {
         ended
     }
 
-    /// A frame at a time, in which the param may rest. Gives the recording when it has ended: nothing is held any more, or the demo has begun anew.
+    /// A frame at a time, in which the param may rest. Returns the recording when it has ended: no param is held any more, or the demo has
+    /// started over.
     pub fn frame(&mut self, time: f64, held: bool) -> Option<Recording> {
         let recording = self.recording.as_mut()?;
         let anew = recording.samples.last().is_some_and(|(last, _)| time < *last);
@@ -87,7 +88,7 @@ impl Recording {
         }
     }
 
-    /// Its keys: as few as come close to what was seen. Whole numbers and switches have one where they change.
+    /// Its keys: as few as come close to the seen values. Whole numbers and switches have one where they change.
     pub fn keys(&self) -> Vec<Key> {
         let last = self.samples.len().saturating_sub(1);
         let mut kept = vec![false; self.samples.len()];
@@ -113,7 +114,7 @@ impl Recording {
         is_integer(&self.before) || matches!(self.before, Value::Bool(_))
     }
 
-    /// Keeps both ends of a part, and what is farthest from the line between them, as long as that is too far (Douglas and Peucker).
+    /// Keeps both ends of a part, and the point farthest from the line between them, as long as that is too far (Douglas and Peucker).
     fn thin(&self, [from, to]: [usize; 2], tolerance: f64, kept: &mut [bool]) {
         let (Some((t0, a)), Some((t1, b))) = (self.samples.get(from), self.samples.get(to)) else { return };
         (kept[from], kept[to]) = (true, true);

@@ -1,14 +1,14 @@
-//! What happened to the files while the window was open, said once each on stderr.
+//! Events of the files while the window was open, reported once each on stderr.
 
 use raxel_runtime::FrameError;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_terminal::console::{self, Console, Format, To};
 use serde_json::json;
 
-/// What the loss of a device did to the state of a graph.
+/// The effect of the loss of a device on the state of a graph.
 pub(super) const STARTED_OVER: &str = "targets and buffers start over at `init`, histories and simulations with them";
 
-/// Says what happened and keeps what the title shows of it.
+/// Reports the events and keeps the title's part of them.
 pub struct ReloadLog<'a> {
     console: &'a Console,
     /// Generation that runs.
@@ -80,7 +80,7 @@ impl<'a> ReloadLog<'a> {
                 }
                 self.console.message(&format!("note: {}", history_cleared(*size, resources)));
             }
-            // What is wrong is shown in the window, too, and what runs then is said with its device.
+            // The window shows the mistakes, too, and the device of the files that run then.
             ReloadEvent::NotOpened(_) | ReloadEvent::Opened => {}
             ReloadEvent::DeviceRebuilt { suspect, off, milliseconds } => {
                 let fate = fate(suspect.as_deref(), *off);
@@ -99,13 +99,13 @@ impl<'a> ReloadLog<'a> {
     }
 }
 
-/// What another size did, in words.
+/// The effect of another size, in words.
 pub(super) fn history_cleared([width, height]: [u32; 2], resources: &[String]) -> String {
     let verb = if resources.len() == 1 { "starts" } else { "start" };
     format!("at {width}×{height} the history of {} {verb} over", list(resources))
 }
 
-/// What becomes of the pass that a device was lost with, behind other words.
+/// The fate of the pass that a device was lost with, to follow other words.
 fn fate(suspect: Option<&str>, off: bool) -> String {
     match suspect {
         Some(pass) if off => {

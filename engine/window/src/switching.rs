@@ -1,4 +1,4 @@
-//! Another graph, world or demo of the project takes the place of what runs.
+//! Another graph, world or demo of the project replaces the running one.
 
 use raxel_panels::view;
 use raxel_panels::view::FileKind;
@@ -23,7 +23,7 @@ pub(super) fn list(session: &Session) -> Vec<view::ProjectFile> {
 }
 
 impl Viewer<'_> {
-    /// Opens a file in place of what runs. Until it is right, the last picture stays.
+    /// Opens a file in place of the running one. Until it is right, the last picture stays.
     pub(super) fn open_file(&mut self, kind: FileKind, path: String) {
         self.notice(format!("opens {path}"));
         let file = match kind {
@@ -36,7 +36,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Other files run from here on: what was chosen for those before says nothing of them.
+    /// Other files run from here on: choices for the old ones do not apply to them.
     pub(super) fn begin_opened(&mut self) {
         self.home = *self.session.camera();
         (self.before_peek, self.looped, self.refused, self.painting) = (None, None, None, None);

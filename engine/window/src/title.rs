@@ -1,4 +1,4 @@
-//! What the title bar says.
+//! The text of the title bar.
 
 /// The state that the title shows.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Title {
     pub generation: u64,
     /// A newer generation that could not be built.
     pub failed: Option<u64>,
-    /// No plan could be made for the size or debug target that is wanted.
+    /// There is no plan for the wanted size or debug target.
     pub refused: bool,
     /// There was no picture yet.
     pub starting: bool,

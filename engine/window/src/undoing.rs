@@ -1,4 +1,4 @@
-//! Undo and redo of what the window has changed, and keys of params that are recorded.
+//! Undo and redo of the window's changes, and keys of params that are recorded.
 
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Takes the newest edit of the world back, whatever was changed since.
+    /// Undoes the newest edit of the world, even if other things were changed since.
     pub(super) fn undo_world(&mut self) {
         self.history.take_last(|step| *step == Step::World);
         if let Some(step) = self.go(Step::World, Way::Back) {
@@ -62,7 +62,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Puts the files back that were written last, whatever was changed since.
+    /// Restores the files that were written last, even if other things were changed since.
     pub(super) fn undo_write(&mut self) {
         if let Some(step) = self.history.take_last(|step| matches!(step, Step::Files(_)))
             && let Some(step) = self.go(step, Way::Back)
@@ -139,7 +139,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Before a frame: writes what was recorded, once the param is let go of.
+    /// Before a frame: writes the recording, once the param is released.
     pub(super) fn record_frame(&mut self) {
         let (time, held) = (self.seconds(), self.is_held());
         if let Some(recording) = self.recorder.frame(time, held) {
@@ -173,7 +173,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Makes a demo of what runs with the keys of a recording, and gives its project path.
+    /// Makes a demo of the running files with the keys of a recording, and returns its project path.
     fn new_demo(&mut self, recording: &Recording) -> Result<String, String> {
         let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
         let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;

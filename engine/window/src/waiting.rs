@@ -1,4 +1,4 @@
-//! The window over files that have mistakes from the beginning: it says what is wrong, and goes on by itself when they are mended.
+//! The window over files that have mistakes from the beginning: it lists them, and continues by itself when they are mended.
 
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ use super::{GROUND, Viewer};
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Viewer<'_> {
-    /// What is opened has mistakes.
+    /// The files to open have mistakes.
     pub(super) fn note_mistakes(&mut self, error: OpenError) -> Result {
         let OpenError::Project { diagnostics, texts } = error else {
             // No edit of the files helps.
@@ -30,7 +30,7 @@ impl Viewer<'_> {
         Ok(())
     }
 
-    /// Does what is asked for while nothing runs.
+    /// Carries out requests while nothing runs.
     pub(super) fn waiting_event(&mut self, event_loop: &ActiveEventLoop, event: &WindowEvent) {
         if let Some(Open { window, overlay, .. }) = &mut self.window {
             overlay.take(window, event);
@@ -52,7 +52,7 @@ impl Viewer<'_> {
         }
     }
 
-    /// Shows what is wrong, and does what is asked for there.
+    /// Shows the mistakes, and carries out requests there.
     pub(super) fn draw_mistakes(&mut self, event_loop: &ActiveEventLoop) -> Result {
         event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK));
         self.look_at_log();

@@ -11,7 +11,7 @@ use raxel_runtime::params::{components, is_integer};
 use raxel_runtime::project::Project;
 use toml_edit::{Array, DocumentMut, Formatted, Item, Table, value};
 
-/// What one write has changed.
+/// The changes of one write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
     /// Project path of the file.
@@ -23,13 +23,12 @@ pub struct Written {
 }
 
 impl Written {
-    /// A text that was written over what was there before.
+    /// A text that replaces the one before.
     pub fn of(file: &str, path: &Path, before: Option<String>, after: String) -> Self {
         Self { file: file.to_owned(), path: path.to_owned(), before, after: Some(after) }
     }
 
-    /// Puts the file back as it was, and gives what that has changed. Refused when somebody else has written it since. Errors are one line
-    /// each.
+    /// Restores the file, and returns the changes of that. Refused when somebody else has written it since. Errors are one line each.
     pub fn undo(&self) -> Result<Written, String> {
         let Self { file, path, before, after } = self;
         let said = |error: std::io::Error| format!("{file}: {error}");
@@ -80,7 +79,7 @@ pub fn edit(
     Ok(Some(Written::of(file, &path, Some(before), after)))
 }
 
-/// Names of the params whose default the text of a graph has. What is not TOML has none.
+/// Names of the params whose default the text of a graph has. A text that is no TOML has none.
 pub fn defaults(text: &str) -> Vec<String> {
     let Ok(document) = parsed(text) else { return Vec::new() };
     let params = document.get("params").and_then(Item::as_table_like);
@@ -231,7 +230,7 @@ mod tests {
         assert_ne!(read(), GRAPH);
         let undone = written.undo().unwrap();
         assert_eq!(read(), GRAPH);
-        // What was undone is made again.
+        // The undone write is made again.
         assert_eq!(undone.undo().as_ref(), Ok(&written));
         assert_ne!(read(), GRAPH);
         written.undo().unwrap();

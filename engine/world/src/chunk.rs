@@ -1,5 +1,5 @@
-//! 64³ voxels as a flattened 64-tree: one occupancy mask for each 4³ block, and the materials of the solid voxels packed in the
-//! same order. One byte a solid voxel (none when all are of one material), whatever the empty space around them.
+//! 64³ voxels as a flattened 64-tree: one occupancy mask for each 4³ block, and the materials of the solid voxels packed in the same order.
+//! One byte a solid voxel (none when all are of one material), and none for empty space around them.
 
 mod change;
 
@@ -56,7 +56,7 @@ pub const fn voxel_index(x: u32, y: u32, z: u32) -> (usize, u32) {
 /// An immutable chunk with at least one solid voxel. Equal content is equal bytes.
 #[derive(Clone)]
 pub struct Chunk {
-    /// Worked out when somebody asks for it: nobody does of a chunk that is edited or streamed.
+    /// Computed on request: a chunk that is edited or streamed never needs it.
     hash: OnceLock<u64>,
     masks: Box<[u64; BLOCKS]>,
     firsts: Box<[u32; BLOCKS]>,
@@ -355,7 +355,7 @@ impl Packed {
         }
     }
 
-    /// Of a working copy with so many solids. Most blocks are of one material, and full.
+    /// Of a working copy with `solids` solids. Most blocks are of one material, and full.
     #[expect(clippy::cast_possible_truncation, reason = "materials have 16 bits, and this palette at most 256 entries")]
     fn of_blocks(dense: &DenseChunk, solids: usize) -> Self {
         let mut seen = vec![0u64; (1 << MaterialIndex::BITS) / 64];

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use crate::chunk::{BLOCKS, Bits, CHUNK_VOXELS, Chunk, voxel_index};
 use crate::material::{AIR, MaterialIndex};
 
-/// A working copy of 64³ voxels: masks say what is solid, `voxels` is only meaningful where they do.
+/// A working copy of 64³ voxels: masks mark the solid ones, `voxels` is only meaningful where they do.
 pub struct DenseChunk {
     masks: Box<[u64; BLOCKS]>,
     voxels: Box<[MaterialIndex]>,
 }
 
-/// What an operation does with the voxels it covers.
+/// The effect of an operation on the voxels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Keys)]
 pub enum Mode {
     /// Sets them to its material.

@@ -1,4 +1,4 @@
-//! What a voxel is made of.
+//! The material of a voxel.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,12 +34,12 @@ impl Material {
         Self { name: name.into(), albedo, roughness: 1.0, metallic: 0.0, emission: 0.0, transparency: 0.0 }
     }
 
-    /// What stands at palette index 0: invisible, never hit.
+    /// The material at palette index 0: invisible, never hit.
     pub fn air() -> Self {
         Self { transparency: 1.0, ..Self::matt("air", [0.0; 3]) }
     }
 
-    /// Whether both look the same, whatever their names.
+    /// Whether both look the same, under any names.
     pub fn same_look(&self, other: &Self) -> bool {
         let look = |m: &Self| {
             (m.albedo.map(f32::to_bits), [m.roughness, m.metallic, m.emission, m.transparency].map(f32::to_bits))

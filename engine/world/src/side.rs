@@ -1,4 +1,4 @@
-//! The outermost cells of a tile at one of its faces: what the tile beyond that face has to know of it.
+//! The outermost cells of a tile at one of its faces, for the tile beyond that face.
 
 use crate::chunk::voxel_index;
 use crate::tile::Content;

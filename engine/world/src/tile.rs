@@ -7,7 +7,7 @@ use crate::dense::{DenseChunk, Mode};
 use crate::material::{AIR, Material, MaterialIndex};
 use crate::world::{ChunkPos, World};
 
-/// What is in a tile. A tile of level 0 is a chunk; one of level l has 64³ cells of 4^l voxels a side.
+/// The content of a tile. A tile of level 0 is a chunk; one of level l has 64³ cells of 4^l voxels a side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Content {
     /// No solid cell.
@@ -27,7 +27,7 @@ pub const fn cell_edge(level: u32) -> i64 {
     1 << (2 * level)
 }
 
-/// Whatever can say what is in a tile. An answer depends on nothing but the tile: not on what was asked before, nor on the thread.
+/// A source of the contents of tiles. An answer depends on nothing but the tile: earlier requests and the thread do not matter.
 pub trait ChunkProvider: Send + Sync {
     /// The palette of all its tiles; index 0 is air.
     fn materials(&self) -> &[Material];
@@ -39,7 +39,7 @@ pub trait ChunkProvider: Send + Sync {
     /// [`Content::Empty`] for such a tile.
     fn try_chunk(&self, level: u32, pos: ChunkPos) -> Result<Content, Unavailable>;
 
-    /// Whoever held a tile has given it up just now: sources that remember tiles remember this one longest.
+    /// The previous owner just released this tile: sources that remember tiles remember this one longest.
     fn on_evicted(&self, _level: u32, _pos: ChunkPos) {}
 
     /// Smallest and one past the largest height that a voxel can have; `None` when that is not known, or there are none.
@@ -47,7 +47,7 @@ pub trait ChunkProvider: Send + Sync {
         None
     }
 
-    /// What tells its voxels from those of others, if it comes from outside of the world's file.
+    /// The identity of its voxels, if they come from outside of the world's file.
     fn fingerprint(&self) -> Option<&str> {
         None
     }
@@ -58,7 +58,7 @@ pub trait ChunkProvider: Send + Sync {
     }
 }
 
-/// A tile that a source cannot give: which one, and why. Nobody knows whether it is solid or air.
+/// A tile that a source cannot give: which one, and why. It is unknown whether it is solid or air.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{} is unavailable: {reason}", name_of(*.level, *.pos))]
 pub struct Unavailable {
@@ -66,9 +66,9 @@ pub struct Unavailable {
     pub level: u32,
     /// Where it lies, in tiles of that level.
     pub pos: ChunkPos,
-    /// What kind of failure it is.
+    /// The type of failure.
     pub cause: Cause,
-    /// Why, in words: where the bytes should be, and what is wrong with them.
+    /// The reason in words: the place of the bytes, and their fault.
     pub reason: Arc<str>,
 }
 
@@ -81,7 +81,7 @@ pub enum Cause {
     Damaged,
     /// The store does not answer, or refuses to.
     Failing,
-    /// The code that makes it panicked: whoever asks again gets the same answer.
+    /// The code that makes it panicked: the next request gets the same answer.
     Panicked,
 }
 
@@ -105,7 +105,7 @@ impl Content {
         Chunk::pack(dense).map_or(Self::Empty, |chunk| Self::of(Arc::new(chunk)))
     }
 
-    /// A chunk, or what it is all of.
+    /// A chunk, or its only material.
     pub fn of(chunk: Arc<Chunk>) -> Self {
         match chunk.uniform() {
             Some(material) if chunk.solids() as usize == CHUNK_VOXELS => Self::Full(material),
@@ -160,9 +160,9 @@ impl World {
     }
 }
 
-/// Writes what a tile looks like one level above into its 16³ cells of the tile around it: `place`, each in 0…3, is where it lies in
-/// that. A cell is solid if any of the 4³ below is, so that no ray passes through a coarse tile that a finer one would have stopped; it
-/// is of the material that most of them are of, of equally many the one with the lowest index.
+/// Writes a tile, as it looks one level above, into its 16³ cells of the tile around it: `place`, each in 0…3, is where it lies in that. A
+/// cell is solid if any of the 4³ below is, so that no ray passes through a coarse tile that a finer one would have stopped; it is of the
+/// material that most of them are of, of equally many the one with the lowest index.
 pub fn reduce(content: &Content, place: [u32; 3], coarse: &mut DenseChunk) {
     let node = crate::chunk::child_index(place[0], place[1], place[2]) as usize;
     for block in node * 64..node * 64 + 64 {

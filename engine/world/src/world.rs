@@ -210,8 +210,8 @@ impl World {
         Self::new(materials, chunks)
     }
 
-    /// The same world with other chunks at some positions; `None` empties one. `materials` are those of the world, and behind them
-    /// what the other chunks need besides. Only the figures of those chunks are worked out anew.
+    /// The same world with other chunks at some positions; `None` empties one. `materials` are those of the world, and behind them the
+    /// further ones of the other chunks. Only the figures of those chunks are computed again.
     #[must_use]
     pub fn with_chunks(
         &self,

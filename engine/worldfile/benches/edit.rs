@@ -1,4 +1,4 @@
-//! What an edit and a movement cost: buffers that follow edits against encoding the world again, and trees of boxes over instances.
+//! The cost of an edit and a movement: buffers that follow edits against encoding the world again, and trees of boxes over instances.
 //! `cargo bench -p raxel-worldfile --bench edit`.
 
 use std::hint::black_box;

@@ -34,7 +34,7 @@ pub enum Aim {
     },
 }
 
-/// Coordinates that a camera may have, and what it looks at, in voxels.
+/// Coordinates of a camera and of its target, in voxels.
 pub const CAMERA_COORDINATES: RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_648.0;
 
 /// Vertical fields of view that a camera may have, in degrees.
@@ -94,7 +94,7 @@ fn elsewhere(table: &Table<'_, '_>, position: &[f64; 3], look_at: Option<&[f64; 
     right
 }
 
-/// A name that `--camera` can tell from a position.
+/// A name that `--camera` cannot take for a position.
 fn tellable(table: &Table<'_, '_>, name: &Spanned<String>) -> bool {
     let Spanned { value: name, span } = name;
     let inner = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';

@@ -31,7 +31,7 @@ struct InstanceKeys {
     /// Place of the anchor's cell, in voxels. Fractions are allowed.
     #[keys(range = Pose::COORDINATES)]
     position: [f64; 3],
-    /// Degrees to the left, seen from above, about the middle of the anchor's cell.
+    /// Degrees to the left, seen from above, about the centre of the anchor's cell.
     #[keys(range = -360.0..=360.0, default = 0.0)]
     yaw: f64,
     /// Degrees about its own X axis, before yaw.
@@ -40,7 +40,7 @@ struct InstanceKeys {
     /// Degrees about its own Z axis, before pitch.
     #[keys(range = -360.0..=360.0, default = 0.0)]
     roll: f64,
-    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the centre of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
     /// How many instances along x, y and z. They are numbered along x first.
@@ -76,7 +76,7 @@ struct Turn {
     /// An axis of the world.
     #[keys(default = Axis::Y)]
     axis: Axis,
-    /// A point on the axis, in voxels. The middle of the instance's anchor when left out.
+    /// A point on the axis, in voxels. The centre of the instance's anchor when left out.
     #[keys(range = Pose::COORDINATES)]
     about: Option<[f64; 3]>,
     /// The instance moves around the axis without turning itself.
@@ -99,7 +99,7 @@ impl From<Turn> for Motion {
     }
 }
 
-/// What `[[instances]]` is.
+/// The shape of `[[instances]]`.
 pub(super) fn declared() -> Shape {
     Shape::array(Shape::Table(InstanceKeys::form()), ..=MAX_INSTANCES)
 }
@@ -137,7 +137,7 @@ pub(super) fn read(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Instanc
     Some(instances)
 }
 
-/// What one table of the file declares: instances of one model in a grid.
+/// One table of the file: instances of one model in a grid.
 struct Grid {
     first: Instance,
     /// How many there are along each axis of the world.

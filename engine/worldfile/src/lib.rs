@@ -39,7 +39,7 @@ use raxel_world::{MAX_MATERIALS, Material};
 use reading::Reading;
 use stream::Stream;
 
-/// A world and what its file says about looking at it.
+/// A world and its file's cameras.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// Its name; the file's stem when it gives none.
@@ -48,11 +48,11 @@ pub struct Loaded {
     pub about: Option<String>,
     /// The voxels; of a streamed world, and of one that was not built, none but the materials.
     pub world: World,
-    /// What the operations reach over, if they were not run ([`Effort::UpTo`]).
+    /// The reach of the operations, if they were not run ([`Effort::UpTo`]).
     pub unbuilt: Option<Reach>,
     /// How it comes into being around the camera, if the file has `[stream]`.
     pub stream: Option<Streamed>,
-    /// From where to look at it, if the file says so.
+    /// The camera of the file, if it has one.
     pub camera: Option<CameraHint>,
     /// Other places to look from, by name, in the order of the file.
     pub cameras: Vec<(String, CameraHint)>,
@@ -73,9 +73,9 @@ pub struct Streamed {
     pub settings: StreamSettings,
     /// Makes its tiles.
     pub generator: Arc<dyn ChunkProvider>,
-    /// Where they come from, if they are not built; [`ChunkProvider::fingerprint`] tells what is there.
+    /// Where they come from, if they are not built; [`ChunkProvider::fingerprint`] identifies the contents.
     pub source: Option<String>,
-    /// Where the file says so.
+    /// The place of the key.
     pub place: Span,
 }
 
@@ -93,11 +93,11 @@ impl std::fmt::Debug for Streamed {
 pub enum Effort {
     /// Every voxel is built.
     Whole,
-    /// Voxels are built only where the operations reach over at most so many chunks. Of larger worlds all else is read and checked.
+    /// Voxels are built only where the operations reach over at most this many chunks. Of larger worlds all else is read and checked.
     UpTo(u64),
 }
 
-/// Opens what `source` of `[stream]` names.
+/// Opens the `source` of `[stream]`.
 pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> + 'a;
 
 impl Loaded {
@@ -137,7 +137,7 @@ impl Loaded {
     }
 }
 
-/// Materials and what is built of them, in order.
+/// Materials and the operations, in order.
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct WorldFile {
@@ -192,7 +192,7 @@ pub fn load(
     })
 }
 
-/// As [`load`], with a bound on the work, and with what opens the sources of streamed worlds.
+/// As [`load`], with a bound on the work, and with a function that opens the sources of streamed worlds.
 pub fn load_with(
     path: &str,
     files: &dyn Files,
@@ -264,7 +264,7 @@ pub fn load_with(
     Ok((loaded, found))
 }
 
-/// What became of a world's operations.
+/// The result of a world's operations.
 struct Built {
     world: World,
     shortfalls: Vec<Shortfall>,
@@ -342,7 +342,7 @@ fn opened(
     Ok(opened)
 }
 
-/// The materials of a source, with the looks that the file declares for the same names, and what else it declares behind them.
+/// The materials of a source, with the looks that the file declares for the same names, and its further declarations behind them.
 fn restyled(materials: &[Material], declared: Vec<Material>) -> Vec<Material> {
     let mut all = materials.to_vec();
     for material in declared.into_iter().skip(1) {

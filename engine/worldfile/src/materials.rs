@@ -23,7 +23,7 @@ impl Default for Palette {
     }
 }
 
-/// A material as the file says it.
+/// A material, as in the file.
 #[derive(Keys)]
 struct Look {
     /// "#rrggbb" in sRGB, or three linear numbers from 0 to 1.
@@ -72,7 +72,7 @@ pub(super) fn declare(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<()> 
     Some(())
 }
 
-/// What `[materials.*]` is.
+/// The shape of `[materials.*]`.
 pub(super) fn declared() -> Shape {
     let look = Look::form().schema();
     Shape::Schema(json!({ "type": "object", "maxProperties": MAX_MATERIALS, "additionalProperties": look }))

@@ -34,7 +34,7 @@ pub(super) struct Model {
     pub(super) materials: Arc<[MaterialIndex]>,
 }
 
-/// A model as the file says it.
+/// A model, as in the file.
 #[derive(Keys)]
 #[keys(context = Reading<'_>)]
 struct ModelFile {
@@ -64,7 +64,7 @@ pub(super) fn declare(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<()> 
     Some(())
 }
 
-/// What `[models.*]` is.
+/// The shape of `[models.*]`.
 pub(super) fn declared() -> Shape {
     Shape::by_name(Shape::Table(ModelFile::form()))
 }

@@ -1,4 +1,4 @@
-//! `[[build]]`: which operation a table describes, and what all of them share.
+//! `[[build]]`: the operation of a table, and the keys that all of them share.
 
 use raxel_diagnostics::table::{Node, Table};
 use raxel_diagnostics::{Diagnostic, Span, codes};
@@ -84,7 +84,7 @@ pub(super) fn read(node: &Node<'_, '_>, reading: &Reading<'_>) -> Option<Vec<(Op
     Some(operations)
 }
 
-/// What `[[build]]` is.
+/// The shape of `[[build]]`.
 pub(super) fn declared() -> Shape {
     Shape::array(Shape::Table(Build::form()), ..)
 }
@@ -104,7 +104,7 @@ impl What {
     }
 }
 
-/// Where an operation stands in its file, and what it does there.
+/// The place of an operation in its file, and its effect there.
 pub(super) struct Site<'s> {
     pub(super) table: &'s Table<'s, 's>,
     pub(super) reading: &'s Reading<'s>,
@@ -117,7 +117,7 @@ impl Site<'_> {
         self.reading.seed(own, self.index)
     }
 
-    /// Reports what leaves the world.
+    /// Reports a part outside of the world.
     pub(super) fn inside_world(&self, bounds: &Bounds) -> Option<()> {
         inside_world(self.table, bounds)
     }
@@ -128,7 +128,7 @@ impl Site<'_> {
     }
 }
 
-/// Whether an operation says where it ends.
+/// Whether an operation has an end.
 pub(super) fn bounded<const N: usize>(table: &Table<'_, '_>, _: &Reading<'_>, extent: &Extent<N>) -> bool {
     extent.corners(table, false).is_some()
 }

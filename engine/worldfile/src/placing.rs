@@ -15,7 +15,7 @@ use super::reading::Reading;
 /// Which point of a model its place is about.
 #[derive(Clone, Copy, Keys)]
 pub(super) enum Anchor {
-    /// The middle of its lowest layer.
+    /// The centre of its lowest layer.
     Base,
     /// Its smallest corner.
     Corner,
@@ -50,7 +50,7 @@ pub(super) struct ModelKeys {
     /// Degrees to the left about the anchor.
     #[keys(default = QuarterTurns(0))]
     rotation: QuarterTurns,
-    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the centre of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
 }
@@ -103,7 +103,7 @@ pub(super) struct ScatterKeys {
     /// Whether each model gets a random quarter turn.
     #[keys(default = true)]
     rotate: bool,
-    /// Point of the model: the middle of its lowest layer, its smallest corner, or the origin of its file.
+    /// Point of the model: the centre of its lowest layer, its smallest corner, or the origin of its file.
     #[keys(default = Anchor::Base)]
     anchor: Anchor,
     /// Any number: another one makes other places. The place of the operation in the file when left out.

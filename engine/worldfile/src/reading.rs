@@ -1,4 +1,4 @@
-//! What reading a world file needs to know besides its text, and the names that it gathers.
+//! The inputs of a world file's reader besides its text, and the names that it gathers.
 
 use std::cell::RefCell;
 

@@ -13,12 +13,12 @@ pub struct SaveSettings {
     /// Seconds of edits that a power cut may lose.
     #[keys(range = 0.001..=3600.0, default = 1.0)]
     pub sync: f64,
-    /// What to do if the world file builds other voxels than when the save was made: `refuse` the save, or `keep` its chunks.
+    /// The behaviour if the world file builds other voxels than when the save was made: `refuse` the save, or `keep` its chunks.
     #[keys(default = OnGeneratorChange::Refuse)]
     pub on_generator_change: OnGeneratorChange,
 }
 
-/// What happens when the world is built otherwise than when its save was made.
+/// The behaviour when the world is built otherwise than when its save was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 pub enum OnGeneratorChange {
     /// The save is not opened.

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::extent::CELLS;
 
-/// What `[stream]` says.
+/// The contents of `[stream]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
 #[keys(check = farther(near, far), check = filled(height), check = fits(gpu_memory, upload))]
 pub struct StreamSettings {
@@ -79,7 +79,7 @@ impl StreamSettings {
     pub const MOST_FAR: u32 = 1 << 18;
     /// Bytes, if the file does not say.
     pub const GPU_MEMORY: u64 = 256 << 20;
-    /// Bytes that the buffer may have: what its addresses can reach at most.
+    /// Bytes that the buffer may have: the limit of its addresses.
     const BUFFERS: RangeInclusive<u64> = 1 << 20..=2 << 30;
     /// Bytes of packed chunks, if the file does not say.
     pub const CPU_MEMORY: u64 = 256 << 20;

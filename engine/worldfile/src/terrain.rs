@@ -51,7 +51,7 @@ pub(super) struct TerrainKeys {
     /// The lowest voxel; 16 below the lowest land when left out.
     #[keys(range = CELLS)]
     floor: Option<i64>,
-    /// Builds only so many voxels below the surface, and what lies bare. All when left out.
+    /// Builds only this many voxels below the surface, and those that lie bare. All when left out.
     #[keys(range = 1..=DEPTH)]
     shell: Option<i64>,
     /// Layers from the surface down.
@@ -113,7 +113,7 @@ struct BandKeys {
     /// Only where the surface is lower than this height, in voxels. At any height when left out.
     #[keys(range = CELLS)]
     below: Option<i64>,
-    /// Only where a neighbouring column is at least so many voxels higher or lower. Anywhere when left out.
+    /// Only where a neighbouring column is at least this many voxels higher or lower. Anywhere when left out.
     #[keys(range = 1..=DEPTH)]
     slope: Option<i64>,
     /// Depth of the layer, in voxels. That of the first layer when left out.

@@ -1,4 +1,4 @@
-//! World files: what they say, and everything that can be wrong with them.
+//! World files: their contents, and everything that can be wrong with them.
 
 mod project;
 
@@ -257,7 +257,7 @@ fn instances_stand_where_the_file_says() {
     let names: Vec<&str> = loaded.world.materials().iter().map(|material| material.name.as_str()).collect();
     assert!(names[4].starts_with("arrow.") && names.len() == 6, "{names:?}");
     assert_eq!(*instances.models[0].materials, [0, 4, 5]);
-    // The middle of its lowest layer, x from 3 to 9 and z from 1 to 3; turned to the left, +X goes to −Z.
+    // The centre of its lowest layer, x from 3 to 9 and z from 1 to 3; turned to the left, +X goes to −Z.
     assert_eq!((instances.list[0].anchor, instances.list[1].anchor), ([6, 0, 2], [0, 0, 0]));
     let frames = instances.frames(|_| None);
     assert_eq!(frames[0].place([3, 0, 0]), Some([1, 2, 0]));
@@ -327,7 +327,7 @@ fn keys_in(schema: &Value) -> BTreeSet<String> {
     schema["properties"].as_object().expect("an object").keys().cloned().collect()
 }
 
-/// What a table is, and what its reader is, a declaration says in two places where it has a function for each.
+/// A declaration with a function for its shape and one for its reader has its keys in two places.
 #[test]
 fn the_schema_has_exactly_the_keys_that_are_read() {
     let schema = schema();

@@ -1,4 +1,4 @@
-//! Worlds without end: a tile is the same whoever asks for it, when, and in whatever order.
+//! Worlds without end: a tile is the same for every caller, at any time, and in any order.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -127,7 +127,7 @@ fn threads_and_order_make_no_difference() {
     });
 }
 
-/// The middle of a coarse cell may lie outside of a shape that has a material for each place.
+/// The centre of a coarse cell may lie outside of a shape that has a material for each place.
 #[test]
 fn coarse_cells_at_the_edge_of_a_shape_have_a_material() {
     for level in 1..=4 {
@@ -177,7 +177,7 @@ fn caves_take_land_alone_and_leave_their_cover() {
     assert!(taken > 10_000, "{taken} voxels are hollow");
 }
 
-/// Coarse land is where most of a cell is land: a cell may be empty of which a lower part is solid, but none below another one.
+/// Coarse land is where most of a cell is land: a cell whose lower part is solid may be empty, but not below another one that is solid.
 #[test]
 fn coarse_land_has_no_holes() {
     let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{}", LAND.replace("caves", "#"));

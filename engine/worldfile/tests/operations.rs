@@ -111,7 +111,7 @@ proptest! {
 
 #[test]
 fn menger_sponges() {
-    // By division: the middle of any two axes at the same scale is a hole; the scale of the first middle is the material.
+    // By division: the central third of any two axes at the same scale is a hole; the scale of the first central third is the material.
     fn at(c: [i64; 3], edge: i64, level: usize) -> u16 {
         if edge == 1 {
             return 3;
@@ -277,7 +277,7 @@ fn models_turn_about_their_anchor() {
                 "[[build]]\nop = \"model\"\nmodel = \"arrow\"\norigin = [63, -2, -64]\nrotation = {}\nanchor = \"{name}\"",
                 turns * 90
             );
-            // Sizes are whole numbers of voxels: turning about the middle of the anchor's cell is turning offsets of cells.
+            // Sizes are whole numbers of voxels: turning about the centre of the anchor's cell is turning offsets of cells.
             let expected: HashMap<[i64; 3], u16> = (voxels.iter())
                 .map(|(cell, material)| {
                     let mut offset: [i64; 3] = std::array::from_fn(|i| cell[i] - anchor[i]);

@@ -55,7 +55,7 @@ proptest! {
         if cuts == 1 {
             bytes.truncate(end.index(bytes.len()));
         }
-        // Whatever it says, it comes back; an accepted file has voxels that can be looked at.
+        // Import returns for any bytes, and an accepted file has voxels that can be looked at.
         if let Ok(world) = import(&bytes) {
             prop_assert_eq!(world.voxels().count() as u64, world.solids());
         }

@@ -1,6 +1,6 @@
 // Beams find how far ahead of the camera a whole tile of pixels is free. The rays of the tile may start there, and hit the same voxels.
 //
-// At depth z, all rays of a tile are in a box around the middle ray. The box grows with z. A beam looks at the cells that the box
+// At depth z, all rays of a tile are in a box around the central ray. The box grows with z. A beam looks at the cells that the box
 // overlaps, at most two along each axis. If all are empty, it goes on to the depth where the box first reaches over their border. Every
 // point of a ray on the way is in a cell that the beam looked at, so it misses nothing, however thin.
 //
@@ -26,8 +26,8 @@ int rx_free(uvec3 c) {
 }
 #endif
 
-// Depth, in voxels along the camera's axis, up to which the rays through the middles of the pixels `first` to `last` meet no solid
-// voxel; or RX_BEAM_NOTHING. It is looked for from `depth` on, which is known to be free, in at most `rounds` rounds.
+// Depth, in voxels along the camera's axis, up to which the rays through the centres of the pixels `first` to `last` meet no solid voxel;
+// or RX_BEAM_NOTHING. It is looked for from `depth` on, which is known to be free, in at most `rounds` rounds.
 float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 first, ivec2 last, ivec2 size, float depth, int rounds) {
     ivec3 from = cell - world.origin;
     if (rx_beyond(from, RX_BEAM_REACH) || rx_wraps(cell, world.origin) || (1 << world.log2_size) > RX_BEAM_REACH) return 0.0;
@@ -83,7 +83,7 @@ float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec
     return depth;
 }
 
-// The depth as a time of the ray through the middle of a pixel, for rx_trace_from.
+// The depth as a time of the ray through the centre of a pixel, for rx_trace_from.
 float rx_beam_time(float depth, mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
     return depth * rx_camera_length(view_to_world, tan_half_fov, pixel, size) * 0.99999 - 0.01;
 }

@@ -1,7 +1,7 @@
 // Rays of a pinhole camera, from the values that a graph pushes with `from = "camera.…"`.
 //
-// A direction takes additions and multiplications only, each rounded by itself (`precise`): the bits are the same on every device,
-// and in raxel_oracle::camera, so that what a picture shows can be judged ray by ray.
+// A direction takes additions and multiplications only, each rounded by itself (`precise`): the bits are the same on every device, and in
+// raxel_oracle::camera, so that a picture can be judged ray by ray.
 #ifndef RAXEL_CAMERA_GLSL
 #define RAXEL_CAMERA_GLSL
 
@@ -17,8 +17,8 @@ float rx_inverse_root(float x) {
     return y;
 }
 
-// Direction in world space, of length 1, through a place on the output. `pixel` is in pixels from the top left; add 0.5 to an
-// index for its middle.
+// Direction in world space, of length 1, through a place on the output. `pixel` is in pixels from the top left; add 0.5 to an index for its
+// centre.
 vec3 rx_camera_direction(mat4 view_to_world, vec2 tan_half_fov, vec2 pixel, vec2 size) {
     // In view space, times width and height, so that nothing is divided.
     precise vec2 from_middle = vec2(2.0, -2.0) * pixel + vec2(-size.x, size.y);
@@ -36,12 +36,12 @@ vec3 rx_camera_direction(mat4 view_to_world, vec2 tan_half_fov, vec2 pixel, vec2
     return unit;
 }
 
-// The ray through the middle of a pixel. `cell` and `frac` are camera.cell and camera.frac.
+// The ray through the centre of a pixel. `cell` and `frac` are camera.cell and camera.frac.
 RxRay rx_camera_ray(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
     return rx_ray(cell, frac, rx_camera_direction(view_to_world, tan_half_fov, vec2(pixel) + 0.5, vec2(size)));
 }
 
-// How long the way through the middle of a pixel is from the camera to depth 1, which is a distance along the camera's axis.
+// The length of the way through the centre of a pixel from the camera to depth 1, which is a distance along the camera's axis.
 float rx_camera_length(mat4 view_to_world, vec2 tan_half_fov, ivec2 pixel, ivec2 size) {
     vec2 place = (vec2(2 * pixel + 1) / vec2(size) - 1.0) * tan_half_fov;
     return length(view_to_world[0].xyz * place.x - view_to_world[1].xyz * place.y - view_to_world[2].xyz);

@@ -12,12 +12,12 @@ layout(std430) buffer RxEdits {
     uint records[];  // eight words for each
 } edits;
 
-// What an edit does with the voxels that it covers.
+// The effect of an edit on the voxels that it covers.
 const uint RX_EDIT_SUBTRACT = 0u;  // they become air; the material does not matter
 const uint RX_EDIT_ADD = 1u;       // they become solid, of the material
 const uint RX_EDIT_PAINT = 2u;     // the solid ones get the material
 
-// What the functions below write; `a` and `b` are what the kind makes of them.
+// The records of the functions below; `a` and `b` are what the kind makes of them.
 void rx_edit_record(uint kind, uint mode, uint material, ivec3 a, ivec3 b) {
     uint index = atomicAdd(edits.count, 1u);
     if (index >= uint(edits.records.length()) / 8u) return;
@@ -45,7 +45,7 @@ void rx_edit_sphere(ivec3 center, float radius, uint mode, uint material) {
     rx_edit_record(2u, mode, material, center, ivec3(int(round(256.0 * radius)), 0, 0));
 }
 
-// The voxels from `first` to `last`, both included, become what the world's file builds there.
+// The voxels from `first` to `last`, both included, become as the world's file builds them.
 void rx_edit_restore(ivec3 first, ivec3 last) {
     rx_edit_record(0u, RX_EDIT_SUBTRACT, 0u, first, last);
 }

@@ -1,5 +1,5 @@
-// The frames of instances: what the buffer of instances.glsl says of each, and how places and directions go from its frame to the world's and back.
-// Nothing here traces.
+// The frames of instances: the buffer's entry of each (instances.glsl), and the conversion of places and directions between its frame and
+// the world. Nothing here traces.
 #ifndef RAXEL_INSTANCE_FRAME_GLSL
 #define RAXEL_INSTANCE_FRAME_GLSL
 
@@ -26,7 +26,7 @@ struct RxInstance {
     uint tree;        // first quad of its model
     uint root;        // the root, in nodes of the tree
     ivec3 model_corner;  // the corner in the model's own coordinates
-    ivec3 cell;       // the middle of its anchor in the world
+    ivec3 cell;       // the centre of its anchor in the world
     uvec3 fraction;
     ivec3 row_x;      // of the rotation from the world's axes to the model's, in units of 2^-23
     ivec3 row_y;
@@ -118,7 +118,7 @@ RxSceneRay rx_scene_ray(RxRay ray) {
 
 // A ray in a direction of the world that starts in the frame of a free instance, whose number is `index`.
 RxSceneRay rx_scene_ray_from_instance(RxInstance instance, uint index, RxRay start, vec3 dir) {
-    // The transposed rows bring the place back; it is counted from the middle of the anchor.
+    // The transposed rows bring the place back; it is counted from the centre of the anchor.
     ivec3 column_x = ivec3(instance.row_x.x, instance.row_y.x, instance.row_z.x);
     ivec3 column_y = ivec3(instance.row_x.y, instance.row_y.y, instance.row_z.y);
     ivec3 column_z = ivec3(instance.row_x.z, instance.row_y.z, instance.row_z.z);

@@ -1,4 +1,4 @@
-// Keys of the keyboard. Bind `keys` to a buffer with `source = "input.keys"`. A key is a place on the keyboard, whatever is printed on it:
+// Keys of the keyboard. Bind `keys` to a buffer with `source = "input.keys"`. A key is a place on the keyboard, independent of its label:
 // RX_KEY_W is the key left of E on an English keyboard. Its number is the usage of USB HID, page 7.
 #ifndef RAXEL_KEYS_GLSL
 #define RAXEL_KEYS_GLSL

@@ -5,9 +5,10 @@
 //     void rx_tile_miss(ivec2 pixel);
 //     void rx_tile_rest(ivec2 pixel, float t_free);   undecided: trace this pixel with rx_trace_from
 //
-// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets exactly one of these calls, in any
-// order. rx_hit_of computes the rest of a hit. If subgroups are neither 32 nor 64 wide, or the world's layout is not tree64, every pixel gets
-// rx_tile_rest. `when = "device.packets"` leaves the pass out in these cases. `subgroup = 32` asks for subgroups of 32; of one of 64, half is idle.
+// and calls rx_trace_tile once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets exactly one of these calls, in
+// any order. rx_hit_of computes the rest of a hit. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, every pixel
+// gets rx_tile_rest. `when = "device.packets"` leaves the pass out in these cases. `subgroup = 32` asks for subgroups of 32; of one of 64,
+// half is idle.
 //
 // 1. Nodes: each invocation tests two of a node's 64 children against the frustum of the tile (intervals, conservative). Two ballots collect the
 //    results. In ascending mirrored order the children are front to back for every ray of an octant. They wait on a stack, the first one on
@@ -17,8 +18,8 @@
 //    has the intersection of its column's and its row's.
 // 3. Tests: each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on
 //    the error. Cases that f32 cannot decide wait until the end, where integers decide them. The frustum shrinks to the pixels that are left.
-// 4. The rest, to be traced ray by ray: what is left of a tile after too many leaves or with a full stack (with the time until which its rays
-//    are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
+// 4. The rest, to be traced ray by ray: the remaining pixels of a tile after too many leaves or with a full stack (with the time until
+//    which their rays are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 
@@ -37,18 +38,18 @@ void rx_tile_rest(ivec2 pixel, float t_free);
 #define RX_TILE_LEAVES 112u
 #endif
 const uint RX_TILE_STACK = 32u;                  // nodes that may wait, a power of two and at most one for each invocation
-const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times what the lattice takes from a component
-const float RX_TILE_SCALE = 16384.0;             // pixels that a place one voxel aside and one voxel deep is from the middle
+const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times the loss of a component by the lattice
+const float RX_TILE_SCALE = 16384.0;             // largest distance from the centre, in pixels, of a place one voxel aside and one voxel deep
 
 // Nodes to visit, the next one on top: the place of their corner less RX_TILE_SLACK, relative to the origin, as bits; and their index, the height of
 // their children from bit 28 on, and RX_TILE_FULL.
 shared uvec4 rx_tile_stack[RX_TILE_STACK];
-// Bits of the time at depth 1 until which what is left of a tile is free.
+// Bits of the time at depth 1 until which the rest of a tile is free.
 shared uint rx_tile_free;
-// Direction through the first pixel, what a pixel to the right and one down add to it (and by what bounds of a direction are widened), fraction of the
-// origin; all in mirrored axes.
+// Direction through the first pixel, its change for a pixel to the right and one down (and the widening of bounds of a direction), fraction
+// of the origin; all in mirrored axes.
 shared vec4 rx_tile_frame[4];
-// What all directions of pixels have in common, and the lattice's part in the error of a time.
+// The common part of all directions of pixels, and the lattice's part in the error of a time.
 shared vec4 rx_tile_camera;
 // Places of columns and rows of pixels in view space, see rx_camera_direction.
 shared float rx_tile_views[32];
@@ -206,7 +207,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
 
         vec3 slow, fast, voxel_slow, voxel_fast;
         rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slow, fast);
-        // What the place of a voxel in its leaf adds to the times from and to which the frustum can be in it.
+        // The part of a voxel's place in its leaf in the times from and to which the frustum can be in it.
         vec3 voxel_at = child_at - rx_tile_frame[3].xyz;
         voxel_slow = (voxel_at - RX_TILE_SLACK) * slow;
         voxel_fast = (voxel_at + (1.0 + RX_TILE_SLACK)) * fast;
@@ -311,7 +312,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 }
                                 pending &= alive;
                                 uint s = 0u, mine = 0u;  // the pixel of the moment, and which candidates it has left
-                                bool parked = false;     // whether f32 cannot tell what the next one is to it
+                                bool parked = false;     // whether f32 cannot decide about the next one
                                 for (;;) {
                                     while (RX_TILE_ANY((pending | mine) != 0u && !parked)) {
                                         bool fresh = mine == 0u;
@@ -354,7 +355,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                         mine = parked ? mine : hit ? 0u : mine & ~(1u << c);
                                     }
                                     if (!RX_TILE_ANY(parked)) break;
-                                    // Integers tell, seldom.
+                                    // Integers decide, seldom.
                                     if (parked) {
                                         uint c = uint(findMSB(mine)) & 31u;
                                         ivec2 pixel = first + ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
@@ -371,7 +372,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                 some_left = RX_TILE_ANY(alive != 0u);
                             }
                             if (!some_left) break;
-                            // The frustum of what is left, for what is still to be visited.
+                            // The frustum of the remaining pixels, for nodes that are still to be visited.
                             if (more || waiting != 0u) {
                                 uint left = RX_TILE_BALLOT((alive & 0x55u) != 0u), right = RX_TILE_BALLOT((alive & 0xaau) != 0u);
                                 uint rows_1 = RX_TILE_BALLOT((alive & 0x03u) != 0u), rows_2 = RX_TILE_BALLOT((alive & 0x0cu) != 0u);
@@ -461,7 +462,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
             // A tile with rays in several octants has one time for each, and hits of a camera in a solid voxel have none.
             if (one_octant && !RX_TILE_ANY(rest != 0u)) free = uintBitsToFloat(rx_tile_free);
         }
-        // What is left hits nothing, or is handed on.
+        // The remaining rays hit nothing, or are handed on.
         if (too_much) rest |= alive;
         else missed |= alive;
     }

@@ -8,9 +8,9 @@
 // and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets one call of rx_tile_hit or
 // rx_tile_miss, in any order, unless it has no ray, or its bit is set in the returned value: then trace it with rx_trace.
 //
-// With RX_TILE_ANY_HIT defined, rx_tile_hit only says that the ray hits something. Its voxel is one that the ray passes through, not always the
-// first, and its face is RX_FACE_INSIDE. If subgroups are neither 32 nor 64 wide, or the world's layout is not tree64, all bits are set.
-// `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
+// With RX_TILE_ANY_HIT defined, rx_tile_hit only reports that the ray hits something. Its voxel is one that the ray passes through, not
+// always the first, and its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are
+// set. `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
 //
 // Seen along the direction, all rays are points, and a cube is a hexagon. The rays of a tile lie within an interval on each of three axes of
 // that view, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. To find the pixels whose rays a
@@ -45,9 +45,9 @@ const int RX_PARALLEL_SPREAD = 96;            // voxels along each axis between 
 const float RX_PARALLEL_SLACK = 1.0 / 64.0;   // voxels: more than a place across the direction is off by rounding
 
 #ifdef RX_LAYOUT_TREE64
-// A cell that is about in the middle of the rays.
+// A cell near the centre of the rays.
 shared ivec3 rx_parallel_anchor;
-// What a voxel along the direction adds to a place's pixel.
+// The change of a place's pixel for a voxel along the direction.
 shared vec4 rx_parallel_along;
 shared int rx_parallel_values[12];
 // Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
@@ -89,7 +89,7 @@ float rx_parallel_area(vec3 sides, vec3 d) {
     return (sides.x * sides.y + sides.y * sides.z + sides.z * sides.x) / dot(d, d);
 }
 
-// What lies between all rays of a tile: bounds across the direction, and of their places.
+// The region of all rays of a tile: bounds across the direction, and of their places.
 void rx_parallel_measure(uint alive, vec3 d, out vec3 least, out vec3 most, out vec3 low, out vec3 high) {
     ivec3 cross_low = ivec3(0x7fffffff), cross_high = cross_low, low_at = cross_low, high_at = cross_low;
     for (uint s = 0u; s < 8u; ++s) {
@@ -118,9 +118,9 @@ void rx_camera_view(mat4 view_to_world, vec2 tan_half_fov, ivec2 size, out vec4 
     view[2] = vec4(ahead, 0.0);
 }
 
-// `view`: from a place relative to view_cell and view_frac, (x, y, z, 1), three dot products give (u w, v w, w), with w at least 1 where rays begin: the ray
-// of pixel (u, v) begins there, whole numbers being the middles of pixels. rx_camera_view tells them for a camera. A ray that does not begin where they say, to
-// 1/128 of a pixel, is handed on.
+// `view`: from a place relative to view_cell and view_frac, (x, y, z, 1), three dot products give (u w, v w, w), with w at least 1 where
+// rays begin: the ray of pixel (u, v) begins there, whole numbers being the centres of pixels. rx_camera_view computes them for a camera. A
+// ray that does not begin where they say, to 1/128 of a pixel, is handed on.
 uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 view_frac, vec4 view[3]) {
     const uint lane = gl_LocalInvocationIndex;
     const ivec2 first = tile * RX_TILE;
@@ -189,10 +189,10 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             vec3 middle = vec3(n) + (g - 0.5);
             float x = dot(rx_tile_project[0], vec4(middle, 1.0)), y = dot(rx_tile_project[1], vec4(middle, 1.0)), w = dot(rx_tile_project[2], vec4(middle, 1.0));
             ivec2 pixel = ivec2(8u * (s & 1u), 4u * (s >> 1)) + in_group;
-            // By the least w in a voxel around the ray's origin, which is 1 or more, see `cover`: that is what the voxel's pixels are told by.
+            // By the least w in a voxel around the ray's origin, which is 1 or more, see `cover`: it decides the voxel's pixels.
             float near = max(w - 2.5 * rx_tile_project[3].z, 1.0) * (0.5 * RX_TILE_MARGIN);
             bool there = w >= 1.0 && abs(16.0 * x - float(pixel.x) * w) <= near && abs(16.0 * y - float(pixel.y) * w) <= near;
-            // In the middle of the cell on an axis that the ray does not move along, as in walk.glsl.
+            // At the centre of the cell on an axis that the ray does not move along, as in walk.glsl.
             g = mix(g, vec3(0.5), equal(lattice, uvec3(0u)));
             // A ray that begins on the plane by which it leaves its cell is in that cell for no time: left to the walk.
             bool simple = there && all(greaterThanEqual(g, vec3(0.0))) && all(lessThan(g, vec3(1.0)));
@@ -282,7 +282,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                                 float soon = clamp(max(nearest.x, max(nearest.y, nearest.z)), 0.0, 1.0e5);
                                 float late = clamp(min(farthest.x, min(farthest.y, farthest.z)), soon, 1.0e5);
                                 vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2];
-                                // Wider by what these times and places are off by rounding.
+                                // Wider by the rounding errors of these times and places.
                                 vec3 half_of = rx_tile_project[3].xyz * (1.0 + (late + 1024.0) * (2.0 * RX_TILE_ERROR)), along = rx_parallel_along.xyz;
                                 vec3 at = vec3(fma(row_x.x, v.x, fma(row_x.y, v.y, fma(row_x.z, v.z, row_x.w))), fma(row_y.x, v.x, fma(row_y.y, v.y, fma(row_y.z, v.z, row_y.w))),
                                                fma(row_z.x, v.x, fma(row_z.y, v.y, fma(row_z.z, v.z, row_z.w))));
@@ -332,7 +332,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                                 uint axis = 3u;
 #endif
                                 if (found && !hit && !own) {
-                                    // Integers tell, seldom.
+                                    // Integers decide, seldom.
                                     axis = rx_tile_settle(uvec3(n), uvec3(g * 16777216.0), lattice);
                                     hit = axis < 3u;
 #ifdef RX_TILE_ANY_HIT
@@ -402,7 +402,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             place = fma(vec3(l & 3u, (l >> 4) + (first_half ? 0u : 2u), (l >> 2) & 3u), vec3(side), rx_tile_places[(height - 2u) & 3u].xyz);
             --height;
         }
-        // What is left hits nothing, or is handed on.
+        // The remaining rays hit nothing, or are handed on.
         if (too_much) rest |= alive;
         else missed = alive;
     }

@@ -25,7 +25,7 @@ struct RxPeriodRay {
     vec3 period;   // time between two planes of an axis: whole, 4096 to 2^24. Of one that is 0 the ray hits nothing
 };
 
-// What a period ray hits.
+// The hit of a period ray.
 struct RxPeriodHit {
     ivec3 voxel;
     uint face;     // RX_FACE_*
@@ -58,8 +58,8 @@ shared uvec2 rx_period_ahead[512];
 // down, cells are mirrored in the window, so that all rays go up. These are the bits of cell 0, 1.5 * 2^23 + 8192.
 const uint RX_PERIOD_CELL = 0x4b402000u;
 
-// The ray that a thread has under way. One variable for all functions: passed as a parameter, its copies take registers, and fewer
-// threads run at a time. 1 / period is divided anew for the same reason: kept, it would take three registers.
+// The ray that a thread has under way. One variable for all functions: passed as a parameter, its copies take registers, and fewer threads
+// run at a time. 1 / period is divided each time for the same reason: kept, it would take three registers.
 struct RxPeriodWalk {
     vec3 at;        // the cell
     vec3 start;     // the cell that it started in; plane n takes it to start + 1 + n
@@ -114,8 +114,8 @@ void rx_period_move(float t) {
     rx_period.at = cell + vec3(lessThanEqual(crossed, vec3(t)));
 }
 
-// What a ray of an octant needs to begin and to end, three words each of four: what is added to the bits of a cell, mirrored where
-// the ray goes down; the first and the last cell of the solids. In front of the records.
+// The constants of an octant for the begin and the end of a ray, three words each of four: the number to add to the bits of a cell,
+// mirrored where the ray goes down; the first and the last cell of the solids. In front of the records.
 uvec4 rx_period_octant(uint octant64, uint part) {
     return world.quads[world.records_at - 24u + (octant64 >> 6) * 3u + part];
 }
@@ -131,7 +131,7 @@ bool rx_period_begin(RxPeriodRay ray) {
     rx_period.mirror = base.w;
     uvec3 down = uvec3(0u) - (uvec3(ray.octant, ray.octant >> 1, ray.octant >> 2) & 1u);
     uvec3 bits = (uvec3(ray.cell) ^ down) + base.xyz;
-    // What is further away than a ray is long cannot be met.
+    // A voxel further away than the ray is long cannot be met.
     uvec3 off = bits ^ (RX_PERIOD_CELL - 8192u);
     if ((off.x | off.y | off.z) >= 16384u || rx_wraps(ray.cell, world.origin)) return false;
     rx_period.start = uintBitsToFloat(bits);

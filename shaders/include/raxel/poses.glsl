@@ -13,7 +13,8 @@ layout(std430) buffer RxPoses {
     uint records[];  // twelve words for each
 } poses;
 
-// What the functions below write. The anchor's cell of the instance goes to `cell` + `place`, in voxels; `place` may be any finite numbers.
+// The records of the functions below. The anchor's cell of the instance goes to `cell` + `place`, in voxels; `place` may be any finite
+// numbers.
 void rx_pose_record(uint kind, uint instance, ivec3 cell, vec3 place, vec4 turn) {
     uint index = atomicAdd(poses.count, 1u);
     if (index >= uint(poses.records.length()) / 12u) return;

@@ -13,7 +13,7 @@ struct RxRay {
     float t_max;
 };
 
-// What a ray hits.
+// The hit of a ray.
 struct RxHit {
     ivec3 voxel;
     uint face;      // the face of the voxel that was hit: RX_FACE_*
@@ -23,7 +23,7 @@ struct RxHit {
     uint steps;     // cells that were looked at
 };
 
-// What a voxel is made of.
+// The material of a voxel.
 struct RxMaterial {
     vec3 albedo;         // linear reflectance
     float roughness;     // 0 mirror, 1 matt

@@ -5,9 +5,9 @@
 //     bool rx_next_ray(uint item, out RxPeriodRay ray);               the ray of an item; false if it has none
 //     void rx_ray_traced(uint item, bool found, RxPeriodHit hit);     takes what it hit
 //
-// and calls rx_trace_items with all threads of its workgroup. One lane asks for items; where a graph keeps a counter for that, a subgroup
-// goes on with what nobody has taken yet, and none idles before the end of the dispatch. Neighbouring items should be rays that start
-// close to each other.
+// and calls rx_trace_items with all threads of its workgroup. One lane asks for items; if a graph keeps a counter for that, a subgroup
+// continues with items that no other has taken yet, and none idles before the end of the dispatch. Neighbouring items should be rays that
+// start close to each other.
 //
 // After Aila and Laine, "Understanding the efficiency of ray traversal on GPUs" (2009), whose persistent threads refill likewise.
 #ifndef RAXEL_REFILL_GLSL
@@ -47,7 +47,7 @@
 #define RX_ITEMS 256u
 #endif
 
-// Defined by the shader. Gives the first of RX_ITEMS items for this subgroup; false if there are no more.
+// Defined by the shader. Returns the first of RX_ITEMS items for this subgroup; false if there are no more.
 bool rx_next_items(out uint first);
 
 // Defined by the shader. Gives the ray of an item; false if it has none.

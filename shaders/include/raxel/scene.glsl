@@ -35,7 +35,7 @@
 #include "place.glsl"
 #include "instances.glsl"
 
-// What was hit, as a place.
+// The hit, as a place.
 RxHit rx_place_of(RxSceneHit hit) {
     RxHit at = hit.at;
     if (hit.instance == RX_NO_INSTANCE || at.face == RX_FACE_INSIDE) return at;

@@ -41,7 +41,7 @@ vec3 rx_ambient(vec3 normal, vec3 sun) {
     return mix(from_ground, from_sky, 0.5 + 0.5 * normal.y) * (normal.x != 0.0 ? 0.86 : normal.z != 0.0 ? 0.94 : 1.0);
 }
 
-// Whether a surface is smooth enough to mirror what is around it.
+// Whether a surface is smooth enough to mirror its surroundings.
 bool rx_mirrors(RxMaterial material) {
     return material.roughness < 0.5;
 }

@@ -44,7 +44,7 @@ vec3 rx_tone_neutral(vec3 light) {
     return mix(vec3(compressed), light, 1.0 / (desaturation * (peak - compressed) + 1.0));
 }
 
-// What rx_tone_neutral has made of light that was not negative, back to that light. Values below 1.
+// The inverse of rx_tone_neutral for light that was not negative. Values below 1.
 vec3 rx_tone_neutral_inverse(vec3 color) {
     const float start = 0.8 - 0.04, desaturation = 0.15, d = 1.0 - start;
     float peak = max(color.x, max(color.y, color.z));

@@ -10,9 +10,8 @@
 //
 //     bool rx_set(ivec3 cell, uint material);              makes a voxel of a material, or air; false if the copy has no room there
 //
-// in the layouts chunks, chunk_table, octree and texture3d. Many threads may set voxels at once. If several set the same voxel, one of
-// them wins. Later passes see the new voxels; rx_trace and rx_material of the same dispatch do not. docs/layouts.md says what each
-// layout does.
+// in the layouts chunks, chunk_table, octree and texture3d. Many threads may set voxels at once. If several set the same voxel, one of them
+// wins. Later passes see the new voxels; rx_trace and rx_material of the same dispatch do not. docs/layouts.md describes each layout.
 //
 // Other worlds and models are bound beside this one under their own names: see world/NAME.glsl.
 #ifndef RAXEL_WORLD_GLSL

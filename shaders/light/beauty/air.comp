@@ -1,5 +1,5 @@
-// Light that the air and the mist add before each depth, and what they let through: a column of slices for each part of the view. What
-// air_light.comp and air_lamps.comp have found throws shafts into the mist.
+// Light that the air and the mist add before each depth, and the share that they let through: a column of slices for each part of the view.
+// The light of air_light.comp and air_lamps.comp throws shafts into the mist.
 #version 460
 #include "../scene.glsl"
 #include <raxel/light/atmosphere.glsl>
@@ -11,7 +11,7 @@ uniform sampler3D sunBySlice;
 uniform sampler3D skyBySlice;
 uniform sampler3D lampsBySlice;
 layout(rgba16f) uniform writeonly image3D outAir;
-layout(rgba16f) uniform writeonly image2D outGlow;   // of lamps, in the whole column: what is seen before the sky
+layout(rgba16f) uniform writeonly image2D outGlow;   // of lamps, in the whole column: the glow before the sky
 uniform sampler2D scattered;
 layout(push_constant) uniform Push { float metres; float mist; float mist_height; float mist_floor; } push;
 
@@ -49,7 +49,7 @@ void main() {
         light += clear * sent * (1.0 - through) / max(loss, vec3(1e-9));
         glow += clear * lamps * (1.0 - through) / max(loss, vec3(1e-9));
         clear *= through;
-        // What lies behind is seen through gray air: there is one number for that.
+        // The surface behind is seen through gray air: there is one number for that.
         imageStore(outAir, slice, vec4(light, dot(clear, vec3(1.0 / 3.0))));
     }
     imageStore(outGlow, column, vec4(glow, 0.0));

@@ -1,6 +1,7 @@
-// Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, or three in motion, out of some that are
-// drawn, and a ray to each. The lists of the face cache say which lamps are near (known_lamps.glsl). What earlier frames have found at a place goes into a mean that follows the camera.
-// With PANES, the rays go through clear bodies of at most so many voxels.
+// Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, or three in
+// motion, out of some that are drawn, and a ray to each. The lists of the face cache say which lamps are near (known_lamps.glsl). The light
+// that earlier frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at
+// most PANES voxels.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/random.glsl>
@@ -68,7 +69,7 @@ float near_mean(Beside b, vec2 part) {
     return (b.angles.y - b.angles.x) / (b.away * (part.y - part.x));
 }
 
-// What lamps send through a slice, from one that is drawn: the mean over the part of the way.
+// The light of lamps through a slice, from one drawn lamp: the mean over the part of the way.
 vec3 from_lamps(vec3 dir, vec2 part, uint seed) {
     RxSampler numbers = rx_sampler(frame.index, seed);
     vec2 first = rx_next2(numbers), second = rx_next2(numbers);

@@ -1,7 +1,7 @@
-// Whether the sun and the sky reach the air: some rays for each slice of the view (air_slices.glsl), at other depths in each frame. Each slice has
-// a thread of its own, because one thread for a whole column would leave most of a GPU without work. What earlier frames have found at a place
-// goes into a mean that follows the camera.
-// With PANES, the rays go through clear bodies of at most so many voxels.
+// Whether the sun and the sky reach the air: some rays for each slice of the view (air_slices.glsl), at other depths in each frame. Each
+// slice has a thread of its own, because one thread for a whole column would leave most of a GPU without work. The light that earlier
+// frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at most PANES
+// voxels.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/random.glsl>
@@ -83,7 +83,7 @@ void main() {
     }
     bool sees_sun = seen_rays > 0.0;
     lit = sees_sun ? lit / seen_rays : before_walls;
-    // What an edit has opened or closed is new at once. The sky is as open under another sun.
+    // A place that an edit has opened or closed is new at once. The sky is as open under another sun.
     float most = rests ? MOST_AT_REST : fast ? MOST_FAST : MOST, most_of_sky = rests ? MOST_AT_REST : MOST_OF_SKY;
     if (state.changed != 0u && state.cap < 1.0) most = 1.0;
     if (state.changed != 0u && state.cap < 0.25) most_of_sky = 1.0;

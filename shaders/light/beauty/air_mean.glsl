@@ -1,18 +1,19 @@
-// Means over frames of what is found in slices of the view: they follow the camera, and take nothing over from air that a wall hid. Needs scene.glsl.
+// Means over frames of the light in slices of the view: they follow the camera, and take nothing over from air that a wall hid. Needs
+// scene.glsl.
 #include "cubic.glsl"
 
 const float LEAST_SEEN = 0.1;     // of the weight of texels around a place
 const float FADES_AT_REST = 0.1;  // frames of a mean, in each that does not see the slice
 
-// What earlier frames have found at a place.
+// The mean of earlier frames at a place.
 struct Mean {
     vec3 light;
     float frames;
     bool seen;      // false: only walls were near, and the light is that right before them
 };
 
-// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of them. Cubic between texels, within
-// what the nearest of them have; linear between those that are seen, where a wall hides some of them.
+// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of
+// them. Cubic between texels, within the range of the nearest of them; linear between those that are seen, where a wall hides some of them.
 Mean mean_between(sampler3D texels, vec3 place) {
     ivec3 size = textureSize(texels, 0);
     vec3 at = place * vec3(size) - 0.5, part = at - floor(at);
@@ -36,14 +37,15 @@ Mean mean_between(sampler3D texels, vec3 place) {
         seen += weight;
     }
     bool some = seen > LEAST_SEEN && of_seen.a > 0.0;
-    // What only some of them know counts for less.
+    // A mean that only some of them have counts for less.
     if (some && seen < 0.999) return Mean(of_seen.rgb / of_seen.a, of_seen.a * seen, true);
     sum = clamp(sum, low, high);
     return Mean(sum.rgb, sum.a, some);
 }
 
-// The mean with the light of this frame, at most `most` frames of it, as it is kept. Where a wall hides the slice (`!seen`), light is that right before the wall. It
-// counts only if nothing else is known. What is known fades: slowly at rest, where ways through other pixels may see the slice.
+// The mean with the light of this frame, at most `most` frames of it, as it is kept. Where a wall hides the slice (`!seen`), light is that
+// right before the wall. It counts only if nothing else is known. The known mean fades: slowly at rest, where ways through other pixels may
+// see the slice.
 vec4 mean_with(Mean before, vec3 light, bool seen, float most) {
     float frames = min(before.frames, most - 1.0);
     if (!seen && before.seen && frames > 1.0) return vec4(before.light, frames - (frame.still > 0u ? FADES_AT_REST : 1.0));

@@ -1,4 +1,4 @@
-// Keeps what has been found of the air for the next frame.
+// Keeps this frame's means of the air for the next frame.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler3D sunBySlice;

@@ -1,5 +1,6 @@
-// What passes share that ask for the light of a slice of the view: a way through it that the camera sees, and where it was in the last frame. Needs
-// scene.glsl, air_slices.glsl, <raxel/random.glsl>, <raxel/light/reproject.glsl>, `hits` and `places`, and the camera of the last frame in `push`.
+// Functions of the passes that ask for the light of a slice of the view: a way through it that the camera sees, and where it was in the
+// last frame. Needs scene.glsl, air_slices.glsl, <raxel/random.glsl>, <raxel/light/reproject.glsl>, `hits` and `places`, and the camera of
+// the last frame in `push`.
 const int TRIES = 8;
 
 // How far a pixel sees.
@@ -8,7 +9,7 @@ float depth_of(ivec2 pixel) {
 }
 
 // Finds a pixel that sees a point of the slice, so that no light from behind a wall gets into the air before it. If none of the pixels that
-// it tries sees as far as `t`, it is the one that sees farthest. `reach` ends right before what it sees.
+// it tries sees as far as `t`, it is the one that sees farthest. `reach` ends right before its hit.
 vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach) {
     ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
     ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;
@@ -25,7 +26,7 @@ vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach
     return pixel_direction(deepest, screen);
 }
 
-// Where the middle of a slice was in the last frame, as a place in the textures; false where it was out of sight.
+// The place of a slice's centre in the last frame, in the textures; false where it was out of sight.
 bool place_before(ivec3 slice, ivec3 size, out vec3 place) {
     vec3 dir = rx_camera_direction(frame.view_to_world, frame.tan_half_fov, vec2(slice.xy) + 0.5, vec2(size.xy));
     float share = (float(slice.z) + 0.5) / float(size.z);

@@ -1,7 +1,7 @@
-// Temporal anti-aliasing: each frame looks through another place of each pixel, and what the pixel showed before goes into a mean. In motion,
-// what was seen before follows the light around the pixel, and must lie within what is there now; at rest, the mean is of all frames. With WAVES,
-// water that moves has a short memory, and everything else keeps what it is after 512 frames at rest, when the passes that find first hits have
-// stopped. A place on an instance is followed as the instance moves.
+// Temporal anti-aliasing: each frame looks through another place of each pixel, and the pixel's earlier light goes into a mean. In motion,
+// the earlier light follows the light around the pixel, and must lie within its present range; at rest, the mean is of all frames. With
+// WAVES, water that moves has a short memory, and everything else stays as it is after 512 frames at rest, when the passes that find first
+// hits have stopped. A place on an instance is followed as the instance moves.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
@@ -37,7 +37,7 @@ vec3 released(vec3 light) {
     return light / max(1.0 - max(light.x, max(light.y, light.z)), 1e-4);
 }
 
-// The range of what is around a pixel now: so many standard deviations around the mean.
+// The range of the light around a pixel now: `deviations` standard deviations around the mean.
 void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out vec3 high) {
     vec3 mean = vec3(0.0), square = vec3(0.0);
     for (int i = 0; i < 9; ++i) {
@@ -103,7 +103,7 @@ void main() {
     if (frame.still > 0u) {
         vec4 old = texelFetch(before, pixel, 0);
         frames = min(old.w, water ? MOST_ON_WATER : float(frame.still)) + 1.0;
-        // What came from the frames in motion has little weight against what follows.
+        // The mean of the frames in motion has little weight against the frames that follow.
         vec3 mean = pressed(old.rgb);
         if (frame.still < STALE && !water) {
             vec3 low, high;
@@ -115,7 +115,7 @@ void main() {
         ivec4 hit = imageLoad(hits, pixel);
         float depth = imageLoad(places, pixel).z;
         vec3 dir = pixel_direction(pixel, size);
-        // The middle of the pixel is followed, not the place that this frame has looked through.
+        // The centre of the pixel is followed, not the place that this frame has looked through.
         vec3 way = depth == 0.0 && hit.w < 0 ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + depth * dir;
 #ifdef RX_BINDS_Poses
         if (hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);

@@ -1,4 +1,5 @@
-// What a ray sees that leaves the world: the sky, and below the horizon the ground or the sea around a finite world (border.comp). Needs scene.glsl.
+// The light along a ray that leaves the world: the sky, and below the horizon the ground or the sea around a finite world (border.comp).
+// Needs scene.glsl.
 #ifndef BEAUTY_BEYOND_GLSL
 #define BEAUTY_BEYOND_GLSL
 
@@ -26,7 +27,7 @@ float land_distance(Land land, vec3 from, vec3 dir) {
     return land.kind != LAND_NONE && dir.y < -1e-5 && height > 0.0 ? height / -dir.y : -1.0;
 }
 
-// The share of the haze at the horizon in what is seen of the land.
+// The share of the haze at the horizon in the light of the land.
 float land_haze(float distance) {
     float far = distance / LAND_HAZE;
     return 1.0 - exp(-far * far);
@@ -46,8 +47,8 @@ vec3 sky_above(vec3 to_sun) {
     return sum;
 }
 
-// Light that the land sends to a ray that has come to `at`, relative to the camera's cell. `sunlit` is the share of the sun that is seen there, and
-// `skylight` what comes from the sky, / pi.
+// Light that the land sends to a ray that has come to `at`, relative to the camera's cell. `sunlit` is the visible share of the sun there,
+// and `skylight` the light of the sky, / pi.
 vec3 land_radiance(Land land, vec3 at, vec3 dir, float distance, vec3 to_sun, float sunlit, vec3 skylight) {
     vec3 place = vec3(frame.camera_cell) + at, sunlight = sunlit * sun_through_clouds(place) * sun_irradiance(to_sun);
     // Patches of the ground and waves fade where they are smaller than a pixel, even at a grazing angle.

@@ -9,12 +9,12 @@ layout(local_size_x = THREADS) in;
 layout(rgba32f) uniform writeonly image2D outLand;
 layout(push_constant) uniform Push { ivec3 low; uint kind; ivec3 high; float drop; vec3 tint; uint voxels; } push;
 
-const uint STREAMED = 0xffffffffu;   // what `world.voxels` is for a streamed world
+const uint STREAMED = 0xffffffffu;   // `world.voxels` of a streamed world
 
 shared vec4 colors[THREADS];   // the sum of albedos; of how many places
 shared int levels[THREADS];    // the lowest surface
 
-// The n-th of so many places along the border, in the cells that lie within it.
+// The n-th of `all` places along the border, in the cells that lie within it.
 ivec2 border_cell(uint n, uint all) {
     ivec2 size = push.high.xz - push.low.xz - 1;
     int side = int(n & 3u);

@@ -3,7 +3,7 @@
 #include "../scene.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba16f) uniform writeonly image2D outClouds;   // light, and what comes through
+layout(rgba16f) uniform writeonly image2D outClouds;   // light, and the share that comes through
 
 const int STEPS = 14;
 

@@ -1,4 +1,4 @@
-// Puts together what a pixel sees: the surface, what it mirrors, the sky with its sun, moon, stars and clouds, and the air before all of it.
+// Composes the picture: the surface, its mirror image, the sky with its sun, moon, stars and clouds, and the air before all of it.
 #version 460
 #include "../scene.glsl"
 #include "air_slices.glsl"
@@ -39,7 +39,7 @@ void main() {
         color = color * coat.a + coat.rgb;
         float slice = slice_of(depth) - 0.5 / 32.0;
         vec4 before = textureLod(air, vec3((vec2(pixel) + 0.5) / vec2(size), slice), 0.0);
-        // Before the middle of the first slice there is as much less.
+        // Before the centre of the first slice there is proportionally less.
         before = mix(vec4(0.0, 0.0, 0.0, 1.0), before, clamp(depth / slice_depth(1.0 / 32.0), 0.0, 1.0));
         color = color * before.a + before.rgb;
         if (land) color = mix(color, horizon_radiance(dir, sun) + lit_mist, land_haze(depth));

@@ -10,7 +10,7 @@ layout(std430) readonly buffer Eye { float eye_exposure; };
 layout(rgba16f) uniform writeonly image2D outColor;
 layout(push_constant) uniform Push { float exposure; float bloom_share; uint tone; float sharpness; float contrast; float saturation; } push;
 
-// 0 to 1, where 1/2 is what the exposure makes a bright surface: ringing around the sun stays small.
+// 0 to 1, where the exposure maps a bright surface to 1/2: ringing around the sun stays small.
 vec3 pressed(vec3 light, float exposure) {
     light *= exposure;
     return light / (1.0 + light);
@@ -32,13 +32,13 @@ vec3 sharpened(ivec2 pixel, ivec2 size, float exposure) {
     vec3 room = sqrt(clamp(min(low, 1.0 - high) / max(high, 1e-4), 0.0, 1.0));
     // The mean of few frames has noise, which is not sharpened.
     vec3 weight = -0.2 * push.sharpness * mean.a / (mean.a + 2.0) * room;
-    // No further beyond what is around it than a quarter, so that no bright line lies along a dark edge.
+    // No further than a quarter beyond its neighbours, so that no bright line lies along a dark edge.
     vec3 beyond = 0.25 * (high - low);
     vec3 sharp = clamp((middle + weight * sum) / (1.0 + 4.0 * weight), max(low - beyond, 0.0), high + beyond);
     return sharp / max(1.0 - sharp, 1e-5) / exposure;
 }
 
-// An S through 0, a middle grey and 1.
+// An S through 0, mid-grey and 1.
 vec3 contrasted(vec3 color, float contrast) {
     const float grey = 0.2;
     vec3 low = pow(color, vec3(contrast)), high = pow(1.0 - color, vec3(contrast));

@@ -13,7 +13,7 @@ void main() {
     for (int y = -2; y <= 2; ++y) {
         for (int x = -2; x <= 2; ++x) {
             if ((x + y & 1) != 0) continue;
-            // The middle box counts half, each of the four around it an eighth.
+            // The central box counts half, each of the four around it an eighth.
             int far = abs(x) + abs(y);
             float share = far == 0 ? 0.125 : abs(x) == 1 && abs(y) == 1 ? 0.125 : far == 2 ? 0.0625 : 0.03125;
             sum += share * min(textureLod(source, place + texel * vec2(x, y), 0.0).rgb, vec3(4000.0));

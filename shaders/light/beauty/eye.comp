@@ -1,6 +1,6 @@
-// Exposure: the mean of the logarithms between the darker two fifths and the brightest twentieth becomes a middle grey, partly, so that night
-// stays darker than day. The eye takes about a second to get used to light, and some seconds to get used to the dark. It starts anew where the camera
-// jumps. A bin of the histogram for each thread.
+// Exposure: the mean of the logarithms between the darker two fifths and the brightest twentieth becomes mid-grey, partly, so that night
+// stays darker than day. The eye takes about a second to get used to light, and some seconds to get used to the dark. It starts over where
+// the camera jumps. A bin of the histogram for each thread.
 #version 460
 #include "../frame.glsl"
 
@@ -46,7 +46,8 @@ void main() {
     float level = parts[0].x / max(parts[0].y, 1.0);
     float goal = clamp(exp2(-0.75 * level - 1.35), 0.02, 128.0);
     if (exposure == 0.0 || jumped()) age = 0.0;
-    // What is in view after a jump has noise at first, so later frames count for more. A sum of powers, which the length of a frame does not change.
+    // The view after a jump has noise at first, so later frames count for more. A sum of powers, which the length of a frame does not
+    // change.
     float share = age == 0.0 ? 1.0 : 1.0 - pow(age / (age + push.delta), FIRST);
     share = max(share, 1.0 - exp(-push.delta * (goal < exposure ? TO_BRIGHT : TO_DARK)));
     // A picture at rest has its goal when this pass stops, however short the frames are. Where time stands still, so does the eye.

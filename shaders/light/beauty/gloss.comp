@@ -1,4 +1,4 @@
-// Smooth surfaces mirror what is around them, and clear ones show what lies below them. The mirrored ray reads the light that faces keep.
+// Smooth surfaces mirror their surroundings, and clear ones show the ground below them. The mirrored ray reads the light that faces keep.
 // Leaves light to add, and the share of the surface's own light that stays.
 #version 460
 #include <raxel/scene.glsl>
@@ -25,7 +25,7 @@ const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 const uint RAYS_AT_REST = 3u, RAYS_IN_MOTION = 6u;   // for light that the cache does not have
 const float ROUGH = 0.1;        // roughness from which on a surface mirrors a wide cone
-const int AROUND = 2;           // pixels that share what they mirror, each way
+const int AROUND = 2;           // pixels that share their mirror image, each way
 
 shared vec4 glosses[SIDE * SIDE];
 shared uint alikes[SIDE * SIDE];
@@ -44,8 +44,8 @@ bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
     return true;
 }
 
-// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways, so that they differ
-// by what stands around a place and not by chance; the average over frames joins many ways.
+// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways,
+// so that they differ by the surroundings of a place and not by chance; the average over frames joins many ways.
 vec3 kept(RxHit on, vec3 to_sun) {
     uint rays = frame.still > 0u ? RAYS_AT_REST : RAYS_IN_MOTION;
     vec3 found;
@@ -80,117 +80,148 @@ vec3 ripples(vec3 place, float distance) {
     return normalize(vec3(-slope.x, 1.0, -slope.y) * vec3(1.0 / (1.0 + 0.01 * distance), 1.0, 1.0 / (1.0 + 0.01 * distance)));
 }
 
-// What a pixel mirrors or shows, and the share of its own light that stays. `alike` is another number than 0 where it mirrors a wide cone, the same for
-// all places of a plane and a material.
+// A smooth surface that a pixel shows.
+struct Surface {
+    ivec2 pixel, size;   // the pixel; of the picture
+    ivec3 voxel;
+    uint face;
+    uint index;          // of the material
+    RxMaterial material;
+    vec4 place;          // as in `places`: uv on the face, distance from the camera
+    bool clear;          // light goes through it
+    vec3 dir;            // from the camera
+    vec3 plane;          // normal of the face
+    vec3 normal;         // by which it mirrors, see facet_normal
+};
+
+// The normal by which a surface mirrors: that of the waves on top of clear bodies, of a face of the other clear ones, of a random facet of the rest.
+vec3 facet_normal(Surface on) {
+    if (on.clear) {
+        vec3 at = vec3(on.voxel - world.origin) + vec3(on.place.x, 1.0, on.place.y);
+        return on.face == RX_FACE_POS_Y ? ripples(at, on.place.z) : on.plane;
+    }
+    uint seed = scene_seed(uint(on.pixel.x) + rx_hash(uint(on.pixel.y) + 77u));
+    vec3 t, b;
+    rx_basis(on.plane, t, b);
+    vec3 v = vec3(dot(-on.dir, t), dot(-on.dir, b), max(dot(-on.dir, on.plane), 1e-3));
+    vec3 h = rx_ggx_visible_normal(v, rx_ggx_alpha(on.material.roughness), rx_sobol(frame.index, 0u, seed));
+    return h.x * t + h.y * b + h.z * on.plane;
+}
+
+const uint MIRRORED = 0u, BEHIND = 1u;
+
+// Light along the mirrored ray and, for a pane, along `behind`, which goes on through it. Each ray that hits a surface is followed by one from there to the
+// sun. All of them take turns in one loop, because each call of the tracer is compiled into the shader.
+void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun, out vec3 light_of[2]) {
+    light_of = vec3[2](vec3(0.0), vec3(0.0));
+    vec3 waiting = vec3(0.0);
+    RxSceneRay ray = rx_ray_from_place(on.voxel, on.face, on.place.xy, mirrored);
+    bool sunward = false;
+    uint way = MIRRORED;
+    for (int turn = 0; turn < 8; ++turn) {
+        RxHit hit;
+        bool found = rx_trace_places(ray, hit);
+#ifdef PANES
+        if (found && sunward && rx_pass_panes(hit, PANES, ray, waiting)) continue;
+#endif
+        if (sunward) {
+            if (!found) light_of[way] += waiting;
+        } else if (!found) {
+            light_of[way] = beyond(vec3(RX_RAY(ray).cell - frame.camera_cell) + RX_RAY(ray).frac, RX_RAY(ray).dir, to_sun);
+            // The sun on water, as wide as small waves make it.
+            if (on.clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * sun_through_clouds(pixel_world(on.pixel, on.size, on.place.z)) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
+        } else if (hit.face != RX_FACE_INSIDE) {
+            RxMaterial other = rx_material_properties(hit.material);
+            light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
+            float cosine = dot(rx_place_normal(hit.voxel, hit.face), to_sun);
+            if (cosine > 0.0) {
+                ray = rx_ray_from_place(hit.voxel, hit.face, hit.uv, to_sun);
+                float clouds = sun_through_clouds(vec3(RX_RAY(ray).cell) + RX_RAY(ray).frac);
+                waiting = other.albedo * sun_irradiance(to_sun) * (clouds * cosine / RX_PI);
+                sunward = true;
+                continue;
+            }
+        }
+        if (way == BEHIND || !pane) break;
+        way = BEHIND;
+        sunward = false;
+        ray = rx_scene_ray(behind);
+    }
+}
+
+// Light that comes up through a clear body, times the share of it that is not mirrored: light that went straight down and back, less the
+// body's loss.
+vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
+    vec3 inward = refract(on.dir, on.normal, 1.0 / ETA);
+    RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
+    uint axis = rx_face_axis(on.face);
+    from.frac[axis] = 1.0 - from.frac[axis];
+    RxBodyEnd end;
+    bool ground = rx_walk_body(on.voxel, from.frac, inward, on.index, DEEPEST, end) && end.material != 0u;
+    uint bed = end.material;
+    float deep = end.t;
+    // An instance that stands in the body is nearer than its end.
+    RxHit standing;
+    from.cell = on.voxel;
+    if (rx_instance_in_body(rx_scene_ray(from), end.t, standing)) {
+        ground = true;
+        bed = standing.material;
+        deep = standing.t;
+    }
+    uint slot = imageLoad(slots, on.pixel).x;
+    vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(on.pixel, on.size, on.place.z)) * texelFetch(sun, on.pixel, 0).x / RX_PI);
+    vec3 way = exp(-rx_body_loss(on.material) * (ground ? 2.0 * deep : 80.0));
+    vec3 below = ground ? rx_material_properties(bed).albedo : vec3(0.0);
+    // The body itself scatters some light back.
+    vec3 body = on.material.albedo * 0.22 * (1.0 - way);
+    return (1.0 - share) * on_surface * (below * way * 0.9 + body);
+}
+
+// Light that a pixel mirrors or shows, and the share of the surface's own light that stays. `alike` is 0 unless the surface mirrors a wide cone; else it is
+// the same for all places of a plane and a material.
 vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
     alike = 0u;
     ivec4 seen = imageLoad(hits, pixel);
-    uint face = hit_face(seen.w);
-    vec4 result = vec4(0.0, 0.0, 0.0, 1.0);
-    RxMaterial material;
-    if (seen.w >= 0 && face != RX_FACE_INSIDE) material = rx_material_properties(hit_material(seen.w));
-    else material.roughness = 1.0;
-    if (material.roughness < 0.4) {
-        vec3 to_sun = frame_sun(), dir = pixel_direction(pixel, size);
-        vec4 place = imageLoad(places, pixel);
-        vec3 plane = rx_place_normal(seen.xyz, face), normal = plane;
-        bool clear = material.transparency > 0.0 && !rx_is_on_instance(face);
-        if (clear && face == RX_FACE_POS_Y) {
-            vec3 at = vec3(seen.xyz - world.origin) + vec3(place.x, 1.0, place.y);
-            normal = ripples(at, place.z);
-        }
-        if (!clear && material.roughness >= ROUGH && !rx_is_on_instance(face)) alike = max(rx_hash(uint(seen.w) + rx_hash(uint(seen[rx_face_axis(face)]))), 1u);
-        uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y) + 77u));
-        if (!clear) {
-            vec3 t, b;
-            rx_basis(plane, t, b);
-            vec3 v = vec3(dot(-dir, t), dot(-dir, b), max(dot(-dir, plane), 1e-3));
-            vec3 h = rx_ggx_visible_normal(v, rx_ggx_alpha(material.roughness), rx_sobol(frame.index, 0u, seed));
-            normal = h.x * t + h.y * b + h.z * plane;
-        }
-        vec3 mirrored = reflect(dir, normal);
-        if (dot(mirrored, plane) <= 0.0) mirrored = reflect(dir, plane);
-        vec3 share = clear ? vec3(rx_fresnel_dielectric(clamp(-dot(dir, normal), 0.02, 1.0), ETA))
-                           : rx_fresnel(mix(vec3(0.04), material.albedo, material.metallic), clamp(-dot(dir, normal), 0.0, 1.0));
+    Surface on;
+    on.face = hit_face(seen.w);
+    if (seen.w >= 0 && on.face != RX_FACE_INSIDE) on.material = rx_material_properties(hit_material(seen.w));
+    else on.material.roughness = 1.0;
+    if (on.material.roughness >= 0.4) return vec4(0.0, 0.0, 0.0, 1.0);
 
-        bool pane = false;
+    on.pixel = pixel;
+    on.size = size;
+    on.voxel = seen.xyz;
+    on.index = hit_material(seen.w);
+    on.place = imageLoad(places, pixel);
+    on.dir = pixel_direction(pixel, size);
+    on.plane = rx_place_normal(seen.xyz, on.face);
+    on.clear = on.material.transparency > 0.0 && !rx_is_on_instance(on.face);
+    on.normal = facet_normal(on);
+    if (!on.clear && on.material.roughness >= ROUGH && !rx_is_on_instance(on.face)) alike = max(rx_hash(uint(seen.w) + rx_hash(uint(seen[rx_face_axis(on.face)]))), 1u);
+
+    vec3 to_sun = frame_sun(), mirrored = reflect(on.dir, on.normal);
+    if (dot(mirrored, on.plane) <= 0.0) mirrored = reflect(on.dir, on.plane);
+    vec3 share = on.clear ? vec3(rx_fresnel_dielectric(clamp(-dot(on.dir, on.normal), 0.02, 1.0), ETA))
+                          : rx_fresnel(mix(vec3(0.04), on.material.albedo, on.material.metallic), clamp(-dot(on.dir, on.normal), 0.0, 1.0));
+
+    bool pane = false;
+    RxRay behind = rx_ray(seen.xyz, vec3(0.5), on.dir);
 #ifdef PANES
-        // A pane shows what is behind it.
-        vec3 clearly = vec3(0.96);
-        RxRay behind = rx_ray(seen.xyz, vec3(0.5), dir);
-        RxHit surface = RxHit(seen.xyz, face, hit_material(seen.w), 0.0, place.xy, 0u);
-        pane = clear && face != RX_FACE_POS_Y && rx_pass_body(surface, PANES, behind, clearly);
+    // A pane shows the things behind it.
+    vec3 clearly = vec3(0.96);
+    RxHit surface = RxHit(seen.xyz, on.face, on.index, 0.0, on.place.xy, 0u);
+    pane = on.clear && on.face != RX_FACE_POS_Y && rx_pass_body(surface, PANES, behind, clearly);
 #endif
 
-        // The mirrored ray, then that through a pane; from what each hits another one to the sun.
-        const uint MIRRORED = 0u, BEHIND = 1u;
-        vec3 light_of[2] = vec3[2](vec3(0.0), vec3(0.0)), waiting = vec3(0.0);
-        RxSceneRay ray = rx_ray_from_place(seen.xyz, face, place.xy, mirrored);
-        bool sunward = false;
-        uint way = MIRRORED;
-        for (int turn = 0; turn < 8; ++turn) {
-            RxHit hit;
-            bool found = rx_trace_places(ray, hit);
+    vec3 light_of[2];
+    trace_gloss(on, mirrored, pane, behind, to_sun, light_of);
+    vec4 result = vec4(share * light_of[MIRRORED], (1.0 - share.y) * (on.clear ? 1.0 : 1.0 - on.material.metallic));
 #ifdef PANES
-            if (found && sunward && rx_pass_panes(hit, PANES, ray, waiting)) continue;
+    if (pane) result = vec4(result.rgb + (1.0 - share) * clearly * light_of[BEHIND], 0.0);
 #endif
-            if (sunward) {
-                if (!found) light_of[way] += waiting;
-            } else if (!found) {
-                light_of[way] = beyond(vec3(RX_RAY(ray).cell - frame.camera_cell) + RX_RAY(ray).frac, RX_RAY(ray).dir, to_sun);
-                // The sun on water, as wide as small waves make it.
-                if (clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * sun_through_clouds(pixel_world(pixel, size, place.z)) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
-            } else if (hit.face != RX_FACE_INSIDE) {
-                RxMaterial other = rx_material_properties(hit.material);
-                light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
-                float cosine = dot(rx_place_normal(hit.voxel, hit.face), to_sun);
-                if (cosine > 0.0) {
-                    ray = rx_ray_from_place(hit.voxel, hit.face, hit.uv, to_sun);
-                    float clouds = sun_through_clouds(vec3(RX_RAY(ray).cell) + RX_RAY(ray).frac);
-                    waiting = other.albedo * sun_irradiance(to_sun) * (clouds * cosine / RX_PI);
-                    sunward = true;
-                    continue;
-                }
-            }
-            if (way == BEHIND || !pane) break;
-            way = BEHIND;
-            sunward = false;
-#ifdef PANES
-            ray = rx_scene_ray(behind);
-#endif
-        }
-        result = vec4(share * light_of[MIRRORED], (1.0 - share.y) * (clear ? 1.0 : 1.0 - material.metallic));
-
-#ifdef PANES
-        if (pane) result = vec4(result.rgb + (1.0 - share) * clearly * light_of[BEHIND], 0.0);
-#endif
-        if (clear && !pane) {
-            // What comes up through the body: light that went straight down and back, taken away by its colour on the way.
-            vec3 inward = refract(dir, normal, 1.0 / ETA);
-            RxRay from = rx_ray_from_face(seen.xyz, face, place.xy, inward);
-            uint axis = rx_face_axis(face);
-            from.frac[axis] = 1.0 - from.frac[axis];
-            RxBodyEnd end;
-            bool ground = rx_walk_body(seen.xyz, from.frac, inward, hit_material(seen.w), DEEPEST, end) && end.material != 0u;
-            uint bed = end.material;
-            float deep = end.t;
-            // An instance that stands in the body is nearer than its end.
-            RxHit standing;
-            from.cell = seen.xyz;
-            if (rx_instance_in_body(rx_scene_ray(from), end.t, standing)) {
-                ground = true;
-                bed = standing.material;
-                deep = standing.t;
-            }
-            uint slot = imageLoad(slots, pixel).x;
-            vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(pixel, size, place.z)) * texelFetch(sun, pixel, 0).x / RX_PI);
-            vec3 way = exp(-rx_body_loss(material) * (ground ? 2.0 * deep : 80.0));
-            vec3 below = ground ? rx_material_properties(bed).albedo : vec3(0.0);
-            // What the body itself scatters back.
-            vec3 body = material.albedo * 0.22 * (1.0 - way);
-            result.rgb += (1.0 - share) * on_surface * (below * way * 0.9 + body);
-            result.a = 0.0;
-        }
+    if (on.clear && !pane) {
+        result.rgb += light_from_below(on, share, to_sun);
+        result.a = 0.0;
     }
     return result;
 }
@@ -204,7 +235,7 @@ void main() {
     glosses[own] = result;
     alikes[own] = alike;
     barrier();
-    // A ray a frame for a wide cone is noisy, and what pixels side by side mirror by such cones hardly differs.
+    // A ray a frame for a wide cone is noisy, and the mirror images of such cones in neighbouring pixels hardly differ.
     if (alike != 0u) {
         float count = 1.0;
         for (int i = 0; i < (2 * AROUND + 1) * (2 * AROUND + 1); ++i) {

@@ -15,7 +15,8 @@ vec3 sun_disc(vec3 dir) {
     return sun == frame_sun() ? smoothstep(1.0 - 1.6 * RX_SUN_CAP, 1.0 - 0.4 * RX_SUN_CAP, dot(dir, sun)) * SUN_DISC * sun_irradiance(sun) : vec3(0.0);
 }
 
-// A ball lit from a side, with darker plains, and the glow around it. `cover` is what it hides of the stars, `wide` the width of a pixel, radians.
+// A ball lit from a side, with darker plains, and the glow around it. `cover` is its share of hidden stars, `wide` the width of a pixel,
+// radians.
 vec3 moon_disc(vec3 dir, float wide, out float cover) {
     vec3 moon = sky_moon.xyz;
     float away = length(dir - moon);
@@ -24,7 +25,7 @@ vec3 moon_disc(vec3 dir, float wide, out float cover) {
     vec3 t = normalize(cross(moon, vec3(0.0, 1.0, 0.001))), b = cross(t, moon);
     vec2 at = vec2(dot(dir, t), dot(dir, b)) / MOON_RADIUS;
     float square = dot(at, at);
-    // The angle between the sun and the eye, as seen from the moon, tells which share is lit. The light comes from the sun's side.
+    // The angle between the sun and the eye, as seen from the moon, decides which share is lit. The light comes from the sun's side.
     float phase = 2.0 * sky_night.w - 1.0, side = sqrt(max(1.0 - phase * phase, 0.0));
     vec3 sun = frame_true_sun();
     vec2 sunward = normalize(vec2(dot(sun, t), dot(sun, b)) + vec2(1e-4, 0.0));

@@ -1,6 +1,6 @@
-// The view from within a clear body, such as water: the light that its matter takes away and scatters, what stands in it, and through its surface
-// what stands outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise away.
-// Above water the pass ends after one read.
+// The view from within a clear body, such as water: the light that its matter takes away and scatters, the things in it, and through its
+// surface those outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise
+// away. Above water the pass ends after one read.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -69,7 +69,7 @@ vec3 shown(RxHit hit, vec3 to_sun, inout uint state) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(gloss);
     if (any(greaterThanEqual(pixel, size))) return;
-    // All pixels begin in the same cell: one texel tells for all of them.
+    // All pixels begin in the same cell: one texel answers for all of them.
     ivec4 seen = imageLoad(hits, ivec2(0));
     if (seen.w < 0 || hit_face(seen.w) != RX_FACE_INSIDE) return;
     uint body = hit_material(seen.w);
@@ -87,7 +87,7 @@ void main() {
         RxHit standing;
         bool stands = rx_instance_in_body(rx_scene_ray(RxRay(cell, frac, dir, far)), far, standing);
         if (stands) far = standing.t;
-        // What the body scatters on the way, lit as one of its places is: the nearer, the more often.
+        // The light that the body scatters on the way, lit as one of its places is: the nearer, the more often.
         vec3 through = exp(-loss * far);
         float mean_loss = dot(loss, vec3(1.0 / 3.0));
         float t = -log(1.0 - rx_random(state) * (1.0 - exp(-mean_loss * far))) / mean_loss;

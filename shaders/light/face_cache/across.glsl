@@ -1,4 +1,4 @@
-// From the camera to the middle of a face.
+// From the camera to the centre of a face.
 vec3 face_middle(ivec3 voxel, uint face) {
 #ifdef RX_BINDS_instances
     if (rx_is_on_instance(face)) {
@@ -14,7 +14,7 @@ float pixels_from(vec3 middle, float height) {
     return 0.5 * height / (frame.tan_half_fov.y * max(length(middle), 1e-3));
 }
 
-// Pixels across a face, from the distance between its middle and the camera, so that all of its pixels agree.
+// Pixels across a face, from the distance between its centre and the camera, so that all of its pixels agree.
 float pixels_across(ivec3 voxel, uint face, float height) {
     return pixels_from(face_middle(voxel, face), height);
 }

@@ -1,11 +1,11 @@
-// Light between the middles of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is exposed;
-// two exposed faces side by side have no wall between them, and across a corner the light goes by one of the two faces beside it. So
-// nothing leaks. Needs cells.glsl and queue.glsl; `height` is that of the picture.
+// Light between the centres of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is
+// exposed; two exposed faces side by side have no wall between them, and across a corner the light takes the way of one of the two faces
+// beside it. So nothing leaks. Needs cells.glsl and queue.glsl; `height` is that of the picture.
 
 #include "beside.glsl"
 #include "soft.glsl"
 
-// What a face shows; what it keeps where nothing has been shared yet.
+// The shown light of a face; its own if none has been shared yet.
 vec3 shown(uint slot) {
     uvec2 word = soft[slot];
     return word == uvec2(0u) ? light[slot].rgb : soft_unpack(word);

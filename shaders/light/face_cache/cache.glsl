@@ -1,6 +1,6 @@
-// The cache: a table of faces and what it keeps of each slot, in one buffer, because a device need not bind more than eight.
-// graphs/light/face_cache.toml has its size. CACHE_ACCESS is empty where the shader writes it, and SOFT_ACCESS is `writeonly` where the shader writes
-// `soft` alone: what a shader only reads is read faster. UNSOFTENED leaves out what soften.comp needs.
+// The cache: a table of faces and the data of each slot, in one buffer, because a device need not bind more than eight.
+// graphs/light/face_cache.toml has its size. CACHE_ACCESS is empty where the shader writes it, and SOFT_ACCESS is `writeonly` where the
+// shader writes `soft` alone: a buffer that a shader only reads is read faster. UNSOFTENED leaves out the data of soften.comp.
 #ifndef FACE_CACHE_CACHE_GLSL
 #define FACE_CACHE_CACHE_GLSL
 #ifndef CACHE_ACCESS

@@ -1,13 +1,14 @@
-// Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide as fit.grain
-// as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that is as wide as the grain.
-// This follows from the face and the camera alone, so all who ask agree. What a cell keeps comes from places in it that pixels see: a hidden side of a thin
-// wall adds nothing to it. Light on an instance has the key of a voxel of its model (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
+// Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide
+// as fit.grain as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that
+// is as wide as the grain. This follows from the face and the camera alone, so all askers agree. The light of a cell comes from places in
+// it that pixels see: a hidden side of a thin wall adds nothing to it. Light on an instance has the key of a voxel of its model
+// (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
 #ifndef FACE_CACHE_CELLS_GLSL
 #define FACE_CACHE_CELLS_GLSL
 
 const uint CELL_PARTS = 5u;   // parts from here on are cells
 
-// log2 of the width of what a part is of, in voxels: 0 for faces and their quarters.
+// log2 of the width of a part's cell, in voxels: 0 for faces and their quarters.
 uint cell_log2(uint part) {
     return part < CELL_PARTS ? 0u : part == CELL_PARTS + 4u ? 6u : part - CELL_PARTS + 1u;
 }
@@ -39,7 +40,7 @@ bool cell_fits(ivec3 cell, uint face, uint part) {
     return rx_face_fits(cell, face_box(cell_log2(part)));
 }
 
-// What a key was made of.
+// The parts of a key.
 void cell_of_key(RxFaceKey key, out ivec3 cell, out uint face, out uint part) {
 #ifdef RX_BINDS_instances
     if (instance_cell_of_key(key, cell, face, part)) return;
@@ -66,7 +67,7 @@ vec2 cell_place(ivec3 voxel, uint face, vec2 uv, uint part) {
     return (corner + uv) / float(1u << log2_width);
 }
 
-// Pixels across the side of a cell, from the distance of its middle.
+// Pixels across the side of a cell, from the distance of its centre.
 float cell_pixels(ivec3 cell, uint face, uint part, float height) {
 #ifdef RX_BINDS_instances
     if (rx_is_on_instance(face)) return instance_cell_pixels(cell, face, part, height);
@@ -77,7 +78,7 @@ float cell_pixels(ivec3 cell, uint face, uint part, float height) {
     return width * pixels_from(middle, height);
 }
 
-// Pixels across a face, were it as wide as high on the picture: what looks away covers less of it.
+// Pixels across a face, were it as wide as high on the picture: a face that looks away covers less of it.
 float cell_width(ivec3 voxel, uint face, float height) {
     vec3 middle = face_middle(voxel, face);
     float away = max(length(middle), 1e-3), facing = abs(dot(middle, rx_place_normal(voxel, face))) / away;

@@ -24,7 +24,8 @@ struct Fit {
     uint bins[2u * FIT_BINS];   // pixels that the last frame saw, by the width of their faces; then those that gauge.comp has asked
 };
 
-// Slots for what is in sight. A view that has just left may have as many for a frame, and the table then is no more than 60 % full, so all keys find one.
+// Slots for the faces in sight. The previous view may have as many for a frame, and the table then is no more than 60 % full, so all keys
+// find one.
 #define FIT_ROOM (RX_FACE_SLOTS / 32u * 9u)
 
 uint fit_bin(float width) {

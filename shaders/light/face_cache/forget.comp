@@ -1,5 +1,6 @@
-// Empties the list of faces, decides how many of those in sight are listed, says how noisy a sample is and how large cells are, and gives back the slots of faces
-// that nobody has asked for in a long time: in a 256th of the table in each frame. When the table fills up, all of it is looked through, and what has left the picture goes sooner.
+// Empties the list of faces, decides how many of those in sight are listed, measures the noise of a sample and the size of cells, and frees
+// the slots of faces that no pass has asked for in a long time: in a 256th of the table in each frame. When the table fills up, all of it
+// is looked through, and faces that have left the picture go sooner.
 #version 460
 #include "../scene.glsl"
 

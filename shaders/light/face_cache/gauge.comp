@@ -14,7 +14,7 @@ layout(push_constant) uniform Push { ivec2 pixels; } push;
 #include "across.glsl"
 #include "cells.glsl"
 
-// By what the last frame has left.
+// By the load after the last frame.
 void note_load() {
     float load = float(fit.used) / float(FIT_ROOM);
     fit.pressure = load < 0.9 ? 0u : load < 1.4 ? 1u : load < 1.8 ? 2u : 3u;

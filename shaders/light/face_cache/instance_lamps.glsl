@@ -46,7 +46,7 @@ vec3 instance_lamp_to(RxLight lamp, vec2 uv, ivec3 cell, vec3 frac, out vec3 nor
     vec3 place = rx_unturned(instance, vec3(rx_place_cell(lamp.voxel)) + rx_face_place(face, uv), size);
     normal = rx_unturned(instance, rx_normal(face), 0.0);
     if (!rx_instance_is_free(instance)) return vec3(instance.corner - cell) + (place - frac);
-    // The corner counts from the anchor's cell, and the turn is about its middle.
+    // The corner counts from the anchor's cell, and the rotation is about its centre.
     normal = rx_direction_from_instance(instance, normal);
     vec3 turned = rx_direction_from_instance(instance, vec3(instance.corner) + place - 0.5);
     return vec3(instance.cell - cell) + (turned + vec3(instance.fraction) * 5.9604644775390625e-8 - frac);

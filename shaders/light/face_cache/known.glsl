@@ -1,6 +1,7 @@
-// Lists of lamps, and what a frame adds to them. A fine list belongs to a cell of 16 voxels and a direction. A region's list belongs to a cube of 64 or of 256 voxels:
-// REGION_EACH words are a hash set; as many behind all of these sets are the number of its members and then the members in a row. What a frame has found stands at the
-// same places as the sets. KNOWN_ACCESS is empty where the shader writes the lists. Needs <raxel/random.glsl>.
+// Lists of lamps, and the additions of a frame. A fine list belongs to a cell of 16 voxels and a direction. A region's list belongs to a
+// cube of 64 or of 256 voxels: REGION_EACH words are a hash set; as many behind all of these sets are the number of its members and then
+// the members in a row. The lamps that a frame has found stand at the same places as the sets. KNOWN_ACCESS is empty where the shader
+// writes the lists. Needs <raxel/random.glsl>.
 #ifndef FACE_CACHE_KNOWN_GLSL
 #define FACE_CACHE_KNOWN_GLSL
 #ifndef KNOWN_ACCESS
@@ -16,7 +17,7 @@ const uint REGION_ROWS = REGION_SETS + REGION_SIZES * REGION_CELLS * REGION_EACH
 
 layout(std430) buffer Known {
     KNOWN_ACCESS uvec4 known[(REGION_ROWS + REGION_SIZES * REGION_CELLS * REGION_EACH) / 4u];   // four words of a list
-    uint found[REGION_ROWS];                                                                    // what this frame adds
+    uint found[REGION_ROWS];                                                                    // the additions of this frame
 };
 
 #endif

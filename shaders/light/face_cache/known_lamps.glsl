@@ -1,13 +1,15 @@
-// Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel faces that have lit a face in it
-// lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them: what one face has found, all faces around it know. A path
-// draws lamps from all three lists, and the others by power from all lamps. Those on instances are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no light and take none,
-// whatever is in them. What a list names may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
+// Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel
+// faces that have lit a face in it lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them:
+// all faces around one know its lamps. A path draws lamps from all three lists, and the others by power from all lamps. Those on instances
+// are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no light and take
+// none, for any contents. A listed lamp may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl and
+// <raxel/light/lamps.glsl>.
 #include "known.glsl"
 #ifdef RX_BINDS_instances
 #include "instance_lamps.glsl"
 #endif
 
-const uint KNOWN_PLACE = (1u << KNOWN_BITS) - 1u;    // the place from the middle of the cell in three bytes, the face
+const uint KNOWN_PLACE = (1u << KNOWN_BITS) - 1u;    // the place from the centre of the cell in three bytes, the face
 const uint REGION_PLACE = (1u << REGION_BITS) - 1u;  // the place in three times 9 bits, the face
 const uint REGION_LATELY = 3u << REGION_BITS;
 const float KNOWN_LEAST = -24.0;             // log2 of the faintest light
@@ -37,7 +39,7 @@ int region_log2(uint size) {
     return size == 0u ? 6 : 8;
 }
 
-// The same of the list of a region: 512 voxels around its middle.
+// The same of the list of a region: 512 voxels around its centre.
 ivec3 region_corner(uint size) {
     int log2_width = region_log2(size);
     return (known_voxel >> log2_width << log2_width) + (1 << log2_width - 1) - 256;
@@ -91,7 +93,7 @@ uint region_slot(uint place, uint size) {
     return REGION_SETS + region_list(size) + (rx_hash(place) & REGION_EACH - 1u);
 }
 
-// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` says whether a list has it.
+// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` is true if a list has it.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
 #ifdef RX_BINDS_instances
     listed = rx_is_on_instance(face);
@@ -120,12 +122,12 @@ float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
     return density;
 }
 
-// Most threads of a frame bring what another one has brought.
+// Most threads of a frame bring a lamp that another one has brought.
 void known_bring(uint at, uint word) {
     if (found[at] < word) atomicMax(found[at], word);
 }
 
-// A voxel's face gives a place so much light, unhidden.
+// A voxel's face gives a place this much light, unhidden.
 void known_add(ivec3 voxel, uint face, float light) {
     if (!(light > 0.0) || rx_is_on_instance(face)) return;
     uint place = known_place(voxel, face), level = uint(clamp(log2(light) - KNOWN_LEAST, 1.0, 31.0));
@@ -158,7 +160,7 @@ void known_draw(inout vec2 uv, out ivec3 voxel, out uint face) {
             float share = known_share(words[k]);
             if (done || share <= 0.0) continue;
             chosen = words[k];
-            // What is left of the number is the place on the face.
+            // The rest of the number is the place on the face.
             uv.x = min(left / share, 0.99999994);
             done = left < share;
             left -= share;
@@ -177,7 +179,7 @@ void region_draw(uint size, inout vec2 uv, out ivec3 voxel, out uint face) {
     face = word >> 27 & 7u;
 }
 
-// The voxel's face of a lamp; `way`, from 0 to 1, says how it is drawn. False if it is gone. Draws a pair.
+// The voxel's face of a lamp; `way`, from 0 to 1, chooses how it is drawn. False if it is gone. Draws a pair.
 bool known_candidate(float way, inout RxSampler s, out RxLight lamp, out vec2 uv) {
 #ifdef RX_BINDS_instances
     if (way < known_moving) {

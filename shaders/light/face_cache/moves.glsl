@@ -1,5 +1,5 @@
-// What moving instances do to light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took its last samples. Needs
-// cache.glsl.
+// The effect of moving instances on light that faces keep. Of each slot, `moves_seen` is the number of the move after which the face took
+// its last samples. Needs cache.glsl.
 
 layout(std430) readonly buffer Poses {
     uint moves;   // another number after each frame in which an instance has moved
@@ -8,7 +8,7 @@ layout(std430) readonly buffer Poses {
 
 // Samples from before a move that still count: a move may change the light of any face, and new samples soon outweigh so few.
 const float SAMPLES_BEFORE_MOVE = 8.0;
-// The same of a lamp that is somewhere else at once, or moves fast: what it leaves behind must be dark soon.
+// The same of a lamp that is suddenly elsewhere, or moves fast: the place behind it must be dark soon.
 const float SAMPLES_BEFORE_LEAP = 0.25;
 
 // How many of the samples of a slot still count.

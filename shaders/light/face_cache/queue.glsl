@@ -15,13 +15,13 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     uint work;      // paths in all
     uint per_face;  // paths for each
     uint seen;      // faces that are in sight
-    uint every;     // of the faces in sight, one of so many is listed, in turn
-    uint spread;    // the sum of the variances of samples over faces, relative to what such a place shows
+    uint every;     // one in so many of the faces in sight is listed, in turn
+    uint spread;    // the sum of the variances of samples over faces, relative to the shown light of such a place
     uint spreads;   // how many faces that is
-    uint logs;      // the sum of the logarithms of all light that falls on what pixels show
+    uint logs;      // the sum of the logarithms of all light that falls on the shown places
     uint showing;   // how many pixels that is
-    float bright;   // the mean of that light, in earlier frames; 0 as long as nobody knows
-    float noise;    // the mean of the variances, in earlier frames; 0 as long as nobody knows
+    float bright;   // the mean of that light, in earlier frames; 0 as long as it is unknown
+    float noise;    // the mean of the variances, in earlier frames; 0 as long as it is unknown
     uint lamps;     // how many the world has
     uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
     uint faces[RX_FACE_SLOTS];   // the slots of the listed faces, each once
@@ -38,8 +38,8 @@ bool queue_even() {
     return queue.lamps == 0u;
 }
 
-// Pixels across a face below which it shows what it keeps, and shares noise with no other. A picture that is averaged over frames (JITTER) sees other faces in
-// each where they are narrower than its pixels, so the average shares their noise, but for speckles.
+// Pixels across a face below which it shows its own light, and shares noise with no other. A picture that is averaged over frames (JITTER)
+// sees other faces in each where they are narrower than its pixels, so the average shares their noise, but for speckles.
 float queue_narrow() {
 #ifdef JITTER
     return queue_even() ? 1.5 : 0.0;

@@ -1,5 +1,5 @@
-// The new samples of each listed face go into its mean, and their squares into another one. How far they lie from what the face has
-// shown before says how noisy they are.
+// The new samples of each listed face go into its mean, and their squares into another one. Their distance from the face's earlier light
+// measures their noise.
 #version 460
 #include <raxel/thread.glsl>
 

@@ -1,5 +1,6 @@
-// What each pixel sees, and a list of the faces that get new samples, each once: all that are new, and of the others as many as there are
-// paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to know it better.
+// The first hit of each pixel, and a list of the faces that get new samples, each once: all that are new, and of the others as many as
+// there are paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to
+// know it better.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -26,7 +27,7 @@ layout(push_constant) uniform Push { float quarters; float error; int rarely; } 
 #include "moves.glsl"
 #endif
 
-// What the ray of a pixel hits in the world.
+// The hit of a pixel's ray in the world.
 bool first_of(uvec2 first, RxRay ray, out RxHit hit) {
     uint kind = first.y >> 16;
     if (kind >= FIRST_HIT) {
@@ -60,7 +61,7 @@ void main() {
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
     uint slot = RX_NO_FACE;
     if (found && hit.face != RX_FACE_INSIDE) {
-        // One of 64 pixels says how wide its face is, for the size of cells in the next frame.
+        // One of 64 pixels reports how wide its face is, for the size of cells in the next frame.
         uint says = rx_hash(gl_WorkGroupID.x + rx_hash(gl_WorkGroupID.y + rx_hash(frame.index))) & FIT_APART - 1u;
         if (gl_LocalInvocationIndex == says) atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(size.y)))], 1u);
         uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
@@ -68,7 +69,7 @@ void main() {
         slot = slot_at(hit, part, key);
         if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_is_on_instance(hit.face) || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
         if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
-        // Frames count from 1 here: 0 is a slot that nobody has asked for. The list holds as many faces as there are pixels.
+        // Frames count from 1 here: 0 is a slot that no pass has asked for. The list holds as many faces as there are pixels.
         uint now = frame.index + 1u, before = slot == RX_NO_FACE || asked[slot] == now ? now : atomicExchange(asked[slot], now);
         if (before != now) {
             atomicAdd(queue.seen, 1u);

@@ -1,4 +1,4 @@
-// Light of each pixel: what its face keeps, sunlight by the pixel's own history, and its own emission.
+// Light of each pixel: the cached light of its face, sunlight by the pixel's own history, and its own emission.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -24,7 +24,7 @@ layout(push_constant) uniform Push { bool smooth_faces; } push;
 shared uint logs;
 shared uint showing;
 
-// How bright all is says how much the noise of kept light matters. One in 16 groups of pixels is asked.
+// The brightness of all decides how much the noise of cached light matters. One in 16 groups of pixels is asked.
 void note_light(float light, bool shows) {
     if (any(notEqual(gl_WorkGroupID.xy & 3u, uvec2(0u)))) return;
     bool first = gl_LocalInvocationIndex == 0u;

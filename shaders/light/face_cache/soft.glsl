@@ -1,5 +1,5 @@
-// What a face shows: its light, blended with that of its neighbours as far as noise asks for it (soften.comp). Three mantissas of 18 bits under one
-// exponent, in 8 bytes.
+// The shown light of a face: its own, blended with that of its neighbours as far as noise requires it (soften.comp). Three mantissas of 18
+// bits under one exponent, in 8 bytes.
 
 const float SOFT_ONE = 262143.0;
 

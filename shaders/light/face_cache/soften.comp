@@ -1,6 +1,6 @@
-// Noise of faces that have few samples is shared with the faces around them. Neighbours of one plane count by the number of their samples, as far
-// as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
-// each face shows what it has itself, and edges of shadows stay where they are.
+// Noise of faces that have few samples is shared with the faces around them. Neighbours of one plane count by the number of their samples,
+// as far as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
+// each face shows its own light, and edges of shadows stay where they are.
 #version 460
 #extension GL_EXT_control_flow_attributes : require
 #include <raxel/scene.glsl>
@@ -28,13 +28,13 @@ const uint RECENT = 16u;    // frames since a neighbour was seen
 const float FEW = 64.0;      // samples below which a face narrower than a pixel shares noise, too: a picture of few frames shows it as specks
 const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
 const float CLEAN = 0.02;    // standard error, as a share of the mean, from which on a face needs no neighbours
-const float HIDDEN = 0.035;  // the same in quiet light, as a share of what such a place shows
+const float HIDDEN = 0.035;  // the same in quiet light, as a share of the shown light of such a place
 
 float luminance(vec3 light) {
     return dot(light, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// Whether so many samples are too few for a variance.
+// Whether `samples` are too few for a variance.
 bool noisy(float variance, float samples, float mean) {
     float enough = queue.noise < QUIET ? HIDDEN * HIDDEN * (mean * mean + queue.bright * queue.bright) : CLEAN * CLEAN * mean * mean;
     return variance > enough * samples;
@@ -72,14 +72,14 @@ void look(uint own, ivec3 cell, uint face, uint part, int far, uint wanted) {
         ring_light[k] = light[slot];
         ring_square[k] = squares[slot];
     }
-    // A cell has faces that are not bare beside those that are seen, so that of another frame says nothing of what is beside this one.
+    // A cell has faces that are not bare beside those that are seen, so that of another frame is no evidence for the one beside this one.
     uint recent = part < CELL_PARTS ? RECENT : 0u;
     [[unroll]] for (int k = 0; k < RING; ++k) {
         if (frame.index + 1u - seen[k] > recent || made[k] != state.generation || ring_light[k].w == 0.0) ring_slot[k] = RX_NO_FACE;
     }
 }
 
-// Adds what is in the ring, each by the number of its samples and by how likely chance alone makes the difference.
+// Adds the faces of the ring, each by the number of its samples and by how likely chance alone makes the difference.
 void add(vec4 own, float variance, inout vec3 sum, inout float samples) {
     [[unroll]] for (int k = 0; k < RING; ++k) {
         if (ring_slot[k] == RX_NO_FACE) continue;

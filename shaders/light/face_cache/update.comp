@@ -1,6 +1,6 @@
-// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces send back, without direct sun. Where a
-// face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read, so the order of threads does
-// not matter.
+// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces
+// send back, without direct sun. Where a face that is hit keeps light itself, the path ends with that. Only data of the last frame is read,
+// so the order of threads does not matter.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/thread.glsl>
@@ -19,7 +19,7 @@ layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; fl
 #include "part.glsl"
 #include "pick.glsl"
 
-// Light that a face keeps, as one value, in quarters, or as a part of a cell. What was kept before the light changed is not passed on.
+// Light that a face keeps, as one value, in quarters, or as a part of a cell. Light from before the change is not passed on.
 vec4 kept(RxHit hit) {
     uint part = part_at(hit.voxel, hit.face, hit.uv, float(push.pixels.y), push.quarters);
     ivec3 cell = cell_of(hit.voxel, hit.face, part);

@@ -1,12 +1,13 @@
-// A layer of clouds over the whole world: how thick it is at each place, what of the sun comes through, and a march through it. One function of place
-// says how thick, so the clouds that one sees are those that shade. Needs scene.glsl, which includes it where a graph defines SKY_TABLE.
+// A layer of clouds over the whole world: its thickness at each place, the share of the sun that comes through, and a march through it. One
+// function of place is the thickness, so the visible clouds are those that shade. Needs scene.glsl, which includes it where a graph defines
+// SKY_TABLE.
 #ifndef SKY_CLOUDS_GLSL
 #define SKY_CLOUDS_GLSL
 
 #include "noise.glsl"
 
 const float CLOUD_SIZE = 460.0;    // voxels, of the largest patches
-const float CLOUD_DEPTH = 17.0;    // optical depth of a column: so many times the square of its thickness
+const float CLOUD_DEPTH = 17.0;    // optical depth of a column: this times the square of its thickness
 const float CLOUD_TAPER = 0.35;    // thickness that is gone at the top of the layer
 
 // 0 where there is no cloud, to about a half. Sixteen look-ups of the hash.
@@ -43,8 +44,8 @@ bool cloud_span(float height, vec3 dir, out float from, out float until) {
     return sky_clouds.x > 0.0 && abs(dir.y) > 0.02 && until > from;
 }
 
-// Light of the clouds along a ray from `place` of the world, and the share of what lies behind that comes through. `shift`, 0 to 1, moves the places where
-// the march looks. Each of them costs 24 look-ups of the hash, and 16 more in a cloud.
+// Light of the clouds along a ray from `place` of the world, and the share of the light behind that comes through. `shift`, 0 to 1, moves
+// the places where the march looks. Each of them costs 24 look-ups of the hash, and 16 more in a cloud.
 vec4 cloud_march(vec3 place, vec3 dir, vec3 to_sun, int steps, float shift) {
     float from, until;
     if (!cloud_span(place.y, dir, from, until)) return vec4(0.0, 0.0, 0.0, 1.0);

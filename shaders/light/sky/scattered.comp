@@ -1,5 +1,5 @@
-// Table of light that was scattered more than once: 64 directions from each height and for each height of the sun. What the second
-// scattering sends on goes on as a geometric series.
+// Table of light that was scattered more than once: 64 directions from each height and for each height of the sun. The light that the
+// second scattering sends on continues as a geometric series.
 #version 460
 #include "air.glsl"
 

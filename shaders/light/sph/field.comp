@@ -1,4 +1,4 @@
-// Density of the water in cubes of half a voxel, in parts of that at rest: what is seen of it.
+// Density of the water in cubes of half a voxel, in parts of that at rest: the visible water.
 #version 460
 #include "water.glsl"
 #include "neighbours.glsl"

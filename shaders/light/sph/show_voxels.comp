@@ -1,5 +1,5 @@
-// The world with the water as voxels of it, by exact rays alone: water mirrors by Fresnel's law and shows what is behind it, less what its colour takes on the
-// way. Rays to the sun go through it.
+// The world with the water as voxels of it, by exact rays alone: water mirrors by Fresnel's law and shows the things behind it, less the
+// loss by its colour on the way. Rays to the sun go through it.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -20,7 +20,7 @@ layout(push_constant) uniform Push {
 const float ETA = 1.333;
 const uint DEEPEST = 64u;   // voxels of water that are looked through
 
-// What a place sends back, and the sunlight that it would send if nothing were in the way.
+// The light that a place reflects, and the sunlight that it would reflect if nothing were in the way.
 vec3 surface_light(RxHit hit, vec3 sun, out vec3 sunlight) {
     vec3 normal = rx_normal(hit.face);
     RxMaterial material = rx_material_properties(hit.material);
@@ -35,8 +35,8 @@ void main() {
     vec3 sun = rx_sun_direction(215.0, 42.0);
     vec3 dir = rx_camera_direction(push.view_to_world, push.tan_half_fov, vec2(pixel) + 0.5, vec2(size));
     RxRay ray = rx_ray(push.camera_cell, push.camera_frac, dir);
-    // One loop round one tracer: the ray of the pixel; if it meets water, what that mirrors; and from each place another one to the sun. The way on
-    // through the water is walked, and what it ends at is the next place.
+    // One loop round one tracer: the ray of the pixel; if it meets water, the mirrored one; and from each place another one to the sun. The
+    // way on through the water is walked, and its end is the next place.
     const uint SEEN = 0u, MIRRORED = 1u, THROUGH = 2u;
     vec3 color = vec3(0.0), share = vec3(1.0), sunlight, beyond_share = vec3(0.0);
     RxHit beyond;
@@ -74,7 +74,7 @@ void main() {
                 beyond = RxHit(end.beyond, end.face, end.material, 0.0, end.uv, 0u);
                 // Through the far side of the water, straight on as it came.
                 out_of_water = rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, ray.dir);
-                // What the water itself sends back.
+                // The light that the water itself scatters back.
                 color += (1.0 - mirrored) * 0.06 * material.albedo * rx_ambient(normal, sun);
                 ray = rx_ray_from_face(hit.voxel, hit.face, hit.uv, reflect(ray.dir, normal));
                 share = vec3(mirrored);

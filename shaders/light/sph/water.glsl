@@ -42,7 +42,7 @@ ivec3 cell_at(vec3 at) {
     return clamp(ivec3(floor(at / REACH)), ivec3(0), grid_size() - 1);
 }
 
-// The box has walls on all sides, whatever the world has there.
+// The box has walls on all sides, in any world.
 bool solid(ivec3 voxel) {
     return any(lessThan(voxel, ivec3(0))) || any(greaterThanEqual(voxel, box_size())) || texelFetch(walls, voxel, 0).x != 0u;
 }
@@ -86,7 +86,7 @@ float density_of_walls(vec3 at, out vec3 gradient) {
     return sum;
 }
 
-// Where a particle comes that wants to go from one place to another: axis by axis, it stays out of what is solid.
+// The place of a particle that wants to go from one place to another: axis by axis, it stays out of solid voxels.
 vec3 kept_out(vec3 from, vec3 to) {
     for (int axis = 0; axis < 3; ++axis) {
         vec3 next = from;

@@ -1,4 +1,4 @@
-// Openness of what each pixel sees, by a guess and by rays.
+// Openness of each pixel's first hit, by a guess and by rays.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>

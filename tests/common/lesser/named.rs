@@ -1,4 +1,4 @@
-//! The devices by name: what public reports say of them. A limit that the device below does not reach stays as it is there.
+//! The devices by name, from public reports. A limit that the device below does not reach stays as it is there.
 
 use raxel_gpu::vk::SubgroupFeatureFlags as Operations;
 
@@ -101,8 +101,8 @@ pub const SMALL: Lesser = Lesser {
     ..LEAST
 };
 
-/// Apple M1 under MoltenVK: `vulkaninfo` in <https://github.com/hanatos/vkdt/pull/87> and <https://github.com/gfx-rs/wgpu/issues/5551>. It has
-/// neither floats of 64 bits nor atomics of 64 bits, and not the older ballots.
+/// Apple M1 under MoltenVK: `vulkaninfo` in <https://github.com/hanatos/vkdt/pull/87> and <https://github.com/gfx-rs/wgpu/issues/5551>. It
+/// has no floats of 64 bits, no atomics of 64 bits, and not the older ballots.
 pub const METAL: Lesser = Lesser {
     name: "Apple M1 (MoltenVK)",
     storage_buffers: 31,
@@ -194,8 +194,8 @@ pub const PASCAL: Lesser = Lesser {
     ..WHOLE
 };
 
-/// Adreno 740 (a Galaxy S23 Ultra), driver of Qualcomm: `vulkaninfo` in <https://github.com/termux-user-repository/tur/issues/530>, and the sizes of
-/// subgroups in <https://github.com/gfx-rs/wgpu/issues/8801>. What of its features is not known there, it lacks here.
+/// Adreno 740 (a Galaxy S23 Ultra), driver of Qualcomm: `vulkaninfo` in <https://github.com/termux-user-repository/tur/issues/530>, and the
+/// sizes of subgroups in <https://github.com/gfx-rs/wgpu/issues/8801>. Features that are unknown there are missing here.
 pub const ADRENO_7: Lesser = Lesser {
     name: "Adreno 740 (Qualcomm)",
     workgroup: [1024, 1024, 64],
@@ -280,8 +280,9 @@ pub const MALI_G52: Lesser = Lesser {
     ..MALI
 };
 
-/// `PowerVR` BXE-4-32 (a `VisionFive` 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>, and the
-/// operations of subgroups in <https://github.com/geerlingguy/sbc-reviews/issues/65>. What is not known there is as little as Vulkan allows.
+/// `PowerVR` BXE-4-32 (a `VisionFive` 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>,
+/// and the operations of subgroups in <https://github.com/geerlingguy/sbc-reviews/issues/65>. Limits that are unknown there are as low as
+/// Vulkan allows.
 pub const POWERVR: Lesser = Lesser {
     name: "PowerVR BXE-4-32 (Imagination)",
     invocations: 512,

@@ -111,7 +111,7 @@ fn check(
 struct Told(HashSet<(Code, String, Span)>);
 
 impl Told {
-    /// Whether it was not told yet. What has no place is told each time.
+    /// Whether it was not printed yet. A diagnostic without a place is printed each time.
     fn is_new(&mut self, found: &Diagnostic) -> bool {
         let place = found.labels.first().map(|label| label.span.clone());
         place.is_none_or(|place| self.0.insert((found.code, found.message.clone(), place)))
@@ -142,11 +142,11 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
         _ => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
     };
     let assumed = over.and_then(PlannedOver::assumed).map_or(String::new(), |assumed| format!(" ({assumed})"));
-    let told = if repeated { ", told above" } else { "" };
+    let above = if repeated { ", shown above" } else { "" };
     let unbuilt = unbuilt.map_or(String::new(), |chunks| {
         format!(
             "; its {chunks} chunks were not built: `raxel world info` builds them, and says how much memory they take"
         )
     });
-    console.message(&format!("{path}: {result}{told}{assumed}{unbuilt}"));
+    console.message(&format!("{path}: {result}{above}{assumed}{unbuilt}"));
 }

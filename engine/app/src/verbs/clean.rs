@@ -1,4 +1,4 @@
-//! `raxel clean`: removes what raxel itself has put into `.raxel/`, and nothing else.
+//! `raxel clean`: removes raxel's own files from `.raxel/`, and nothing else.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
             console.message("nothing to remove");
             return Ok(());
         }
-        // Whatever a link leads to was not made here.
+        // The target of a link was not made here.
         Ok(found) if found.is_symlink() => {
             return Err(Failure::usage(format!("`{}` is a link; remove it by hand", folder.display())));
         }

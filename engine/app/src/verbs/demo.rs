@@ -191,7 +191,7 @@ impl Args {
             args.size = Some(self.size.unwrap_or(Size(size)));
             args
         };
-        // Of the first moment: what comes later builds on all frames before it. Graphs that average over time get some frames of it.
+        // Of the first moment: later ones build on all frames before them. Graphs that average over time get some frames of it.
         let mut picture = render(&folder.join(format!("{}.png", found.name)), [960, 540]);
         picture.at = Some(0.0);
         picture.settle = 8;

@@ -230,7 +230,7 @@ fn render(device: &Arc<Device>) -> Result<f64> {
     Ok(start.elapsed().as_secs_f64() * 1e3)
 }
 
-/// What templates/self-test.comp paints.
+/// The picture that templates/self-test.comp paints.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "the picture has 64 pixels a side, so that every channel is below 256"

@@ -82,7 +82,7 @@ fn human(graph: &Graph, world: Option<&SessionWorld>) -> String {
     text
 }
 
-/// Name, type, default, what it can be, its group and label, and what it does.
+/// A param's name, type, default, range or choices, group and label, and purpose.
 fn row(param: &Param) -> [String; 6] {
     let default = literal(&param.default);
     let chosen = default.parse().ok().and_then(|index: usize| param.choices.get(index)).cloned();

@@ -24,7 +24,7 @@ pub(crate) struct Args {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 
-    /// What to start from.
+    /// The starting point.
     #[arg(long, value_enum, default_value_t = Template::Voxel)]
     template: Template,
 
@@ -40,7 +40,7 @@ pub(crate) struct Args {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: cd my-voxels && raxel init && raxel run")]
 pub(crate) struct InitArgs {
-    /// What to start from.
+    /// The starting point.
     #[arg(long, value_enum, default_value_t = Template::Voxel)]
     template: Template,
 

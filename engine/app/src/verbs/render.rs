@@ -36,8 +36,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
-    /// What to write: FILE.png, .jpg, .exr, .hdr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg), or `-`
-    /// for stdout, frame after frame. EXR has no signed integers: those of 32 bits are written as unsigned ones, in two's complement.
+    /// The files to write: FILE.png, .jpg, .exr, .hdr, frames/%04d.png, a folder, FILE.mp4 (also mkv, mov, webm, gif; needs ffmpeg), or `-` for
+    /// stdout, frame after frame. EXR has no signed integers: those of 32 bits are written as unsigned ones, in two's complement.
     #[arg(short, long, value_name = "FILE")]
     output: String,
 
@@ -238,7 +238,7 @@ impl Args {
         first
     }
 
-    /// What is rendered to `output` where nothing else is said.
+    /// Renders to `output` with the default of every other option.
     pub(super) fn new(what: What, output: String, messages: Messages, on: OnDevice) -> Self {
         Self {
             what,
@@ -289,7 +289,7 @@ impl Args {
         validated(complaints).and(asserted)
     }
 
-    /// What does not go together.
+    /// Refuses options that do not go together.
     fn check(&self, output: &Output, console: &Console) -> Result {
         if self.shard.is_some() && !matches!(output, Output::Frames(..)) {
             return Err(Failure::usage("`--shard` divides numbered frames").help("-o frames/%04d.png"));
@@ -338,7 +338,7 @@ impl Args {
         }
     }
 
-    /// What is read back of each frame.
+    /// The data that is read back of each frame.
     fn layers(&self, session: &mut Session, kind: PictureFormat) -> Layers {
         if !kind.wants_texels() {
             return Layers::Picture;
@@ -359,7 +359,7 @@ impl Args {
     }
 }
 
-/// What the frames of a list are made by: this program and its arguments.
+/// The command that makes the frames of a list: this program and its arguments.
 fn command() -> String {
     let arguments = std::env::args().skip(1);
     arguments.fold(format!("raxel {}", env!("CARGO_PKG_VERSION")), |text, argument| text + " " + &argument)

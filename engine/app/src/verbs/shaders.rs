@@ -84,11 +84,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     Ok(())
 }
 
-/// The texts of the built-in files, or what there is.
+/// The texts of the built-in files, or their names.
 fn print_library(files: &[String]) -> Result {
     if files.is_empty() {
         for (name, text) in library::FILES.iter().filter(|(name, _)| !library::is_internal(name)) {
-            // The first sentence of a file says what it is for.
+            // The first sentence of a file gives its purpose.
             let about = text.lines().find_map(|line| line.strip_prefix("// ")).unwrap_or_default();
             console::data(&format!("{name:40} {}\n", about.trim_end_matches('.')));
         }

@@ -1,4 +1,4 @@
-//! `raxel test`: demos as tests. What their checks claim makes the exit code.
+//! `raxel test`: demos as tests. A failed check makes the exit code 1.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What the tests share: a small land, and Python with packages.
+//! Helpers of these tests: a small land, and Python with packages.
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
@@ -108,7 +108,7 @@ pub fn solid_tile(land: &dyn ChunkProvider, plan: &Plan) -> (u32, ChunkPos) {
     tiles(plan).into_iter().find(solid).expect("there is land")
 }
 
-/// What a source has to say about a tile of the plan.
+/// The answer of a source about a tile of the plan.
 pub fn expected(land: &dyn ChunkProvider, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
     if is_inside(plan, tile) { land.try_chunk(tile.0, tile.1).unwrap() } else { Content::Empty }
 }

@@ -26,7 +26,7 @@ impl Server {
     pub fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("worlds")).unwrap();
-        // Nobody else has this port, unless it is taken between here and there.
+        // No other process has this port, unless one takes it between here and there.
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let child = Mutex::new(spawn(folder.path(), port));
         Self { folder, port, child, restarts: AtomicUsize::new(0) }
@@ -37,7 +37,7 @@ impl Server {
         self.folder.path()
     }
 
-    /// The variables that tell a program where the server is, and who the program is.
+    /// Variables that give a program the server's address and its own credentials.
     pub fn environment(&self) -> [(String, String); 4] {
         [
             ("AWS_ENDPOINT_URL", format!("http://127.0.0.1:{}", self.port)),
@@ -48,7 +48,7 @@ impl Server {
         .map(|(name, value)| (name.to_owned(), value))
     }
 
-    /// Kills it in the middle of what it does. It starts again when the answer is dropped.
+    /// Kills it while it works. It starts again when the answer is dropped.
     pub fn away(&self) -> Away<'_> {
         let mut child = self.child.lock().unwrap();
         kill(&mut child);

@@ -1,4 +1,4 @@
-//! A web server over a folder that lies when a test says so.
+//! A web server over a folder that lies on request.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -20,7 +20,7 @@ pub enum Answer {
     Garbage,
     /// 200 with a page, as the portal of a hotel has one.
     Page,
-    /// The connection ends in the middle of the bytes.
+    /// The connection ends within the bytes.
     Half,
     /// Fewer bytes than were asked for, in headers that agree with one another.
     Short,
@@ -64,7 +64,7 @@ pub enum Answer {
     Nowhere,
     /// To another object.
     Elsewhere,
-    /// To a port where nobody listens.
+    /// Connects to a port without a listener.
     Closed,
     /// The object of another world, with another `ETag`.
     Changed,
@@ -124,13 +124,13 @@ impl Answer {
     }
 }
 
-/// What the next requests are answered.
+/// The answers to the next requests.
 pub enum Plan {
     /// These, the first one first, and right afterwards.
     Then(Vec<Answer>),
     /// Always this.
     Always(Answer),
-    /// A lie at one of so many requests.
+    /// A lie at one request in as many as this, by chance.
     Random(SplitMix64, u64),
 }
 

@@ -111,7 +111,7 @@ declare! {
     NEVER_WRITTEN = "RX0160";
     /// Something is declared that nothing uses.
     UNUSED = "RX0161";
-    /// What is presented is never written.
+    /// The presented resource is never written.
     PRESENT_UNWRITTEN = "RX0162";
     /// Something that not every device can do.
     NOT_PORTABLE = "RX0163";
@@ -163,7 +163,7 @@ declare! {
     LOOP_COUNT = "RX0193";
     /// `loop.index` or `loop.next` where there is no loop.
     NO_LOOP = "RX0194";
-    /// An odd number of swaps of what is carried from frame to frame, or in a loop that not every frame runs.
+    /// An odd number of swaps of a carried resource, or in a loop that not every frame runs.
     SWAP_CARRIED = "RX0195";
     /// A loop over the mips of a target that has one.
     NO_ROUND = "RX0491";

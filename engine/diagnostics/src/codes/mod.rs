@@ -1,4 +1,4 @@
-//! Every code, by range. The range says which room found the error.
+//! Every code, by range. The range shows which part of raxel found the error.
 
 /// `RX00xx`: files and TOML (missing, unreadable, not UTF-8, syntax, unknown key, wrong type).
 pub mod files;

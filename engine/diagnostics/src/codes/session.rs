@@ -30,7 +30,7 @@ declare! {
     PASS_TOO_SLOW = "RX0423";
     /// A default of the project's manifest that is not there, or is a file of another kind.
     WRONG_DEFAULT = "RX0460";
-    /// A file of the cache that is not what was written.
+    /// A damaged file of the cache.
     BAD_CACHE = "RX0485";
     /// A plan that the device refuses: a format, a feature or a size.
     DEVICE_REFUSES = "RX0410";

@@ -29,7 +29,7 @@ declare! {
     VOX_VALUE = "RX0321";
     /// A scene graph that contains itself.
     VOX_CYCLE = "RX0322";
-    /// A .vox file larger than what is imported.
+    /// A .vox file larger than the limit of an import.
     VOX_TOO_LARGE = "RX0323";
     /// A frame that a .vox file does not have.
     VOX_FRAME = "RX0324";
@@ -39,7 +39,7 @@ declare! {
     EXPORT_VOXELS = "RX0331";
     /// A streamed world with an operation that has to see it whole.
     NEEDS_WHOLE = "RX0340";
-    /// A budget that cannot hold what a streamed world wants.
+    /// A budget that cannot hold the wanted tiles of a streamed world.
     STREAM_BUDGET = "RX0341";
     /// A layout that a streamed world does not have.
     STREAM_LAYOUT = "RX0342";
@@ -101,6 +101,6 @@ declare! {
     SOURCE_LEVELS = "RX0455";
     /// A world from a store that would build, too.
     SOURCE_BUILD = "RX0456";
-    /// A budget on the host that cannot hold what a streamed world wants.
+    /// A budget on the host that cannot hold the wanted tiles of a streamed world.
     STREAM_HOST_BUDGET = "RX0470";
 }

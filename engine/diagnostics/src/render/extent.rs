@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::position::inside;
+use crate::names::grouped;
 use crate::{Diagnostic, Severity};
 
 /// Most diagnostics that are shown at once.
@@ -58,7 +59,7 @@ pub(super) fn shown(diagnostics: &[Diagnostic]) -> (Vec<&Diagnostic>, Option<Mor
     (shown, Some(More { errors: errors - shown_errors, warnings }))
 }
 
-/// A word of at most `most` bytes: a longer one loses its middle.
+/// A word of at most `most` bytes: a longer one is cut in the middle.
 pub fn brief(word: &str, most: usize) -> Cow<'_, str> {
     if word.len() <= most {
         return Cow::Borrowed(word);
@@ -82,17 +83,4 @@ pub(super) fn brief_text(text: &str) -> Cow<'_, str> {
         out.push_str(&brief(word, MAX_WORD));
     }
     Cow::Owned(out)
-}
-
-/// A number with its thousands apart: `99,980`.
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let mut out = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
 }

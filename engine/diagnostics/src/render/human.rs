@@ -59,7 +59,7 @@ fn groups<'t>(diagnostic: &'t Diagnostic, texts: &'t SourceMap) -> Vec<Group<'t>
     std::iter::once(main).chain(help).collect()
 }
 
-/// What is shown of one file: its lines with the labels on them, or its name when the text is not at hand.
+/// The part that shows one file: its lines with the labels on them, or its name when the text is not at hand.
 fn file_elements<'t>(file: &'t str, labels: &'t [Label], texts: &'t SourceMap) -> Vec<Element<'t>> {
     let of_file = || labels.iter().enumerate().filter(|(_, label)| &*label.span.file == file);
     let Some(text) = texts.get(file).filter(|text| !text.is_empty()) else {

@@ -19,7 +19,7 @@ struct Line<'d> {
     spans: Vec<Place<'d>>,
     notes: Vec<String>,
     help: Vec<String>,
-    /// What `human` would print, without colour.
+    /// The text that `human` would print, without colour.
     rendered: String,
 }
 

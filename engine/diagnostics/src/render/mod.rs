@@ -1,6 +1,6 @@
-//! Diagnostics as text, in three forms that say the same: for people, for editors and grep, for programs. None of them fails,
-//! whatever the spans are: a file may have changed since it was read, or its text may not be at hand. None of them is long, whatever the
-//! input is: [`MOST`] diagnostics are shown and the rest is counted, and long words and lines are cut.
+//! Diagnostics as text, in three forms that say the same: for people, for editors and grep, for programs. None of them fails for any spans: a file
+//! may have changed since it was read, or its text may not be at hand. None of them is long for any input: [`MOST`] diagnostics are shown and the
+//! rest is counted, and long words and lines are cut.
 
 mod extent;
 mod human;

@@ -136,7 +136,7 @@ fn many_mistakes_are_counted() {
     assert_eq!(short(&many[1..=MOST], &texts).lines().count(), MOST);
 }
 
-/// Words, messages and lines of megabytes do not reach the terminal, whatever part of a diagnostic they are in.
+/// Words, messages and lines of megabytes do not reach the terminal, in any part of a diagnostic.
 #[test]
 fn what_is_long_is_cut() {
     let mut texts = SourceMap::default();
@@ -158,7 +158,7 @@ fn what_is_long_is_cut() {
     assert!(out.contains("first") && out.contains("third"), "{out}");
 }
 
-/// Labels that are far apart are shown without what is between them.
+/// Labels that are far apart are shown without the lines between them.
 #[test]
 fn labels_far_apart_are_pieces() {
     let mut texts = SourceMap::default();

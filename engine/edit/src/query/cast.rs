@@ -14,7 +14,7 @@ const ONE: i128 = raxel_ray::ONE as i128;
 /// Cubes that a ray looks at, at most: chunks, nodes, blocks and voxels together.
 const MOST_STEPS: u32 = 1 << 20;
 
-/// What a ray meets first.
+/// The first thing that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CastHit {
     /// The voxel, its material, and the face: 0 −X, 1 +X, 2 −Y, 3 +Y, 4 −Z, 5 +Z, 6 when the ray starts inside.

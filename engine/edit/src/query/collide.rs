@@ -8,10 +8,10 @@ use raxel_world::{AIR, Chunk, ChunkPos, Unavailable};
 use crate::operation::UNIT;
 use crate::scene::Base;
 
-/// Longest motion along an axis, in voxels; what is asked for beyond it is cut off.
+/// Longest motion along an axis, in voxels; the rest is cut off.
 pub const MOST_MOTION: i64 = 4096;
 
-/// What came of a motion.
+/// The result of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Collision {
     /// How far the box came, in 1/256 voxel.
@@ -21,7 +21,7 @@ pub struct Collision {
 }
 
 /// Moves a box (its smallest and its largest corner, in 1/256 voxel) along y, then x, then z, as far as no solid voxel is in the way: it
-/// slides along what it meets. A box that stands in something solid already is stopped by the next solid voxels only.
+/// slides along obstacles. A box that stands in something solid already is stopped by the next solid voxels only.
 ///
 /// # Errors
 /// When the box comes to a chunk that is unavailable before something stops it.

@@ -1,4 +1,4 @@
-//! What a box is made of.
+//! The materials in a box.
 
 use std::collections::BTreeMap;
 

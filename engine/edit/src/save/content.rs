@@ -1,4 +1,4 @@
-//! What the files of a save say.
+//! The contents of the files of a save.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -25,7 +25,7 @@ pub(super) const CHUNKS: &str = "chunks.log";
 #[derive(Debug, Default)]
 pub(super) struct Content {
     pub(super) meta: Option<Meta>,
-    /// How often the save was written anew.
+    /// How often the save was rewritten.
     pub(super) generation: u64,
     /// The newest content of every chunk; `None` is the base's.
     pub(super) chunks: BTreeMap<ChunkPos, Option<PackedChunk>>,
@@ -43,8 +43,8 @@ pub(super) struct Content {
     pub(super) chunks_end: (u64, u32),
     /// Records of chunks that a newer one has replaced.
     pub(super) replaced: u64,
-    /// The file with the chunks has to be written anew: it is of an older format, or a packed save, or a journal, or its last checkpoint
-    /// counts without its end, as nothing else holds the edits.
+    /// The file with the chunks must be rewritten: it is of an older format, or a packed save, or a journal, or its last checkpoint counts without
+    /// its end, as nothing else holds the edits.
     pub(super) rewrite: bool,
     /// The sums of edits.
     sums: BTreeMap<u64, u32>,
@@ -129,7 +129,7 @@ impl Content {
             let is_chunks = part.name == CHUNKS;
             let mut used = true;
             if part.generation().is_some_and(|generation| generation < self.generation) {
-                // The edits of a journal are in the chunks that were written anew after it.
+                // The edits of a journal are in the chunks that were rewritten after it.
                 let materials = part.head.as_ref().map(|head| &head.meta.materials);
                 used = is_chunks && materials == self.meta.as_ref().map(|meta| &meta.materials);
                 if is_chunks {
@@ -194,7 +194,7 @@ impl Content {
         }
     }
 
-    /// Names edits that were saved once, and that neither the chunks nor a journal has.
+    /// Names edits that were saved once, but are now in neither the chunks nor a journal.
     fn name_missing(&mut self) {
         let gaps = self.gaps();
         for &(index, seq) in &self.torn {
@@ -312,8 +312,8 @@ impl Content {
                 }
                 Kind::Operations => {
                     if let Ok(operations) = postcard::from_bytes(payload) {
-                        // Where the chunks of format 1 were written anew, the same edit may be in a journal that was not removed, with
-                        // other indices of materials.
+                        // If the chunks of format 1 were rewritten, the same edit may be in a journal that was not removed, with other indices of
+                        // materials.
                         self.steps.entry(seq).or_insert(operations);
                     }
                     if has_sums {

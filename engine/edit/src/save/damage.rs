@@ -1,4 +1,4 @@
-//! What is wrong with the files of a save.
+//! The damages of the files of a save.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -13,7 +13,7 @@ pub struct Damage {
     pub file: String,
     /// The bytes that are lost; none when the file ends before them, or is gone.
     pub bytes: Range<u64>,
-    /// What they were.
+    /// The kind of these bytes.
     pub what: String,
     /// The file ends in a record that was being written when the program stopped. No edit that was acknowledged is lost.
     pub unfinished: bool,
@@ -46,7 +46,7 @@ impl Damage {
         Self { file: file.to_owned(), bytes: broken.bytes.clone(), what, unfinished: broken.short }
     }
 
-    /// What the file does not have, and no other.
+    /// Something that the file lacks, and no other file has.
     pub(super) fn missing(file: &str, what: impl Into<String>) -> Self {
         Self { file: file.to_owned(), bytes: 0..0, what: what.into(), unfinished: false }
     }

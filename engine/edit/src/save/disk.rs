@@ -9,9 +9,9 @@ use std::sync::Arc;
 pub(super) trait Storage: Send + Sync {
     /// Writes at the end.
     fn append(&self, bytes: &[u8]) -> io::Result<()>;
-    /// Writes over what is there.
+    /// Writes over the bytes that are there.
     fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()>;
-    /// Cuts off what is behind.
+    /// Cuts off the rest.
     fn truncate(&self, bytes: u64) -> io::Result<()>;
     /// Returns when everything is on the disk.
     fn sync(&self) -> io::Result<()>;

@@ -16,7 +16,7 @@ use crate::edits::Edits;
 use crate::operation::Operation;
 use crate::scene::Scene;
 
-/// What becomes of one call.
+/// The fate of one call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
     /// It fails, a write half way; those after it work.
@@ -25,14 +25,14 @@ enum Fault {
     Stop,
 }
 
-/// What the disk has of a file.
+/// The part of a file that is on the disk.
 #[derive(Clone, Debug, Default)]
 struct Disked {
     /// As it was at the last sync.
     synced: Vec<u8>,
     /// As the program sees it.
     now: Vec<u8>,
-    /// Bytes that a failed sync has dropped, which no later one brings to the disk, and what is there instead.
+    /// Bytes that a failed sync has dropped, which no later one brings to the disk, and the bytes there instead.
     dropped: BTreeMap<usize, u8>,
 }
 
@@ -230,7 +230,7 @@ fn quiet() -> SaveOptions {
     SaveOptions { checkpoint: hour, sync: hour, journal_bytes: u64::MAX, ..SaveOptions::default() }
 }
 
-/// What is played, over a world with one voxel.
+/// The scenario: edits over a world with one voxel.
 struct Game {
     base: World,
     scene: Scene,
@@ -336,7 +336,7 @@ fn copy(from: &Path) -> tempfile::TempDir {
     to
 }
 
-/// Opens the rest of the save, and compares it with what had been synced.
+/// Opens the rest of the save, and compares it with the synced bytes.
 fn judge(folder: &Path, promised: u64, may_name: bool, what: &str) {
     let mut game = Game::new();
     let (mut save, named) = game.adopt(folder, Arc::new(Faulty::new(None))).unwrap();

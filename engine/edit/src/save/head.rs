@@ -1,4 +1,4 @@
-//! The head of a file of a save: what the save belongs to, and where the file stands among the others.
+//! The head of a file of a save: the world that the save belongs to, and the place of the file among the others.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::record;
 /// The format that this program writes. It reads all before it.
 pub(super) const FORMAT: u32 = 2;
 
-/// What a save belongs to.
+/// The world that a save belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Meta {
     /// Format of the save.
@@ -21,7 +21,7 @@ pub struct Meta {
     pub materials: Vec<String>,
 }
 
-/// What a file of a save is, whatever its name says.
+/// The role of a file in a save. Its name does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Role {
     /// The file with the chunks.
@@ -37,7 +37,7 @@ pub(super) enum Role {
 pub(super) struct Head {
     pub(super) meta: Meta,
     pub(super) role: Role,
-    /// How often the save was written anew. Journals of an older generation are superseded.
+    /// How often the save was rewritten. Journals of an older generation are superseded.
     pub(super) generation: u64,
     /// The newest edit that was saved when the file was begun.
     pub(super) newest: u64,

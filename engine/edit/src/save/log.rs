@@ -10,12 +10,12 @@ use super::disk::{Disk, Storage};
 pub(super) struct Log {
     storage: Arc<dyn Storage>,
     bytes: u64,
-    /// What a write that failed has left behind is still to be cut off.
+    /// The rest of a failed write must still be cut off.
     torn: bool,
 }
 
 impl Log {
-    /// Opens a file for appending, made if there is none, and cuts off what it has behind so many bytes.
+    /// Opens a file for appending, made if there is none, and cuts it to `bytes` bytes.
     pub(super) fn open(disk: &dyn Disk, path: &Path, bytes: u64) -> io::Result<Self> {
         let (storage, there) = disk.open(path)?;
         // A file that is shorter than it was read a moment ago goes on where it ends.
@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
 
-    /// A disk with room for so many bytes.
+    /// A disk with room for a number of bytes.
     struct Small {
         bytes: Mutex<Vec<u8>>,
         room: AtomicUsize,

@@ -2,10 +2,9 @@
 //!
 //! A save is a folder. An edit is acknowledged when its record stands in the newest journal and its number in the tail: one `write` each,
 //! so that it survives the end of the program at any moment, and its loss would be noticed. A thread brings both to the disk every
-//! [`SaveOptions::sync`], which is what a power cut may cost.
-//! When the journal has grown, a checkpoint appends the chunks that changed to `chunks.log`, brings them to the disk, and only then removes
-//! the journals that they hold. Snapshots in a database were measured and not taken: one flipped byte in a page of its tree would lose
-//! more than one record.
+//! [`SaveOptions::sync`]. A power cut may cost the edits since then. When the journal has grown, a checkpoint appends the chunks that
+//! changed to `chunks.log`, brings them to the disk, and only then removes the journals that they hold. Snapshots in a database were
+//! measured and not taken: one flipped byte in a page of its tree would lose more than one record.
 
 mod content;
 mod damage;
@@ -45,17 +44,17 @@ use head::FORMAT;
 use worker::Done;
 use writer::Writer;
 
-/// Time between two tries to write what could not be written.
+/// Time between two tries of a failed write.
 const RETRY: Duration = if cfg!(test) { Duration::ZERO } else { Duration::from_secs(1) };
 
 /// How a save is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SaveOptions {
-    /// Time after which an edit is on the disk, whatever happens.
+    /// Time after which an edit is on the disk in any case.
     pub sync: Duration,
-    /// A checkpoint is made when the journal has so many bytes,
+    /// A checkpoint is made when the journal has this many bytes,
     pub journal_bytes: u64,
-    /// and when so much time has passed since the last one and there is something new.
+    /// and when this much time has passed since the last one and there is something new.
     pub checkpoint: Duration,
     /// A generator that is not the save's is accepted, and the edited chunks stay as they are.
     pub keep_on_generator_change: bool,
@@ -110,7 +109,7 @@ pub enum SaveError {
     /// The folder cannot be one of a save.
     #[error("{why}")]
     Place {
-        /// What is there.
+        /// The state of the save.
         why: String,
     },
     /// A file cannot be read.
@@ -142,7 +141,7 @@ pub enum SaveEvent {
     },
 }
 
-/// A save that was opened, and what is in it.
+/// An opened save, and its contents.
 #[derive(Debug)]
 pub struct Opened {
     /// The save.
@@ -151,7 +150,7 @@ pub struct Opened {
     pub chunks: Vec<(ChunkPos, PackedChunk)>,
     /// The edits after it, to be replayed in order.
     pub steps: Vec<(u64, Vec<Operation>)>,
-    /// What was broken.
+    /// The damaged parts.
     pub damages: Vec<Damage>,
     /// Why nothing is saved, when nothing can be: the folder cannot be written, or another process has the save open.
     pub read_only: Option<String>,
@@ -241,7 +240,7 @@ impl Save {
         self.writer.is_none()
     }
 
-    /// Notes what a replayed step changed: it is in no checkpoint yet.
+    /// Notes the changes of a replayed step: it is in no checkpoint yet.
     pub fn replayed(&mut self, change: &Change) {
         self.dirty.extend(change.chunks.iter().map(|chunk| chunk.pos));
     }

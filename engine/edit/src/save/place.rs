@@ -16,7 +16,7 @@ pub fn check_folder(folder: &Path) -> Result<(), SaveError> {
             Ok(_) => return refused(format!("`{}` is a file", place.display())),
             // A place in a file is no folder, and the file is further up.
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {}
-            // Opening the save says why.
+            // Opening the save reports why.
             Err(_) => return Ok(()),
         }
     }

@@ -24,10 +24,10 @@ pub(super) const HEADER: usize = 44;
 /// Largest number of an edit, a journal or a generation that is read: no save gets so far, and the next ones are numbers too.
 pub(super) const LARGEST: u64 = 1 << 62;
 
-/// What a record is.
+/// The kinds of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// What the save belongs to.
+    /// The world that the save belongs to.
     Head = 1,
     /// The operations of one step.
     Operations = 2,
@@ -65,13 +65,13 @@ pub(super) struct Record<'a> {
 pub(super) struct Broken {
     /// Empty where records were cut out.
     pub(super) bytes: std::ops::Range<u64>,
-    /// What the record is, as far as its header tells.
+    /// The record, as far as its header is readable.
     pub(super) record: Option<(Kind, u64, ChunkPos)>,
     /// The file ends before the record does: it was being written when the program or the machine stopped, or the file was cut off.
     pub(super) short: bool,
 }
 
-/// Refuses an edit that no record can hold: the length of a payload has 32 bits. A checkpoint saves what such an edit has made.
+/// Refuses an edit that no record can hold: the length of a payload has 32 bits. A checkpoint saves the chunks of such an edit.
 pub(super) fn check_length(seq: u64, bytes: usize) -> io::Result<()> {
     if u32::try_from(bytes).is_ok() {
         return Ok(());
@@ -111,7 +111,7 @@ fn put(out: &mut Vec<u8>, before: Option<u32>, kind: Kind, seq: u64, pos: ChunkP
     sum
 }
 
-/// Reads the records of a file in order, and what is between them.
+/// Reads the records of a file in order, and the bytes between them.
 pub(super) fn read(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'_>, Broken>> {
     // The sum of the record before; none behind broken ones.
     let (mut at, mut before) = (0, Some(0));
@@ -168,7 +168,7 @@ struct Header {
 }
 
 impl Header {
-    /// What a header says that has one wrong byte: the one whose change makes its checksum right.
+    /// The contents of a header that has one wrong byte: the byte whose change makes its checksum right.
     fn guess(bytes: &[u8]) -> Option<Self> {
         let mut header = bytes.get(..HEADER).unwrap_or(bytes).to_vec();
         (0..header.len()).find_map(|at| {

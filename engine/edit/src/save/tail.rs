@@ -1,8 +1,8 @@
-//! The tail of a save: a small file that says how far the edits go that were acknowledged.
+//! The tail of a save: a small file with the number of the last edit that was acknowledged.
 //!
 //! A journal that was cut off where a record ends, or removed, looks like one that was never longer. So each edit is noted here as well,
-//! after its record is in the journal and before it is acknowledged. A tail behind the journal is what a kill leaves. A tail ahead of the
-//! journal is a loss.
+//! after its record is in the journal and before it is acknowledged. A kill leaves a tail behind the journal. A tail ahead of the journal
+//! is a loss.
 //!
 //! The file has two slots, which are written in turn: the magic `RXVT`; the generation of the save (u64), the number of the journal (u64)
 //! and of its newest edit (u64); the sum of that edit (u32); the CRC-32C of the slot before it.
@@ -61,7 +61,7 @@ impl Mark {
     }
 }
 
-/// The file, as the one who writes it knows it.
+/// The file, as its writer knows it.
 pub(super) struct Tail {
     storage: Arc<dyn Storage>,
     /// The slot that is written next.
@@ -92,7 +92,7 @@ impl Tail {
     }
 }
 
-/// What the file of a folder says.
+/// The contents of a folder's file.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     /// The newer mark.

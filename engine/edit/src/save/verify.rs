@@ -1,4 +1,4 @@
-//! Looking into a save that no world is open for, and writing it anew.
+//! Verifying and rewriting a save that no world is open for.
 
 use std::io;
 use std::path::Path;
@@ -15,22 +15,22 @@ use super::worker::write_commit;
 use super::{SaveError, lock};
 use crate::operation::Operation;
 
-/// What is in a save.
+/// The contents of a save.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// What it belongs to; `None` when the folder has no save.
+    /// The world that it belongs to; `None` when the folder has no save.
     pub meta: Option<Meta>,
     /// Its files.
     pub files: Vec<FileInfo>,
     /// Chunks in the last checkpoint.
     pub chunks: u64,
-    /// Records of chunks that a newer one has replaced: what [`compact`] leaves out.
+    /// Records of chunks that a newer one has replaced. [`compact`] leaves them out.
     pub replaced: u64,
     /// Edits up to here are in chunks.
     pub applied: u64,
     /// The newest edit.
     pub newest: u64,
-    /// What is broken, or unfinished.
+    /// Broken or unfinished parts.
     pub damages: Vec<Damage>,
 }
 
@@ -65,7 +65,7 @@ pub struct Compacted {
     pub after: u64,
 }
 
-/// Writes the chunks of a save anew without what newer ones have replaced.
+/// Rewrites the chunks of a save without those that newer ones have replaced.
 pub fn compact(folder: &Path) -> Result<Compacted, SaveError> {
     compact_on(&System, folder)
 }
@@ -133,7 +133,7 @@ impl Whole {
 
     fn add_chunks(&mut self, content: &Content) {
         for (pos, chunk) in &content.chunks {
-            // The base needs no record where nothing else was said before.
+            // The base needs no record unless an older record replaced it.
             if let Some(chunk) = chunk {
                 self.end.1 =
                     record::write(&mut self.bytes, self.end.1, Kind::Chunk, content.applied, *pos, chunk.bytes());
@@ -148,7 +148,7 @@ impl Whole {
         let mut next = content.applied + 1;
         for (&seq, operations) in &content.steps {
             if seq > next {
-                // Lost edits were named when the save was read; an empty step says so, and that they are not to be missed again.
+                // Lost edits were named when the save was read. An empty step records that, so that they are not missed again.
                 self.add_step(seq - 1, &[]);
             }
             self.add_step(seq, operations);

@@ -86,8 +86,8 @@ impl Worker {
         self.unsynced.store(true, Ordering::Release);
     }
 
-    /// The newest journal that the system failed to bring to the disk, until a checkpoint has its edits; 0 where there is none. What the
-    /// system has failed to write it may have dropped: another sync that succeeds says nothing about it.
+    /// The newest journal that the system failed to bring to the disk, until a checkpoint has its edits; 0 where there is none. The system may have
+    /// dropped data that it failed to write: a later sync that succeeds proves nothing about it.
     pub(super) fn lost(&self) -> u64 {
         self.lost.load(Ordering::Acquire)
     }
@@ -151,7 +151,7 @@ impl State {
                 Ok(Message::Checkpoint(checkpoint)) => {
                     let positions = checkpoint.chunks.iter().map(|(pos, _)| *pos).collect();
                     let result = self.write(&checkpoint).map_err(|error| error.to_string());
-                    // Nobody may be listening any more.
+                    // The receiver may be gone.
                     let _ = outbox.send(Done { positions, seq: checkpoint.seq, result });
                 }
                 Ok(Message::Journal(journal, number)) => {

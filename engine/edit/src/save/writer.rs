@@ -1,4 +1,4 @@
-//! The one who writes a save: its journal, its tail, and the thread of its checkpoints.
+//! The writer of a save: its journal, its tail, and the thread of its checkpoints.
 
 use std::fs::File;
 use std::io;
@@ -75,7 +75,7 @@ impl Writer {
             end.1 = Head { meta: meta.clone(), role: Role::Chunks, generation, newest: 0, sum: 0 }.write(&mut head);
             chunks.append(&head)?;
         }
-        // A journal is never appended to by another run: what its end looks like is not known.
+        // A journal is never appended to by another run, because its end is unknown.
         let newest = content::journals(folder).map_err(io::Error::other)?;
         let number = newest.last().and_then(|path| content::journal_number(path)).unwrap_or(0) + 1;
         let mark = Mark { generation, seq, journal: number, sum };
@@ -121,7 +121,7 @@ impl Writer {
         self.write_waiting()
     }
 
-    /// Writes what waits.
+    /// Writes the waiting records.
     pub(super) fn write_waiting(&mut self) -> io::Result<()> {
         let written = self.append_waiting().and_then(|()| self.set_mark());
         if written.is_ok() {
@@ -222,7 +222,7 @@ impl Writer {
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        // The last try; nobody was told that these steps are saved.
+        // The last try. No message has called these steps saved.
         let _ = self.write_waiting();
     }
 }

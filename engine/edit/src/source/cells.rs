@@ -8,11 +8,11 @@ use raxel_world::{
 /// The cells of a chunk that have a changed voxel in them, at every level above 0.
 ///
 /// The source below has a rule of its own for coarse cells: land is solid where most of a cell is, models where they are as thick as a
-/// wall, and thin layers keep their colour. No rule that sees voxels alone agrees with it everywhere, and a chunk of which one voxel was
-/// changed would be seen to change as a whole. So a cell stays what the source has there until enough of it is otherwise.
+/// wall, and thin layers keep their colour. No rule that sees voxels alone agrees with it everywhere. With such a rule, one changed voxel
+/// would change its whole chunk. So a cell stays as in the source until enough of it has changed.
 ///
-/// The source may also have a cell solid that has no voxel in it: caves are no part of coarse land. What is dug open goes on through such
-/// cells, as far as they touch each other in the chunk.
+/// The source may also have a cell solid that has no voxel in it: caves are no part of coarse land. Dug-out space continues through such cells, as
+/// far as they touch each other in the chunk.
 pub(super) struct ChangedCells {
     /// Of level 1, by the block of the chunk that they are.
     of_blocks: Box<[(u16, Share)]>,
@@ -22,7 +22,7 @@ pub(super) struct ChangedCells {
     whole: Option<Share>,
 }
 
-/// How many voxels of a cell are what.
+/// Counts of a cell's voxels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Share {
     /// Solid ones below the edits.
@@ -31,7 +31,7 @@ struct Share {
     after: u32,
     /// Solid ones of a material that they did not have.
     written: u32,
-    /// What most of those are of, of equally many the one with the lowest index.
+    /// Their most frequent material; on a tie, the one with the lowest index.
     material: MaterialIndex,
 }
 
@@ -109,11 +109,11 @@ impl ChangedCells {
 }
 
 impl Share {
-    /// What a cell of a level is that is `below` in the source: air or a material.
+    /// The new content of a cell of a level that has the content `below` in the source: air or a material.
     ///
     /// One that is air becomes solid when half of it is, or when as many voxels have come as a wall through it has that is one voxel thick.
     /// One that is solid stays so while half of it is. In both cases half as many voxels as such a wall has must have come or gone, about
-    /// half of what is seen of it from one side: the source may have rounded a cell that is nearly half full either way. As many must be
+    /// half of its visible ones from one side: the source may have rounded a cell that is nearly half full either way. As many must be
     /// written before it changes its material.
     #[expect(
         clippy::cast_possible_truncation,
@@ -162,7 +162,7 @@ impl Written {
         other.0.iter().for_each(|(material, voxels)| self.count(*material, *voxels));
     }
 
-    /// The share of a cell with so many solid voxels before and after.
+    /// The share of a cell with these solid voxels before and after.
     fn share(&self, [before, after]: [u32; 2]) -> Share {
         let most = self.0.iter().max_by_key(|(material, count)| (*count, std::cmp::Reverse(*material)));
         let written = self.0.iter().map(|(_, count)| count).sum();
@@ -170,7 +170,7 @@ impl Written {
     }
 }
 
-/// The cells without voxels that those lead to which an edit has emptied, in a cube of so many cells along an edge.
+/// The cells without voxels that are reachable from cells that an edit has emptied, in a cube of `edge` cells along an edge.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "a cell has at most 64 voxels along an edge, and a cube at most 16³ cells"

@@ -146,7 +146,7 @@ impl Case {
         case
     }
 
-    /// Tries damages, each of which is all files anew. Says how many were losses.
+    /// Tries damages. Each is a complete set of files. Says how many were losses.
     fn judge(&self, damages: impl IntoIterator<Item = (String, Files)>) -> [usize; 2] {
         let mut place = Place::new();
         place.put(&self.files);
@@ -169,7 +169,7 @@ impl Case {
     }
 }
 
-/// Flips bits of every byte, so many of its eight.
+/// Flips `each` of the eight bits of every byte.
 fn flip(each: usize) {
     for case in Case::all(1) {
         let bits = case.files.iter().flat_map(|(name, bytes)| (0..bytes.len() * each).map(move |n| (name, bytes, n)));

@@ -87,12 +87,12 @@ fn all(edits: &Edits) -> BTreeMap<ChunkPos, PackedChunk> {
     edits.positions().map(|pos| (pos, edits.packed(pos).unwrap())).collect()
 }
 
-/// What the first edits of the script leave behind.
+/// The chunks that the first edits of the script leave behind.
 fn replayed(edits: u64) -> BTreeMap<ChunkPos, PackedChunk> {
     left_by(1..=edits)
 }
 
-/// What some of them leave behind.
+/// The chunks that some of them leave behind.
 fn left_by(edits: impl Iterator<Item = u64>) -> BTreeMap<ChunkPos, PackedChunk> {
     let mut all_edits = Edits::default();
     let operations: Vec<_> = edits.map(script).collect();
@@ -241,8 +241,7 @@ fn names(said: &str, edit: u64) -> bool {
     numbers.first().is_some_and(|first| (*first..=*numbers.last().unwrap()).contains(&edit))
 }
 
-/// A disk writes what it was not told to write at once in any order: of the sectors behind the last sync, each is there, or is zeros, or lies
-/// beyond the end of the file.
+/// A disk writes unsynced data in any order: each sector behind the last sync is there, or is zeros, or lies beyond the end of the file.
 #[test]
 fn a_power_cut_costs_edits_behind_the_last_sync_and_no_others() {
     const SECTOR: usize = 64;
@@ -421,7 +420,7 @@ fn a_stop_before_old_journals_are_removed_leaves_materials_right() {
     let before = copy(folder.path());
     let mut turned = meta();
     turned.materials[1..].reverse();
-    // The program is killed when the chunks are written anew, with the materials in their new order, and the journal is still there.
+    // The program is killed when the chunks are rewritten, with the materials in their new order, and the journal is still there.
     let opened = Save::open(folder.path(), &turned, quiet()).unwrap();
     let expected = (opened.chunks, opened.steps);
     drop(opened.save);
@@ -463,7 +462,7 @@ fn a_flipped_byte_costs_its_record_and_names_it() {
             // The other edits of the journal were applied all the same.
             assert!(game.save.seq() >= 11, "byte {at}");
         } else if damage.what.starts_with("the chunk") {
-            // Every other chunk is what it was, but where the journal's edits met the lost one.
+            // Every other chunk is unchanged, except where the journal's edits met the lost one.
             let differ = whole.iter().filter(|(pos, chunk)| voxels.get(pos) != Some(chunk)).count();
             assert!(differ <= 1, "byte {at}: {differ} chunks differ");
         } else {

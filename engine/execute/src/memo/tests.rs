@@ -183,7 +183,7 @@ fn a_still_frame_runs_nothing() {
     let keys = [Some(1), Some(2)];
     assert_eq!(memo.decide(0, &Ticks::default(), &keys, 0), [true; 3]);
     assert_eq!(memo.decide(1, &Ticks::default(), &keys, 0), [false; 3]);
-    // Another way of showing reruns the picture only; a changed pass reruns what its inputs need.
+    // Another display reruns the picture only; a changed pass reruns the makers of its inputs.
     assert_eq!(memo.decide(2, &Ticks::default(), &keys, 1), [false, false, true]);
     assert_eq!(memo.decide(3, &Ticks::default(), &[Some(1), Some(9)], 1), [true; 3]);
     memo.forget();

@@ -1,4 +1,4 @@
-//! A running frame allocates nothing: neither the walk over the plan nor recording and submitting it on the device.
+//! A running frame allocates nothing: the walk over the plan does not, and recording and submitting it on the device do not either.
 
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, FrameInputs, Recorder, Replay};

@@ -5,7 +5,7 @@ use raxel_graph::checked::Value;
 
 use crate::lab::{Lab, Planned, at};
 
-/// What every shader includes: nobody reads all of it.
+/// A file that every shader includes: no shader reads all of it.
 const FRAME: (&str, &str) = (
     "shaders/include/frame.glsl",
     "layout(push_constant) uniform Frame { uint index; float light; vec3 color; mat4 view; } frame;",

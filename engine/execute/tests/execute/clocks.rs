@@ -106,7 +106,7 @@ fn at(lab: &mut Lab, seconds: f64) -> FrameReport {
     lab.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What readers outside see when tick `last` was the last: the sum, the last three ticks, the mark, the number of the tick.
+/// The readers' view outside when tick `last` was the last: the sum, the last three ticks, the mark, the number of the tick.
 fn seen(last: u32) -> [f32; 4] {
     let sum = (last * (last + 1) / 2) as f32;
     let tick = |back: u32| if last >= back { (last - back) as f32 + 0.1 } else { 0.0 };
@@ -128,7 +128,7 @@ fn a_frame_catches_up_and_readers_see_the_last_tick() {
             let idle = 2 * (3 - ticks);
             assert_eq!(report.idle, idle, "at {seconds}");
             if memo && ticks == 0 {
-                // What `early` sees follows a frame late: it sees the ticks of this frame in the next one.
+                // The view of `early` follows a frame late: it sees the ticks of this frame in the next one.
                 assert!(report.dispatched <= 1, "at {seconds}: {report:?}");
             }
             let color = lab.floats("color", 0, 0, 0)[0];

@@ -131,7 +131,7 @@ fn a_swap_keeps_what_is_described_alike() {
     assert_eq!(lab.floats("color", 0, 0, 0)[5], [120.0, 0.25, 0.0, 1.0]);
 }
 
-/// A chain of `length` passes, each of which scales what the one before it left and adds `frame.index` where `moving`.
+/// A chain of `length` passes. Each scales the output of the one before it and adds `frame.index` where `moving`.
 pub fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
     let mut toml = "name = \"chain\"\npresent = \"color\"\n[params.gain]\ntype = \"f32\"\ndefault = 1.0\n".to_owned();
     for i in 0..length - 1 {
@@ -178,7 +178,7 @@ fn load(lab: &mut Lab, files: &[(String, String)], how: &Planned<'_>) -> Arc<Pla
 
 #[test]
 fn aliased_memory_gives_the_same_picture() {
-    // What is the same in every frame shares no memory.
+    // A resource that is the same in every frame shares no memory.
     let files = chain(6, &[0]);
     let mut pictures = Vec::new();
     for alias in [false, true] {

@@ -87,7 +87,7 @@ fn a_hang_is_noticed_and_blamed_on_its_pass() {
     let ExecuteError::DeviceLost { suspect, timed_out } = &error else { panic!("{error}") };
     assert_eq!((suspect.as_ref().map(|suspect| suspect.pass.as_str()), *timed_out), (Some("spin"), true));
     assert!(error.to_string().ends_with("pass `spin` had begun and not finished"), "{error}");
-    // Nothing more can be had from this device, and every question says so.
+    // Nothing more can be had from this device, and every question fails.
     assert!(lab.device.is_lost());
     assert!(matches!(lab.executor.read_presented(), Err(ExecuteError::DeviceLost { .. })));
     assert!(matches!(lab.executor.wait_next(SHORT), Err(ExecuteError::DeviceLost { .. })));

@@ -1,5 +1,5 @@
 //! A slow interpreter of random graphs ([`crate::random`]): every pass in the order of the file, over memory of its own for every copy of
-//! every resource. It knows neither plans nor culling, and computes bit for bit what the shaders do: all factors are powers of two.
+//! every resource. It has no plans and no culling, and computes the same bits as the shaders: all factors are powers of two.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use raxel_graph::checked::{
 use crate::random::FLOATS;
 use crate::random_shaders::Kind;
 
-/// What a frame is given.
+/// The inputs of a frame.
 #[derive(Clone, Copy)]
 pub struct Given {
     pub frame: u32,
@@ -83,7 +83,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// The oldest copy becomes the current one, and is cleared if the file says so.
+    /// The oldest copy becomes the current one, and is cleared if the file has a clear.
     fn begin(&mut self, of: impl Fn(&Resource) -> bool, clears: bool) {
         for (resource, copies) in self.graph.resources.iter().zip(&mut self.copies).filter(|(resource, _)| of(resource))
         {
@@ -128,7 +128,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a binding adds to the value of a thread.
+    /// The addend of a binding to the value of a thread.
     fn load(&self, kind: Kind, access: &BoundAccess, thread: usize) -> f32 {
         let words = &self.copies[access.resource.0 as usize][access.age as usize][access.mips.first as usize];
         let texel =
@@ -141,7 +141,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// What a thread stores in a binding.
+    /// The value that a thread stores in a binding.
     fn store(&mut self, kind: Kind, access: &BoundAccess, thread: usize, value: f32) {
         let fract = |value: f32| value - value.floor();
         let step = |index: usize| index as f32 * 0.125;

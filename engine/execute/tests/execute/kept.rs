@@ -1,4 +1,4 @@
-//! What stays from frame to frame: kept resources, tables made of what stands still, partial stores.
+//! Contents that stay from frame to frame: kept resources, tables made of constant inputs, partial stores.
 
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, FrameInputs, FrameReport};

@@ -133,7 +133,7 @@ fn targets_follow_the_world() {
     }
 }
 
-/// What is queued is counted by a pass; the pass behind it runs with as many threads, whatever the shape of its workgroup.
+/// A pass counts the queue; the pass behind it runs with as many threads, for any shape of its workgroup.
 const QUEUE_GRAPH: &str = r#"
 name = "queue"
 present = "hits"
@@ -235,7 +235,7 @@ void main() {
     if (i < count) imageStore(outColor, ivec2(i, 0), vec4(kernel[i], vec2(points[i % 2u].xz), LAMP));
 }";
 
-/// What the file writes is in the buffer, laid out as the shader reads it; an edit of it is seen by what read it.
+/// The file's values are in the buffer, in the shader's layout; readers see an edit of them.
 #[test]
 fn values_are_in_their_buffer() {
     let mut lab = Lab::new();
@@ -252,7 +252,7 @@ fn values_are_in_their_buffer() {
     let edited = shown(&VALUES_GRAPH.replace("0.25", "0.5"));
     assert_eq!(edited[1], [0.5, -4.0, -6.0, 2.0]);
     assert_eq!([edited[0], edited[2], edited[3]], [first[0], first[2], first[3]]);
-    // On reset it is written anew.
+    // On reset they are written again.
     lab.executor.reset_history();
     lab.frame();
     assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 0.5);

@@ -1,4 +1,4 @@
-//! Loops on the device: rounds, names that change places, mips, and what is said to a pass of a loop.
+//! Loops on the device: rounds, names that change places, mips, and the inputs of a pass of a loop.
 
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, FrameInputs, Override};

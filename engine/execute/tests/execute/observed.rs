@@ -1,6 +1,6 @@
-//! What is shown, pinned and read changes nothing that frames compute: random graphs run while all of these change at random between frames.
-//! Every read gives what an interpreter of the graph as written ([`crate::interpreter`]) has at the end of that frame, or is refused; and when all is
-//! over, everything that is left is bit for bit as if nobody had looked.
+//! Showing, pinning and reading change nothing that frames compute: random graphs run while all of these change at random between frames.
+//! Every read equals the state of an interpreter of the graph as written ([`crate::interpreter`]) at the end of that frame, or is refused;
+//! and when all is over, everything that is left is bit for bit as without any reads.
 
 use std::sync::Arc;
 
@@ -21,13 +21,13 @@ use raxel_testing::Random;
 /// Graphs of the normal test run; `RAXEL_OBSERVED=5000` runs so many, with seeds from `RAXEL_OBSERVED_FROM` on.
 const GRAPHS: u64 = 150;
 
-/// What each resource holds at the end of a frame: by age.
+/// The contents of each resource at the end of a frame: by age.
 type Left = Vec<Vec<Contents>>;
 
 /// How a graph is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
-    /// Everything can be read, and nobody looks before the last frame has run.
+    /// Everything can be read, and nothing is read before the last frame has run.
     Unseen,
     /// Everything can be read, and is.
     Everything,
@@ -56,8 +56,8 @@ fn params(frame: u32) -> [f32; 2] {
 /// Words of the source that all may read, which is written before frame 5.
 const WRITTEN: [f32; 2] = [0.75, 0.25];
 
-/// What the graph as written leaves after each frame. `None` if a dispatch has no workgroups: then `writeonly` bindings do not store what they
-/// promise, and what is there instead is nobody's.
+/// The contents after each frame of the graph as written. `None` if a dispatch has no workgroups: then `writeonly` bindings do not store as
+/// they promise, and the contents are undefined.
 fn interpret(graph: &Graph) -> Option<Vec<Left>> {
     let mut given = [0.5_f32; FLOATS].map(f32::to_bits).to_vec();
     let open = [0.25_f32; FLOATS].map(f32::to_bits).to_vec();
@@ -85,7 +85,7 @@ fn interpret(graph: &Graph) -> Option<Vec<Left>> {
     (!interpreter.starved).then_some(frames)
 }
 
-/// A graph that runs, and what can be told of it.
+/// A running graph, and the facts about it.
 struct Run<'a> {
     lab: &'a mut Lab,
     graph: &'a Arc<Graph>,
@@ -149,7 +149,7 @@ impl Run<'_> {
                 let looked_at = self.pinned.contains(&resource.name);
                 let supplied = resource.kind.supplied_by().is_some() && !is_touched(self.graph, index);
                 let refusable = if self.way == Way::Shown { !looked_at } else { supplied };
-                // What later frames find is there in any case.
+                // Contents that later frames read are there in any case.
                 let carried = (resource.history > 0 || resource.keep) && is_written(self.graph, index);
                 if refusable && !carried { Ok(true) } else { Err(format!("{}: {error}", what())) }
             }

@@ -36,9 +36,9 @@ enum Sort {
     Arguments,
     /// Floats written in the file.
     Table,
-    /// What the test supplies as [`GIVEN`]; passes only read it.
+    /// Supplied by the test as [`GIVEN`]; passes only read it.
     Given,
-    /// What the test supplies as [`OPEN`]; passes may write it.
+    /// Supplied by the test as [`OPEN`]; passes may write it.
     Open,
     /// A copy of [`GIVEN`].
     Copy,
@@ -202,7 +202,7 @@ pub fn graph_file(r: &mut Random) -> String {
         }
         // Some passes change from frame to frame, some now and then, most follow what they read.
         let from = match r.below(4) {
-            // What stands still shares no memory.
+            // A constant resource shares no memory.
             _ if chain && number == 0 => "frame.time",
             0 if clocked => "clock.sim.phase",
             0 => "frame.time",
@@ -240,7 +240,7 @@ fn bind(r: &mut Random, thing: &Thing, kind: Kind, name: &str) -> String {
     }
 }
 
-/// What is shown in each frame.
+/// The shown texels of each frame.
 fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool) -> (Vec<Vec<[f32; 4]>>, u32) {
     let shown = graph.resource(graph.present).name.clone();
     let [given, open] = supply(lab, graph);
@@ -292,7 +292,7 @@ pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<ExternalResource>; 2] {
     sources
 }
 
-/// What the compiler must know of the sources.
+/// The sources' facts for the compiler.
 pub fn layouts() -> Vec<SourceLayout> {
     let layout = |name: &str, access| {
         let element = Box::new(Type::Scalar(Scalar::F32));

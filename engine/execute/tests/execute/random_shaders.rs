@@ -18,7 +18,7 @@ pub const READS: [Kind; 3] = [Sampled, ReadImage, ReadBuffer];
 pub const WRITES: [Kind; 4] = [WriteImage, ReadWriteImage, WriteBuffer, WriteArguments];
 
 impl Kind {
-    /// What the shader of that path binds, in order.
+    /// The bindings of the shader of that path, in order.
     pub fn of_shader(path: &str) -> Vec<Kind> {
         let letters = path.trim_start_matches("shaders/").trim_end_matches(".comp");
         let all = || READS.into_iter().chain(WRITES);

@@ -221,7 +221,7 @@ fn a_source_that_passes_may_write_has_its_hazards_in_the_plan() {
     assert_eq!([0, 1, 2, 3, 4].map(|frame| shown_at(&mut lab, frame)), [11, 12, 13, 14, 15]);
     assert_eq!(lab.frame_with(&at(5), &[]).dispatched, 1);
     assert_eq!(lab.frame_with(&at(7), &[]).dispatched, 0);
-    // What the runtime writes lies over what passes made of it, and what passes made of the rest stays.
+    // The runtime's words lie over the passes' own, and the rest of these stays.
     source.write(0, bytemuck::cast_slice(&[100_u32; 32])).unwrap();
     assert_eq!(shown_at(&mut lab, 9), 100);
     // A swap keeps it.

@@ -73,7 +73,7 @@ fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut SplitMix64) {
     }
 }
 
-/// A part of so many bytes: mostly short.
+/// A range within `of` bytes: mostly short.
 fn range(of: usize, random: &mut SplitMix64) -> Range<usize> {
     let from = random.index(of + 1);
     let bits = if random.below(4) == 0 { 11 } else { 6 };

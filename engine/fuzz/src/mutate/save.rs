@@ -9,7 +9,7 @@ use raxel_world::random::SplitMix64;
 use super::{binary, pick};
 use crate::projects::{parts, whole};
 
-/// Bytes of a header in each format, as the magic tells.
+/// Bytes of a header in each format, by its magic.
 const HEADERS: [(&[u8; 4], usize); 2] = [(b"RXV1", 40), (b"RXV2", 44)];
 
 pub(super) fn mutated(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Vec<u8> {
@@ -47,7 +47,7 @@ fn change(files: &mut Vec<(String, Vec<u8>)>, other: &[u8], random: &mut SplitMi
     }
 }
 
-/// The records of a file, as far as they can be told from each other.
+/// The records of a file, as far as they can be separated.
 fn records(mut bytes: &[u8]) -> Vec<Vec<u8>> {
     let mut records = Vec::new();
     while let Some((_, header)) = HEADERS.iter().find(|(magic, size)| bytes.starts_with(*magic) && bytes.len() >= *size)

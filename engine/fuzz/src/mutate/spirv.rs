@@ -35,7 +35,7 @@ pub(super) fn mutated(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Ve
     if random.below(16) == 0 {
         return binary::mutated(input, input, random);
     }
-    // A module that a change broke is mostly refused for it, whatever the next change is.
+    // A module that a change broke is mostly refused for it, so that later changes hardly matter.
     for _ in 0..=random.below(3) {
         if random.below(4) == 0 { module.change(&other, random) } else { module.turn(random) }
     }
@@ -71,7 +71,7 @@ impl Words {
         self.header.iter().copied().chain(instructions).flat_map(u32::to_le_bytes).collect()
     }
 
-    /// What each id is that is declared before an instruction: a type, by its opcode, or a value, by its type.
+    /// The kind of each id that is declared before an instruction: a type, by its opcode, or a value, by its type.
     fn kinds(&self, before: usize) -> HashMap<u32, (bool, u32)> {
         let mut kinds = HashMap::new();
         for (opcode, operands) in &self.instructions[..before] {

@@ -18,7 +18,7 @@ use crate::projects::MARK;
 const ENTRY: usize = 16;
 const CRC: usize = 4;
 
-/// What such a document may say.
+/// Words for such a document.
 const WORDS: [&str; 16] = [
     "zarr_format",
     "node_type",

@@ -268,7 +268,7 @@ fn with_lines(text: &str, other: &str, random: &mut SplitMix64) -> String {
     lines.concat()
 }
 
-/// A short range of so many things, as its start and its length.
+/// A short range within `of` things, as its start and its length.
 fn some(of: usize, random: &mut SplitMix64) -> (usize, usize) {
     let from = random.index(of + 1);
     let most = 1 + random.index(12);
@@ -315,7 +315,7 @@ fn tokens(text: &str) -> Vec<Token> {
                 while at < bytes.len() && bytes[at] != quote && bytes[at] != b'\n' {
                     at += if bytes[at] == b'\\' && quote == b'"' { 2 } else { 1 };
                 }
-                // The end of the text may stand in the middle of an escape, and a letter may follow a backslash.
+                // The end of the text may be within an escape, and a letter may follow a backslash.
                 at = (at + 1).min(bytes.len());
                 while !text.is_char_boundary(at) {
                     at += 1;

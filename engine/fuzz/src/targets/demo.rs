@@ -1,4 +1,4 @@
-//! Demo files, from the text to what they show at several times.
+//! Demo files, from the text to the picture's settings at several times.
 
 use std::sync::{Arc, LazyLock};
 

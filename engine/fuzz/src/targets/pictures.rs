@@ -30,10 +30,10 @@ pub(crate) const EXR: Target = Target {
     quick: 500,
 };
 
-/// Pictures are compressed: so many bytes of texels for a byte of the file, several times over.
+/// Pictures are compressed: a byte of the file stands for that many bytes of texels, several times over.
 const BOUNDS: Bounds = Bounds { bytes_per_byte: 32 << 10, ..Bounds::PARSER };
 
-/// What a graph can want of a picture.
+/// Formats that a graph can ask of a picture.
 const WANTED: [(&str, &str); 5] = [
     ("plain", ""),
     ("mips", "mips = \"full\"\n"),

@@ -22,7 +22,7 @@ fn run(input: &[u8]) {
     projects::add(&files, manifest::PATH, input);
     let mut texts = SourceMap::default();
     let Some(read) = check::outcome(manifest::read(&files, &mut texts), &texts) else { return };
-    // What is taken can be used as it is.
+    // A setting that is accepted can be used as it is.
     assert!(read.size.is_none_or(|size| size.iter().all(|side| (1..=16384).contains(side))));
     assert!(read.scale.is_none_or(|scale| scale.is_finite() && scale > 0.0));
     assert!(read.fps.is_none_or(|fps| (1e-3..=1000.0).contains(&fps)));

@@ -1,4 +1,4 @@
-//! The folder of a save: read by every door, with checksums that are mostly right. Whatever it holds, it is refused, or read with its damage named.
+//! The folder of a save: read by every door, with checksums that are mostly right. It is refused, or read with its damage named, for any bytes.
 
 use std::fs;
 
@@ -24,7 +24,7 @@ thread_local! {
 fn run(input: &[u8]) {
     FOLDER.with(|folder| {
         let folder = folder.path().join("save");
-        // What an input left is gone.
+        // The files of the last input are gone.
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir(&folder).expect("the folder is writable");
         for (name, bytes) in projects::parts(input) {

@@ -1,4 +1,5 @@
-//! Shaders as texts: their tokens, their includes, and what is made of the compiler's messages about them. The compiler itself is not called.
+//! Shaders as texts: their tokens, their includes, and the diagnostics of the compiler's messages about them. The compiler itself is not
+//! called.
 
 use raxel_diagnostics::MemoryFiles;
 

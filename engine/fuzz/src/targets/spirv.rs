@@ -1,4 +1,4 @@
-//! SPIR-V modules from files: whatever their words are, they are read or refused; and what is valid stays valid in every copy that raxel makes.
+//! SPIR-V modules from files: they are read or refused, for any words; and valid ones stay valid in every copy that raxel makes.
 
 use std::sync::Arc;
 
@@ -72,7 +72,7 @@ fn run(input: &[u8]) {
     }
 }
 
-/// Every question has an answer, whatever the words are.
+/// Every question has an answer, for any words.
 fn asked(module: &Module<'_>) {
     let used = module.used_ids();
     let _ = (module.declarations(), module.workgroup_size(), module.buffer_blocks(), module.chains(&used));
@@ -90,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// What the validator refuses reaches little of raxel.
+    /// A module that the validator refuses reaches little of raxel.
     #[test]
     fn many_mutations_are_valid() {
         let inputs = TARGET.inputs();

@@ -1,4 +1,4 @@
-//! MagicaVoxel scenes: what is imported can be exported, and is the same world when it is imported again.
+//! MagicaVoxel scenes: an imported scene can be exported, and is the same world when it is imported again.
 
 use std::collections::BTreeMap;
 

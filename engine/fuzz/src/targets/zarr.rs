@@ -1,4 +1,4 @@
-//! Stores: the document of a group and one shard. Tiles are what was baked, or cannot be had; they are never something else.
+//! Stores: the document of a group and one shard. Tiles are the baked ones, or cannot be had; they are never something else.
 
 use std::time::Duration;
 
@@ -44,7 +44,7 @@ impl Store for Objects {
         panic!("`{key}` is written while a store is read");
     }
 
-    /// What is damaged stays so.
+    /// A damaged object stays damaged.
     fn pauses(&self) -> &[Duration] {
         &[]
     }

@@ -1,29 +1,25 @@
 //! Results that are kept while they are likely to be asked for again.
 
-use std::collections::HashMap;
 use std::hash::{BuildHasher, Hash, RandomState};
+use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};
+
+use lru::LruCache;
 
 /// Locks that threads spread over.
 const SHARDS: usize = 16;
 
-/// What was made for keys, in two generations: when the young one is full, the old one is dropped and takes its place. What is asked for
-/// becomes young again. So at least the last `kept` results are there, and at most twice as many.
-pub(super) struct Recent<K, V> {
-    shards: [Mutex<Generations<K, V>>; SHARDS],
+/// Values made for keys. Each shard evicts the value that was asked for least recently.
+pub(super) struct Recent<K: Hash + Eq, V> {
+    shards: [Mutex<LruCache<K, Arc<V>>>; SHARDS],
     hasher: RandomState,
-    kept: usize,
-}
-
-struct Generations<K, V> {
-    young: HashMap<K, Arc<V>>,
-    old: HashMap<K, Arc<V>>,
 }
 
 impl<K: Copy + Eq + Hash, V> Recent<K, V> {
+    /// Room for `kept` values.
     pub(super) fn new(kept: usize) -> Self {
-        let empty = || Mutex::new(Generations { young: HashMap::new(), old: HashMap::new() });
-        Self { shards: std::array::from_fn(|_| empty()), hasher: RandomState::new(), kept: kept.div_ceil(SHARDS) }
+        let each = NonZeroUsize::new(kept.div_ceil(SHARDS)).unwrap_or(NonZeroUsize::MIN);
+        Self { shards: std::array::from_fn(|_| Mutex::new(LruCache::new(each))), hasher: RandomState::new() }
     }
 
     /// The cached result of a key, or a new one. Two threads may make the same at once; both get one of two equal results.
@@ -31,25 +27,12 @@ impl<K: Copy + Eq + Hash, V> Recent<K, V> {
     pub(super) fn get(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         let shard = &self.shards[self.hasher.hash_one(key) as usize % SHARDS];
         let lock = || shard.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = {
-            let mut generations = lock();
-            let old = generations.old.remove(&key);
-            old.map(|value| generations.keep(key, value, self.kept)).or_else(|| generations.young.get(&key).cloned())
-        };
+        let known = lock().get(&key).cloned();
         known.unwrap_or_else(|| {
             let made = Arc::new(make());
-            lock().keep(key, made, self.kept)
+            lock().put(key, made.clone());
+            made
         })
-    }
-}
-
-impl<K: Copy + Eq + Hash, V> Generations<K, V> {
-    fn keep(&mut self, key: K, value: Arc<V>, kept: usize) -> Arc<V> {
-        if self.young.len() >= kept {
-            self.old = std::mem::take(&mut self.young);
-        }
-        self.young.insert(key, value.clone());
-        value
     }
 }
 
@@ -71,8 +54,7 @@ mod tests {
             }
         }
         assert_eq!(made, 101, "0 is made once");
-        let count = |generations: &Generations<_, _>| generations.young.len() + generations.old.len();
-        let kept: usize = recent.shards.iter().map(|shard| count(&shard.lock().unwrap())).sum();
-        assert!(kept <= 2 * SHARDS * 4, "{kept}");
+        let kept: usize = recent.shards.iter().map(|shard| shard.lock().unwrap().len()).sum();
+        assert!(kept <= SHARDS * 4, "{kept}");
     }
 }

@@ -1,4 +1,4 @@
-//! Opens a logical device: what it offers, what of that raxel enables, and what raxel makes on it.
+//! Opens a logical device: its offer, the part of it that raxel enables, and raxel's own objects on it.
 
 use std::ffi::{CStr, CString, c_void};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -51,7 +51,7 @@ pub(super) fn open(
     }))
 }
 
-/// What a device says of itself. The pointers from structure to structure lead nowhere any more.
+/// The offer of a device. The pointers from structure to structure lead nowhere any more.
 struct Offered {
     properties: vk::PhysicalDeviceProperties,
     subgroup: vk::PhysicalDeviceSubgroupProperties<'static>,
@@ -110,7 +110,7 @@ impl Offered {
     }
 }
 
-/// What of that is enabled.
+/// The part of the offer that is enabled.
 #[expect(clippy::struct_excessive_bools, reason = "each is an extension of its own, there or not")]
 struct Chosen {
     features: vk::PhysicalDeviceFeatures,
@@ -174,7 +174,7 @@ impl Chosen {
     }
 }
 
-/// Makes the device with what was chosen.
+/// Makes the device with the chosen features.
 fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Device> {
     let optional = [
         (!seen.core13, khr::synchronization2::NAME),
@@ -184,7 +184,7 @@ fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Devi
         (chosen.marker, amd::buffer_marker::NAME),
         (chosen.plain_ballots, ext::shader_subgroup_ballot::NAME),
         (chosen.plain_ballots, ext::shader_subgroup_vote::NAME),
-        // The specification demands it of whoever uses a device that has it (MoltenVK).
+        // The specification requires it on devices that have it (MoltenVK).
         (seen.has(khr::portability_subset::NAME), khr::portability_subset::NAME),
     ];
     let extensions: Vec<_> = optional.iter().filter(|(on, _)| *on).map(|(_, name)| name.as_ptr()).collect();
@@ -215,7 +215,8 @@ fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Devi
     Ok(raw)
 }
 
-/// Makes what every device has: its memory, its pipeline cache, its queue. If one fails, all of it is destroyed, and so is the device.
+/// Makes the objects of every device: its memory, its pipeline cache, its queue. If one fails, all of it is destroyed, and so is the
+/// device.
 fn equip(
     instance: &Instance,
     raw: &ash::Device,

@@ -148,13 +148,13 @@ impl<'s> AcquiredImage<'s> {
                 chain.stale |= suboptimal;
                 Ok((value, Presented::Shown))
             }
-            // A lost surface is made anew by the next acquire.
+            // The next acquire replaces a lost surface.
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
                 chain.stale = true;
                 Ok((value, Presented::OutOfDate))
             }
             Err(result) => {
-                // Nobody knows whether the image went back: the chain is made anew.
+                // It is unknown whether the image went back: the chain is made again.
                 chain.stale = true;
                 surface.device.watch(Err(result).named("vkQueuePresentKHR"))
             }
@@ -168,7 +168,7 @@ impl<'s> AcquiredImage<'s> {
 }
 
 impl Surface {
-    /// A copy of the picture whose format says that its bytes are sRGB-encoded.
+    /// A copy of the picture with an sRGB format.
     fn encode(&mut self, recording: &mut Recording<'_>, picture: &Arc<Image>) -> Result<Arc<Image>> {
         let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
         let wanted = ImageInfo {

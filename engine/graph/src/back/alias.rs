@@ -1,9 +1,9 @@
 //! Alias: lets transient resources that never live at the same time share memory.
 //!
-//! Packing is greedy by size with best fit (Pisarchyk and Lee, "Efficient Memory Management for Deep Neural Net Inference", 2020,
-//! section 5.2): the largest resource first, each at the place in a growing arena, free during its whole life, that makes the arena
-//! grow least and leaves the smallest hole. What would make an arena grow by its whole size begins another one, so every resource
-//! in an arena shares bytes with another, and an arena of several is a block; a resource alone in one gets memory of its own.
+//! Packing is greedy by size with best fit (Pisarchyk and Lee, "Efficient Memory Management for Deep Neural Net Inference", 2020, section
+//! 5.2): the largest resource first, each at the place in a growing arena, free during its whole life, that makes the arena grow least and
+//! leaves the smallest hole. If a resource would make an arena grow by its whole size, it begins another one. So every resource in an arena
+//! shares bytes with another, and an arena of several is a block; a resource alone in one gets memory of its own.
 
 use crate::back::lifetimes::Life;
 use crate::ir::index::index32;
@@ -67,7 +67,7 @@ pub(crate) fn alias(resources: &[ResourcePlan], lives: &[Life], granularity: u64
     let mut items: Vec<Item> = (0..)
         .zip(resources.iter().zip(lives))
         .filter_map(|(resource, (plan, life))| match *life {
-            // What is the same from frame to frame would have to be made again if it gave its memory away.
+            // A resource that is the same from frame to frame would have to be made again if it gave its memory away.
             Life::Transient { first, last } if plan.memory.size > 0 && plan.varies => Some(Item {
                 resource,
                 needs: Requirements { alignment: plan.memory.alignment.max(1), ..plan.memory },
@@ -219,7 +219,7 @@ mod tests {
         place.offset / page..(place.offset + resource.memory.size).div_ceil(page)
     }
 
-    /// Says what is wrong with a packing, by trying every two resources.
+    /// Finds faults of a packing, by trying every two resources.
     fn check(resources: &[ResourcePlan], lives: &[Life], granularity: u64, alias: &Alias) {
         let image = |index: usize| matches!(resources[index].desc, ResourceDesc::Image(_));
         let mut used = vec![(u64::MAX, 0, 0); alias.blocks.len()];
@@ -281,11 +281,11 @@ mod tests {
             shared += alias.neighbours.iter().map(Vec::len).sum::<usize>();
             blocks += alias.blocks.len();
         }
-        // What is asked for and given, so that a choice that packs worse is noticed.
+        // Requested and allocated bytes, so that a choice that packs worse is noticed.
         assert_eq!((packed, shared, blocks), (8_913_536, 109_186, 10_449));
     }
 
-    /// Bytes of blocks and of what has memory of its own.
+    /// Bytes of blocks and of resources with memory of their own.
     fn total(resources: &[ResourcePlan], alias: &Alias) -> u64 {
         let own = resources.iter().zip(&alias.places).filter(|(_, place)| place.is_none());
         own.map(|(resource, _)| resource.memory.size).sum::<u64>() + alias.blocks.iter().map(|b| b.size).sum::<u64>()

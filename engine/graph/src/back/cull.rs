@@ -1,8 +1,8 @@
 //! Cull: leave out passes whose `when` does not hold and passes that nothing presented or pinned depends on, now or in any later
 //! frame.
 //!
-//! A pass that leaves something for later frames is never culled for being unused. So what an accumulator, a history or a kept target
-//! holds does not depend on what was shown or pinned in the frames before, and culling cannot be seen.
+//! A pass that leaves something for later frames is never culled for being unused. So the contents of an accumulator, a history or a kept
+//! target do not depend on earlier shown or pinned resources, and culling cannot be seen.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::ir::plan::{CullReason, Culled, Observe, PlanInput, Present};
 use crate::ir::size::Size;
 use crate::ir::subresources::{SubresourcePartition, SubresourceRange};
 
-/// What is left of a graph.
+/// The live part of a graph.
 #[derive(Clone, Debug)]
 pub(crate) struct Cull {
     /// Passes that run, in program order.
@@ -24,14 +24,14 @@ pub(crate) struct Cull {
     pub used: Vec<ResourceId>,
     /// By resource: a pass that would write it is off, so that (a part of) it stays at `init`.
     pub switched_off: Vec<bool>,
-    /// By resource: later frames find in (a part of) it what this one leaves, whether or not a live pass looks.
+    /// By resource: later frames read in (a part of) it contents of this one, whether or not a live pass looks.
     pub carried: Vec<bool>,
 }
 
 /// Which parts of every resource matter at one point of the frame.
 type Needs = Vec<Vec<bool>>;
 
-/// Decides what runs.
+/// Decides which passes run.
 pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     let on: Vec<bool> = graph.passes.iter().map(|pass| pass.runs_where(input.facts)).collect();
     let parts = parts(graph, sizes, input.present);
@@ -48,8 +48,8 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     }
 }
 
-/// What must be in the resources when a frame ends, as far as it is known before the passes are: what later frames are to find, and what is read
-/// from outside.
+/// Subresources whose contents must be there when a frame ends, as far as they are known before the passes are: those that later frames
+/// read, and those that are read from outside.
 fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs {
     let mut at_end = carried.clone();
     for pinned in input.pinned {
@@ -65,7 +65,7 @@ fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs 
     at_end
 }
 
-/// What passes need of each other.
+/// The needs of passes for each other.
 struct Flow<'a> {
     graph: &'a Graph,
     sizes: &'a [Size],
@@ -78,14 +78,14 @@ struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// By pass: something needs what it writes, in this frame or in a later one. Which parts later frames read is not known before the passes
+    /// By pass: something needs its output, in this frame or in a later one. Which parts later frames read is not known before the passes
     /// that read them are, so `at_end` grows until it stays the same.
     fn live(&self, mut at_end: Needs) -> Vec<bool> {
         let mut live = vec![false; self.graph.passes.len()];
         loop {
             let before = at_end.clone();
             let at_start = self.backwards(&mut at_end, &mut live);
-            // What is needed when a frame starts must be there when the last one ends, unless the frame makes it anew.
+            // Contents that a frame needs when it starts must be there when the last one ends, unless the frame makes them itself.
             let presented = Some((self.present, self.presented.as_slice()));
             let anew = made_anew(self.graph, &live, presented, self.parts, |access| self.parts_of(access));
             for (index, anew) in anew.iter().enumerate() {
@@ -116,7 +116,7 @@ impl Flow<'_> {
                         self.mark_read(&self.graph.passes[index], &mut needs, at_end);
                     }
                 }
-                // What a tick needs when it starts may be made by the tick before it.
+                // Contents that a tick needs when it starts may be made by the tick before it.
                 if before_tick.is_none_or(|before| needs == before) {
                     break;
                 }
@@ -164,7 +164,7 @@ fn used(graph: &Graph, live: &[bool], sizes: &[Size], input: &PlanInput) -> Vec<
     for (index, resource) in graph.resources.iter().enumerate() {
         // A clear may leave something for later frames, too.
         let carried = resource.kind.is_cleared() && (resource.history > 0 || resource.clock.is_some());
-        // What no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
+        // A resource that no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
         used[index] |= (carried || input.observe == Observe::Everything)
             && resource.kind.supplied_by().is_none()
             && limits::fits(graph, resource, sizes[index], input);
@@ -201,7 +201,7 @@ fn catches_up(graph: &Graph, pass: &Pass) -> bool {
     matches!(pass.every, Some(Every::Clock(clock)) if graph.clock(clock).most > 1)
 }
 
-/// The parts in which later frames find what this one leaves, as the graph is written: those that are kept, those that the first pass to
+/// The parts in which later frames read contents of this one, as the graph is written: those that are kept, those that the first pass to
 /// touch them loads, and those that a pass stores to only now and then. Neither the present point nor the pins have a say.
 fn carried(
     graph: &Graph,
@@ -229,9 +229,9 @@ fn carried(
     carried
 }
 
-/// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those
-/// that a `writeonly` binding touches first. This is the assumption of [`lifetimes`](mod@crate::back::lifetimes). A later `writeonly` store makes nothing
-/// anew: it may add to what an earlier pass of the frame stored.
+/// The parts that hold nothing of an earlier frame once they are first looked at: those of resources that are cleared, and those that a
+/// `writeonly` binding touches first. This is the assumption of [`lifetimes`](mod@crate::back::lifetimes). A later `writeonly` store
+/// replaces nothing: it may add to the stores of earlier passes of the frame.
 fn made_anew(
     graph: &Graph,
     live: &[bool],
@@ -272,7 +272,7 @@ fn made_anew(
     anew
 }
 
-/// What the present step reads.
+/// The range that the present step reads.
 pub(crate) fn presented(present: Present, sizes: &[Size]) -> SubresourceRange {
     match sizes[present.resource.0 as usize] {
         Size::Image { volume, .. } => SubresourceRange::one(present.mip, if volume { 0 } else { present.layer }),
@@ -280,7 +280,7 @@ pub(crate) fn presented(present: Present, sizes: &[Size]) -> SubresourceRange {
     }
 }
 
-/// The parts of every resource that accesses and the present point tell apart.
+/// The parts of every resource that accesses and the present point treat differently.
 fn parts(graph: &Graph, sizes: &[Size], present: Present) -> Vec<SubresourcePartition> {
     let mut ranges: Vec<Vec<SubresourceRange>> = sizes.iter().map(|size| vec![SubresourceRange::whole(size)]).collect();
     for access in graph.passes.iter().flat_map(|pass| &pass.accesses) {

@@ -1,4 +1,4 @@
-//! Describe: what is created for each used resource.
+//! Describe: the created object of each used resource.
 
 use raxel_shader::interface::ScalarKind;
 

@@ -1,4 +1,4 @@
-//! What is known after each phase of the back end, as text.
+//! The results of each phase of the back end, as text.
 
 use std::fmt::Write as _;
 
@@ -22,9 +22,9 @@ pub enum Phase {
     Cull,
     /// Actions and their accesses.
     Order,
-    /// What matters only inside a frame.
+    /// Resources that matter only inside a frame.
     Lifetimes,
-    /// What depends on camera, cursor, frame or clock.
+    /// Resources that depend on camera, cursor, frame or clock.
     Varies,
     /// Places in shared memory.
     Alias,
@@ -65,7 +65,7 @@ impl Phase {
     }
 }
 
-/// What a phase leaves behind.
+/// The result of a phase.
 pub(crate) enum After<'a> {
     Sizes(&'a [Size]),
     /// The graph as it was declared.

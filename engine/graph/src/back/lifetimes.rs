@@ -17,12 +17,13 @@ pub(crate) enum Life {
 
 /// Finds the lifetime of every used resource.
 ///
-/// A resource is transient when no frame reads what the frame before it left there: it has no history, `init`, `keep` or clock, nothing
+/// A resource is transient when no frame reads its contents of the frame before: it has no history, `init`, `keep` or clock, nothing
 /// outside the graph reads or supplies it, every pass that accesses it runs in every frame, and the first access of every part of it is a
-/// clear or a store by a pass that cannot load it. Culled passes count: they may be live in the next plan, which finds the contents in place.
+/// clear or a store by a pass that cannot load it. Culled passes count: they may be live in the next plan, which finds the contents in
+/// place.
 ///
 /// Such a store rests on one assumption: a pass that binds a resource `writeonly` stores every texel that is loaded later in the frame. A
-/// shader that leaves texels as they were says so by `partial = true` in its `bind`, which makes the access a load too.
+/// shader that leaves texels as they were declares `partial = true` in its `bind`, which makes the access a load too.
 pub(crate) fn lifetimes(graph: &Graph, input: &PlanInput, cull: &Cull, order: &Order) -> Vec<Life> {
     let mut accesses: Vec<Vec<ResourceAccess>> = vec![Vec::new(); cull.used.len()];
     for access in &order.accesses {

@@ -1,4 +1,4 @@
-//! Limits: what only an output size and a device can show to be wrong.
+//! Limits: mistakes that only an output size and a device can show.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Code, Diagnostic, codes};
@@ -40,7 +40,7 @@ pub(crate) fn check_present(graph: &Graph, sizes: &[Size], input: &PlanInput) ->
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
-/// Checks what is created and run against the limits of the device.
+/// Checks the created resources and the dispatches against the limits of the device.
 pub(crate) fn check(
     graph: &Graph,
     sizes: &[Size],
@@ -101,7 +101,8 @@ fn created(graph: &Graph, resource: &Resource, size: Size, input: &PlanInput, fo
     }
 }
 
-/// A pass of a loop is often wrong in every round: of mistakes with the same code at the same places, those of the first round are told.
+/// A pass of a loop is often wrong in every round: of mistakes with the same code at the same places, only those of the first round are
+/// reported.
 fn each_mistake_in_one_round(found: &mut Vec<Diagnostic>, before: usize) {
     let of_round = found.split_off(before);
     let places = |diagnostic: &Diagnostic| diagnostic.labels.iter().map(|label| label.span.clone()).collect::<Vec<_>>();
@@ -172,7 +173,7 @@ fn image(
     }
 }
 
-/// What a size follows, at the end of the chain of `of`.
+/// The extent that a size follows, at the end of the chain of `of`.
 #[derive(Clone, Copy)]
 enum Base {
     Output,

@@ -47,7 +47,7 @@ pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic
     bake(&graph, input, &mut |_, _| {})
 }
 
-/// What is known after a phase, as text: one line for each fact.
+/// The results after a phase, as text: one line for each fact.
 #[allow(clippy::needless_pass_by_value, reason = "a plan keeps its graph, as it is or written out")]
 pub fn dump(graph: Arc<Graph>, input: &PlanInput, phase: Phase) -> Result<String, Vec<Diagnostic>> {
     let mut text = String::new();
@@ -83,11 +83,11 @@ fn bake(
     let cull = cull(&graph, &sizes, input);
     watch(&After::Cull(&cull));
 
-    // What is left must fit the device.
+    // The live part must fit the device.
     limits::check(&graph, &sizes, &materials, input, &cull)?;
     let mut resources = describe(&graph, &sizes, &cull.used, input.memory);
 
-    // A frame is what the file says in the order of the file; clears and the present step find their places.
+    // A frame is the file's passes in the order of the file; clears and the present step find their places.
     let mut ordered = order(&graph, &sizes, input, &cull, &[]);
     // A resource that no later frame reads is transient: it matters from its first to its last step only.
     let mut lives = lifetimes(&graph, input, &cull, &ordered);

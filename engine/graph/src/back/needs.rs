@@ -1,4 +1,4 @@
-//! What the passes of a plan need of a device.
+//! The needs of a plan's passes for a device.
 
 use raxel_shader::interface::BindingKind;
 
@@ -9,7 +9,7 @@ use crate::ir::plan::{BindingLimits, DeviceLimits, Plan};
 /// How much of something one pass needs, and how much a device has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Need {
-    /// What is counted, e.g. `storage buffers`.
+    /// The counted thing, e.g. `storage buffers`.
     pub what: &'static str,
     /// Vulkan's name of the limit.
     pub limit: &'static str,
@@ -28,7 +28,7 @@ impl Need {
     }
 }
 
-/// What a plan needs of each limit of a device: of all its passes the one that needs most.
+/// The needs of a plan for each limit of a device, each from the pass that needs most.
 pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
     let mut most: Vec<Need> = Vec::new();
     for planned in &plan.passes {

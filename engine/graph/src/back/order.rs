@@ -61,7 +61,7 @@ pub(crate) fn stage_of(access: AccessMask) -> Stages {
 /// A frame without barriers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    /// What is done, in order.
+    /// The actions, in order.
     pub actions: Vec<Action>,
     /// Every access, in order of the action.
     pub accesses: Vec<ResourceAccess>,
@@ -78,9 +78,9 @@ pub(crate) struct Instance {
     pub tick: Option<u32>,
 }
 
-/// Puts the frame in order: passes as the file has them, those of a clock once for each tick that may be due; a clear just before the
-/// first use (in the frame or the tick) of what it clears; the present step after the pass it is taken after. `poisoned` says for each
-/// used resource whether it is filled before its first use although the file does not clear it.
+/// Puts the frame in order: passes as in the file, those of a clock once for each tick that may be due; a clear just before the first use
+/// (in the frame or the tick) of its resource; the present step after its pass. `poisoned`: for each used resource whether it is filled
+/// before its first use although the file does not clear it.
 pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cull, poisoned: &[bool]) -> Order {
     let mut index = vec![None; graph.resources.len()];
     for (at, resource) in cull.used.iter().enumerate() {
@@ -113,7 +113,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
             at += 1;
             ordering.dispatch(first);
         }
-        // What is taken after a pass of a clock is taken after all ticks of the frame.
+        // A present point after a pass of a clock is after all ticks of the frame.
         if input.present.after.is_some_and(|after| (first..at).contains(&(after.0 as usize))) {
             ordering.present();
         }
@@ -126,7 +126,7 @@ pub(crate) fn order(graph: &Graph, sizes: &[Size], input: &PlanInput, cull: &Cul
     ordering.order
 }
 
-/// The frame so far, and what it is made from.
+/// The frame so far, and its inputs.
 struct Ordering<'a> {
     graph: &'a Graph,
     sizes: &'a [Size],
@@ -223,7 +223,7 @@ impl Ordering<'_> {
             None => Action::Clear(resource, tick),
         });
         if let Some(copied) = copied {
-            // A copy reads what passes may have written.
+            // A copy reads contents that passes may have written.
             for (from, id) in (0..).zip(&self.cull.used) {
                 let source = self.graph.resource(*id);
                 if source.kind.supplied_by() == Some(copied) && source.copied_from().is_none() && source.is_writable() {

@@ -1,4 +1,4 @@
-//! Poison: what transient memory is filled with before its first use, when a plan is made for validation. A pass that is believed to store
+//! Poison: the value that fills transient memory before its first use, when a plan is made for validation. A pass that is believed to store
 //! every texel and leaves some out then shows at once.
 
 use raxel_shader::format::Format;

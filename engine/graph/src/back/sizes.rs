@@ -15,7 +15,7 @@ pub fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
     (0..graph.resources.len()).map(|index| from.size(ResourceId(index32(index)), graph.resources.len())).collect()
 }
 
-/// What sizes are made from.
+/// The inputs of sizes.
 struct From<'a> {
     graph: &'a Graph,
     output: [u32; 2],
@@ -95,7 +95,7 @@ impl From<'_> {
     }
 }
 
-/// The sizes of what supplies or fills a resource from outside, once it is there.
+/// The sizes of the source that supplies or fills a resource from outside, once it is there.
 pub(crate) fn supplied(resource: &Resource, sources: &BTreeMap<String, SourceSize>) -> Option<SourceSize> {
     match (resource.copied_from(), resource.source()) {
         (Some(copied), _) => sources.get(&copy_name(copied)).copied(),
@@ -163,7 +163,7 @@ pub fn groups(
     Some([0, 1, 2].map(|axis| threads[axis].div_ceil(local[axis])))
 }
 
-/// So many workgroups in as few rows as there can be, all of one length: what is too many rows the limits of the device say.
+/// `groups` workgroups in as few rows as there can be, all of one length: the limits of the device bound the rows.
 /// `shaders/include/raxel/thread.glsl` counts the threads of such rows.
 fn in_rows(groups: u64, longest: u32) -> [u32; 3] {
     let groups = groups.max(1);

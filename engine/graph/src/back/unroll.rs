@@ -1,8 +1,8 @@
 //! Unroll: loops are written out, so that every later phase sees one pass behind the other. The names that change places in a loop are
 //! resolved here too: each pass of each round gets the resource that its name stands for then.
 //!
-//! When a frame ends, every name stands for its own resource again. So what is shown, read back, kept for the next frame or read as
-//! `name@1` needs to know nothing of loops; what comes before an odd number of swaps stores to the other of the two.
+//! When a frame ends, every name stands for its own resource again. So a resource that is shown, read back, kept for the next frame or read
+//! as `name@1` needs to know nothing of loops; passes before an odd number of swaps store to the other of the two.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ enum Entry {
     Swap(LoopId),
 }
 
-/// A graph without loops, and the point of it at which what is shown is taken. A graph that declares no loop is given back as it is.
+/// A graph without loops, and the present point in it. A graph that declares no loop is returned as it is.
 pub(crate) fn unroll(
     graph: &Arc<Graph>,
     sizes: &[Size],
@@ -37,7 +37,7 @@ pub(crate) fn unroll(
         return Ok((graph.clone(), asked));
     }
     let entries = entries(graph, sizes, input);
-    // From the end of the frame to its start: what each name stands for.
+    // From the end of the frame to its start: the resource of each name.
     let mut stands_for: Vec<ResourceId> = (0..graph.resources.len()).map(|id| ResourceId(index32(id))).collect();
     let mut passes = Vec::with_capacity(entries.len());
     let mut shown = input.present.resource;
@@ -197,7 +197,7 @@ fn swaps(rounds: u32) -> String {
     format!("{rounds} round{s}, with a swap after each")
 }
 
-/// A name that stands for another resource when a frame starts than when it ends must be made anew in each frame.
+/// A name that stands for different resources at the start and at the end of a frame must be made in each frame.
 fn carried(
     graph: &Graph,
     flat: &Graph,
@@ -230,8 +230,8 @@ fn carried(
     if found.is_empty() { Ok(()) } else { Err(found) }
 }
 
-/// The pass that reads what the last frame left in a resource: it reads a part that no pass before it stored. What a pass stores only
-/// now and then is new for passes that run just when it does.
+/// The pass that reads the last frame's contents of a resource: it reads a part that no pass before it stored. A resource that a pass
+/// stores only now and then is new for passes that run in the same frames.
 fn first_reader<'g>(flat: &'g Graph, id: ResourceId, size: &Size, input: &PlanInput) -> Option<&'g Pass> {
     let accesses = |pass: &'g Pass| pass.accesses.iter().filter(move |access| access.resource == id && access.age == 0);
     let running = || flat.passes.iter().filter(|pass| is_on(pass, input));

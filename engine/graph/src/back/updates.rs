@@ -5,7 +5,7 @@ use crate::back::order::{is_write, masks, stage_of};
 use crate::ir::checked::{Graph, ResourceKind};
 use crate::ir::plan::{AccessMask, Dependency, Present, Scope, SourceUpdates, Stages};
 
-/// The dependencies of updates on what the passes of a plan, its copies and its present step do with sources.
+/// The dependencies of updates on the uses of sources by a plan's passes, its copies and its present step.
 pub(crate) fn source_updates(graph: &Graph, cull: &Cull, present: Present) -> SourceUpdates {
     let mut used = AccessMask::empty();
     for pass in &cull.live {

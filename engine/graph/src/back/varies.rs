@@ -1,4 +1,4 @@
-//! Varies: which resources may hold something else in every frame. What is made from params, the world and the output alone is the
+//! Varies: which resources may hold something else in every frame. A resource that depends only on params, the world and the output is the
 //! same for many frames, so it keeps its memory to itself: the memo then finds it in place. (A table of a sky that shares memory would be
 //! made again in every frame.)
 
@@ -8,8 +8,8 @@ use crate::back::order::{Action, Order, ResourceAccess};
 use crate::ir::checked::{Builtin, Fill, Graph, ResourceId, ValueOrigin};
 use crate::ir::plan::AccessMask;
 
-/// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through what a pass reads, or
-/// because they grow out of what was there in the frame before.
+/// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through the inputs of a pass, or
+/// because they grow out of those of the frame before.
 pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> Vec<bool> {
     let mut varies: Vec<bool> =
         (0..cull.used.len()).map(|index| feeds_back(graph, cull, order, lives, index)).collect();
@@ -33,9 +33,9 @@ pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) 
     }
 }
 
-/// Whether passes store to it, and load what an earlier frame stored.
+/// Whether passes store to it, and load the store of an earlier frame.
 fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: usize) -> bool {
-    // A copy of a source is not filled in every frame: what passes made of it stays.
+    // A copy of a source is not filled in every frame: stores of passes stay.
     let fills = |access: &&ResourceAccess| matches!(order.actions[access.action as usize], Action::Copy(_));
     let of_it = order.accesses.iter().filter(|access| access.resource as usize == index && !fills(access));
     let accesses: Vec<ResourceAccess> = of_it.copied().collect();
@@ -45,9 +45,9 @@ fn feeds_back(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life], index: 
     stored && (older || resource.clock.is_some() || lives[index] == Life::Persistent && read_before_written(&accesses))
 }
 
-/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame,
-/// a pass runs only now and then, or a shader is told how long the picture has been still. A frame of a graph that does not look back
-/// can be made without those before it.
+/// Whether a frame depends on more of the frames before it than the camera of the last one: whether something grows from frame to frame, a
+/// pass runs only now and then, or a shader gets the number of frames for which the picture has been still. A frame of a graph that does
+/// not look back can be made without those before it.
 pub(crate) fn uses_history(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> bool {
     let carried = (0..cull.used.len()).any(|index| {
         let resource = graph.resource(cull.used[index]);

@@ -1,6 +1,6 @@
-//! The checked graph: what the front end (parse → resolve → reflect → check) hands to the back end (cull → order → lifetimes →
-//! alias → barriers). Names are gone but for messages; every reference is a typed index; every access is known.
-//! It depends on the files only: neither on the output size, nor on the device, nor on the state of conditions.
+//! The checked graph: the front end (parse → resolve → reflect → check) hands it to the back end (cull → order → lifetimes → alias →
+//! barriers). Names are gone but for messages; every reference is a typed index; every access is known. It depends only on the files, not
+//! on the output size, the device or the state of conditions.
 
 mod declaration;
 mod fill;
@@ -155,7 +155,7 @@ impl Graph {
         !self.materials.is_empty() || self.resources.iter().any(resource) || self.passes.iter().any(pass)
     }
 
-    /// Whether conditions of passes ask what the world contains.
+    /// Whether conditions of passes depend on the world.
     pub fn asks_the_world(&self) -> bool {
         let of_world = |fact: &Fact| !matches!(fact, Fact::Param(_) | Fact::DevicePackets | Fact::DeviceBallots);
         let condition = |pass: &Pass| pass.when.iter().any(|when| of_world(&when.fact));
@@ -314,14 +314,14 @@ pub enum Dispatch {
         /// Texels of a tile, each at least 1.
         tile: [u32; 3],
     },
-    /// At least one thread per element of a buffer. What the device does not take along x goes on along y.
+    /// At least one thread per element of a buffer. Workgroups beyond the device's limit along x continue along y.
     ElementsOf {
         /// The buffer, which has elements.
         buffer: ResourceId,
     },
-    /// At least so many threads.
+    /// At least these threads.
     Threads([u32; 3]),
-    /// Exactly so many workgroups.
+    /// Exactly these workgroups.
     Groups([u32; 3]),
     /// Three `uint`s read from a buffer.
     Indirect {
@@ -412,13 +412,13 @@ impl Pass {
 /// A named condition of `when`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Condition {
-    /// What is asked.
+    /// The fact to ask for.
     pub fact: Fact,
     /// `!`: holds when the fact does not.
     pub negated: bool,
 }
 
-/// What a condition can ask.
+/// The facts that a condition can ask for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum Fact {
     /// The world has a material with emission that some voxel uses: `world.has_emission`.

@@ -1,6 +1,6 @@
 //! Indices as the 32-bit numbers that plans hold.
 
-/// An index, or a count, of what a graph has: resources, passes, steps, actions, bindings.
+/// An index, or a count, of a graph's parts: resources, passes, steps, actions, bindings.
 ///
 /// Each of them comes from text of its own in a graph file, or from a pass that is repeated at most [`MOST_ROUNDS`] times, so that memory
 /// is exhausted long before 2³² of them are there.

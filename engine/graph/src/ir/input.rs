@@ -13,17 +13,17 @@ use crate::ir::plan::{BufferDesc, ImageDesc};
 pub struct PlanInput<'a> {
     /// Extent of the output in pixels, both at least 1.
     pub output: [u32; 2],
-    /// What is shown, and when it is taken.
+    /// The shown resource, and the point of the frame at which it is taken.
     pub present: Present,
     /// Resources whose end-of-frame contents must be readable (kept live, never aliased), besides the presented one.
     pub pinned: &'a [ResourceId],
-    /// What else can be read at the end of a frame.
+    /// Resources besides it that can be read at the end of a frame.
     pub observe: Observe,
     /// Whether a fact holds.
     pub facts: &'a dyn Fn(&Fact) -> bool,
     /// Rounds of the loops that follow a param; a param that is not here has its default.
     pub counts: &'a [(ParamId, u32)],
-    /// Sizes of each source, e.g. `world.tree64`, and of what copies of a source need, under [`copy_name`].
+    /// Sizes of each source, e.g. `world.tree64`, and of the needs of copies of a source, under [`copy_name`].
     pub sources: &'a BTreeMap<String, SourceSize>,
     /// The world that sizes follow.
     pub world: WorldInput<'a>,
@@ -39,7 +39,8 @@ pub struct PlanInput<'a> {
 }
 
 impl<'a> PlanInput<'a> {
-    /// What a graph presents, for a session without a world on a device of the smallest limits. All conditions hold.
+    /// The input of a graph with its own presented resource, for a session without a world on a device of the smallest limits. All
+    /// conditions hold.
     pub fn on_paper(graph: &Graph, output: [u32; 2], sources: &'a BTreeMap<String, SourceSize>) -> Self {
         Self {
             output,
@@ -88,7 +89,7 @@ pub fn copy_name(source: &str) -> String {
     format!("copy of {source}")
 }
 
-/// Sizes of what is supplied from outside under one name.
+/// Sizes of the supply from outside under one name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SourceSize {
     /// Bytes of its buffer.
@@ -126,7 +127,7 @@ pub struct DeviceLimits {
     pub workgroup_invocations: u32,
     /// `maxComputeSharedMemorySize`, bytes.
     pub shared_memory: u32,
-    /// What one pass may bind.
+    /// Limits of the bindings of one pass.
     pub bindings: BindingLimits,
 }
 
@@ -146,7 +147,7 @@ pub struct BindingLimits {
 }
 
 impl DeviceLimits {
-    /// What every Vulkan 1.3 device raxel accepts has at least, used when no device is asked (`check`, `graph`).
+    /// The least limits of every Vulkan 1.3 device that raxel accepts, used when no device is asked (`check`, `graph`).
     pub const PORTABLE: DeviceLimits = DeviceLimits {
         image_2d: 4096,
         image_3d: 256,
@@ -205,7 +206,7 @@ pub struct Requirements {
     pub type_bits: u32,
 }
 
-/// Answers what an image or buffer needs: the device in a session, an estimate in `raxel graph`.
+/// The memory of an image or buffer: the device answers in a session, an estimate in `raxel graph`.
 pub trait MemoryModel {
     /// Requirements of one copy of an image.
     fn image(&self, image: &ImageDesc) -> Requirements;

@@ -1,4 +1,4 @@
-//! What the phases hand on: the checked graph, the plan, and the types that both are made of.
+//! Data between the phases: the checked graph, the plan, and the types of both.
 
 pub mod checked;
 pub(crate) mod index;

@@ -24,7 +24,7 @@ pub use crate::ir::input::{
 use crate::ir::size::Size;
 use crate::ir::subresources::SubresourceRange;
 
-/// What is created for a target, once per copy.
+/// The image of each copy of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct ImageDesc {
     /// Texel format.
@@ -50,7 +50,7 @@ pub struct ImageUsage {
     pub sampled: bool,
 }
 
-/// What is created for a buffer, once per copy. All buffers have storage and transfer usage.
+/// The buffer of each copy of a buffer. All buffers have storage and transfer usage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct BufferDesc {
     /// Bytes.
@@ -71,7 +71,7 @@ pub struct Plan {
     pub output: [u32; 2],
     /// The debug target.
     pub present: Present,
-    /// What is created: only what live passes, the present point or pins use. Order of [`Graph::resources`].
+    /// The created resources: only those that live passes, the present point or pins use. Order of [`Graph::resources`].
     pub resources: Vec<ResourcePlan>,
     /// Memory blocks that transient resources share.
     pub blocks: Vec<BlockPlan>,
@@ -88,7 +88,7 @@ pub struct Plan {
     pub culled: Vec<Culled>,
     /// The frame.
     pub steps: Vec<Step>,
-    /// What goes in front of the steps in a frame in which the runtime writes parts of sources.
+    /// Barriers in front of the steps in a frame in which the runtime writes parts of sources.
     pub updates: SourceUpdates,
     /// Whether a frame depends on more of the frames before it than the camera of the last one. If not, any frame can be made without those
     /// before it.
@@ -100,9 +100,9 @@ pub struct Plan {
 /// with their own barriers, which know nothing of updates. All of it is on the queue of the frames, so nothing waits on the CPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SourceUpdates {
-    /// From what earlier frames did with sources to the writes.
+    /// From earlier frames' uses of sources to the writes.
     pub before: Dependency,
-    /// From the writes to what this frame and later ones do with sources. Empty when nothing uses any.
+    /// From the writes to the uses of sources by this frame and later ones. Empty when nothing uses any.
     pub after: Dependency,
 }
 
@@ -137,13 +137,13 @@ pub enum CopySelector {
 }
 
 impl Plan {
-    /// The value of a source that stays the same while the plan runs; `None` for what changes from frame to frame.
+    /// The value of a source that stays the same while the plan runs; `None` for a value that changes from frame to frame.
     pub fn constant(&self, source: &ValueOrigin) -> Option<Value> {
         crate::ir::size::constant(source, &self.sizes, &self.materials)
     }
 
-    /// A pass that writes this mip and layer (or slice) of a resource and was culled because nothing shown depends on it: the resource does not
-    /// hold what the graph computes.
+    /// A pass that writes this mip and layer (or slice) of a resource and was culled because nothing shown depends on it: the resource does
+    /// not hold the graph's result.
     pub fn culled_writer(&self, resource: ResourceId, mip: u32, layer: u32) -> Option<PassId> {
         let size = &self.sizes[resource.0 as usize];
         // The slices of a volume are one subresource.
@@ -202,9 +202,9 @@ impl Plan {
 pub struct ResourcePlan {
     /// Which.
     pub resource: ResourceId,
-    /// What is created per copy.
+    /// The object that is created for each copy.
     pub desc: ResourceDesc,
-    /// What each copy needs, as [`PlanInput::memory`] says; nothing for a source but its bytes.
+    /// The memory of each copy, as [`PlanInput::memory`] requires it; for a source only its bytes.
     pub memory: Requirements,
     /// `history + 1` copies; frame (or tick) f writes copy f mod copies, and `@n` reads copy (f − n) mod copies. See [`CopySelector`].
     pub copies: u32,
@@ -216,8 +216,8 @@ pub struct ResourcePlan {
     pub init: Clear,
     /// Whether the contents must survive the frame.
     pub lifetime: Lifetime,
-    /// Whether they depend on the camera, the cursor, the frame or a clock. What does not is the same in most frames, and is kept
-    /// apart, so that it need not be made again.
+    /// Whether they depend on the camera, the cursor, the frame or a clock. Contents that do not are the same in most frames, and are kept
+    /// apart, so that they need not be made again.
     pub varies: bool,
 }
 
@@ -275,7 +275,7 @@ pub struct BlockPlan {
 pub struct PassPlan {
     /// Which.
     pub pass: PassId,
-    /// Which of the ticks that the frame catches up, for a pass of a clock; it runs when so many are due.
+    /// The number of the tick among those that the frame catches up, for a pass of a clock; it runs when at least that many are due.
     pub tick: Option<u32>,
     /// Workgroups, or `None` for an indirect dispatch.
     pub groups: Option<[u32; 3]>,
@@ -296,7 +296,7 @@ pub struct Culled {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CullReason {
-    /// Nothing presented depends on what it writes, and it leaves nothing for later frames.
+    /// Nothing presented depends on its output, and it leaves nothing for later frames.
     Unused,
     /// Its `when` does not hold.
     Condition,
@@ -336,7 +336,7 @@ pub struct Barrier {
     pub memory: Option<Dependency>,
     /// Images that take over shared memory here, `UNDEFINED` → `GENERAL`.
     pub activate: Vec<Activation>,
-    /// The hazards it was placed for: what `raxel graph` prints. Not needed to run.
+    /// The hazards that it was placed for, for `raxel graph`. Not needed to run.
     pub hazards: Vec<Hazard>,
 }
 
@@ -422,8 +422,8 @@ macro_rules! names_joined {
 }
 names_joined!(Stages AccessMask);
 
-/// An aliased resource that becomes live. For an image it is recorded as an image barrier `UNDEFINED` → `GENERAL` over all of its
-/// mips and layers; for a buffer the same dependency is part of the memory barrier and this entry only says why.
+/// An aliased resource that becomes live. For an image it is recorded as an image barrier `UNDEFINED` → `GENERAL` over all of its mips and
+/// layers; for a buffer the same dependency is part of the memory barrier and this entry is only the reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Activation {
     /// Index into [`Plan::resources`].

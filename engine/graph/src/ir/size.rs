@@ -70,7 +70,7 @@ impl Size {
     }
 }
 
-/// The value of a source that sizes decide, or the file; `None` for what changes from frame to frame.
+/// The value of a source that sizes decide, or the file; `None` for a value that changes from frame to frame.
 pub(crate) fn constant(source: &ValueOrigin, sizes: &[Size], materials: &[u32]) -> Option<Value> {
     Some(match source {
         ValueOrigin::Value(value) => *value,

@@ -16,7 +16,7 @@ impl SubresourceRange {
         SubresourceRange { mips: (0, size.mips()), layers: (0, size.layers()) }
     }
 
-    /// The range of an access. What lies outside the resource is cut off (it is reported elsewhere).
+    /// The range of an access. The part outside of the resource is cut off (it is reported elsewhere).
     pub fn of(access: &BoundAccess, size: &Size) -> SubresourceRange {
         SubresourceRange { mips: clip(access.mips, size.mips()), layers: clip(access.layers, size.layers()) }
     }
@@ -41,8 +41,8 @@ fn meets(a: (u32, u32), b: (u32, u32)) -> bool {
     a.0 < b.1 && b.0 < a.1
 }
 
-/// The coarsest partition of mips × layers in which every range of a resource is a whole number of parts. It keeps sets of
-/// subresources small: a resource that is always accessed as a whole has one part, whatever its mips and layers.
+/// The coarsest partition of mips × layers in which every range of a resource is a whole number of parts. It keeps sets of subresources
+/// small: a resource that is always accessed as a whole has one part, for any number of mips and layers.
 #[derive(Clone, Debug)]
 pub(crate) struct SubresourcePartition {
     mips: Vec<u32>,
@@ -50,7 +50,7 @@ pub(crate) struct SubresourcePartition {
 }
 
 impl SubresourcePartition {
-    /// The partition that tells `ranges` apart.
+    /// The coarsest partition in which each of `ranges` is a whole number of parts.
     pub fn new(ranges: impl IntoIterator<Item = SubresourceRange>) -> SubresourcePartition {
         let (mut mips, mut layers) = (Vec::new(), Vec::new());
         for range in ranges {

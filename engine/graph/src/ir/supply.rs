@@ -1,4 +1,4 @@
-//! Supply: what can come into a graph from outside, as far as the compiler must know it.
+//! Supply: the resources that can come into a graph from outside, as far as the compiler must know them.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,12 +15,12 @@ pub struct SourceLayout {
     pub name: String,
     /// How the bytes of its buffer are laid out; a shader's block must agree member by member.
     pub block: Block,
-    /// The texels of its 3-D image, if it has one besides: what a target with this source is.
+    /// The texels of its 3-D image, if it has one besides: the format of a target with this source.
     pub image: Option<Format>,
-    /// What passes may do with it.
+    /// The accesses that passes may have.
     pub access: Access,
-    /// Bytes of a buffer that works the other way round: passes fill it, and after the frame the runtime takes what is in it. The memory
-    /// is the graph's own, and zero when a frame begins.
+    /// Bytes of a buffer that works the other way round: passes fill it, and after the frame the runtime takes its contents. The memory is
+    /// the graph's own, and zero when a frame begins.
     pub collected: Option<u64>,
 }
 
@@ -44,14 +44,14 @@ pub trait Catalog {
     }
 }
 
-/// What a graph says of a file with texels besides its path, or of the microphone.
+/// A graph's declaration about a file with texels besides its path, or about the microphone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageRequest {
     /// `format`; the file's own when `None`.
     pub format: Option<Format>,
     /// `mips`; 0 is the full chain.
     pub mips: u32,
-    /// `slices`: the file is a strip of so many pictures, one below the other, that are the slices of a 3-D image.
+    /// `slices`: the file is a strip of that many pictures, one below the other, that are the slices of a 3-D image.
     pub slices: Option<u32>,
     /// `encoding = "srgb"`: colours are brought into linear light.
     pub srgb: bool,
@@ -64,9 +64,9 @@ pub struct Refusal {
     pub code: Code,
     /// The key that is to blame: `source`, `format`, `mips`, `slices` or `encoding`.
     pub key: &'static str,
-    /// What is wrong, with the name of the file.
+    /// The message, with the name of the file.
     pub message: String,
-    /// What to do.
+    /// Advice.
     pub help: Option<String>,
 }
 
@@ -90,11 +90,11 @@ pub struct FileImage {
     pub volume: bool,
     /// Each mip: x first, then y, then z, without padding. Of a video, those of its first frame; of a sound, those of silence.
     pub mips: Vec<Vec<u8>>,
-    /// What plays: a video, a sound or the microphone.
+    /// The playing source: a video, a sound or the microphone.
     pub plays: Option<Plays>,
 }
 
-/// What has other texels as time goes by.
+/// Sources whose texels change with time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plays {
     /// Frames.
@@ -110,7 +110,7 @@ pub struct Sound {
     pub path: String,
     /// All of the file, as one channel; at least one sample. None: the microphone's, as each frame hears it.
     pub samples: Option<Arc<[i16]>>,
-    /// What the graph says of its texels.
+    /// The graph's declaration about its texels.
     pub request: ImageRequest,
 }
 
@@ -127,7 +127,7 @@ pub struct Video {
     pub rate: f64,
     /// How many frames; at least one.
     pub frames: u64,
-    /// What the graph says of its texels.
+    /// The graph's declaration about its texels.
     pub request: ImageRequest,
 }
 
@@ -165,10 +165,10 @@ impl fmt::Debug for FileImage {
     }
 }
 
-/// What stands before the path of a file in a source's name.
+/// The prefix of the path of a file in a source's name.
 pub const FILE: &str = "file.";
 
-/// The source of a target with the spectrum and the waveform of what a microphone hears.
+/// The source of a target with the spectrum and the waveform of a microphone's sound.
 pub const MICROPHONE: &str = "input.microphone";
 
 /// Whether the texels of a source have a shape that is known before anything runs, and may be brought into another: those of a file, and the

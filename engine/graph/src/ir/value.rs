@@ -1,4 +1,4 @@
-//! Types that a graph can name (`f32`, `ivec3`, `mat4`, …), what GLSL calls them, and how values of them lie in memory.
+//! Types that a graph can name (`f32`, `ivec3`, `mat4`, …), their names in GLSL, and the layout of their values in memory.
 
 use raxel_shader::interface::{Scalar, Type};
 use serde::Serialize;
@@ -40,7 +40,7 @@ impl ValueType {
         Self::vector(scalar, 1)
     }
 
-    /// A vector of so many components; a scalar, if it has one.
+    /// A vector of `rows` components; a scalar, if it has one.
     pub const fn vector(scalar: Scalar, rows: u32) -> Self {
         Self::matrix(scalar, rows, 1)
     }
@@ -60,7 +60,7 @@ impl ValueType {
         TYPES.iter().map(|ty| ty.0)
     }
 
-    /// The graph's word for what is misspelt in GLSL's manner, e.g. `f32` for `float`.
+    /// The graph's word for a type in GLSL's spelling, e.g. `f32` for `float`.
     pub fn word_of_glsl(name: &str) -> Option<&'static str> {
         TYPES.iter().find(|ty| ty.1 == name).map(|ty| ty.0)
     }

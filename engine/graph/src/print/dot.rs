@@ -1,4 +1,4 @@
-//! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, what is left out grey. Red
+//! A plan as a picture for Graphviz: passes are boxes, images ellipses, buffers cylinders; history is dashed, skipped passes grey. Red
 //! boxes are barriers: arrows lead to each from the passes before it, and from it to the passes after it.
 
 use std::fmt::Write as _;

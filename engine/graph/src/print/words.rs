@@ -24,7 +24,7 @@ pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// What a resource is, e.g. `rgba16f 1280×720, 4 mips`.
+/// The description of a resource, e.g. `rgba16f 1280×720, 4 mips`.
 pub(crate) fn describe(desc: &ResourceDesc) -> String {
     match desc {
         ResourceDesc::SourceImage(name, image) if image.extent == [1; 3] => {
@@ -81,7 +81,7 @@ pub(crate) fn present(graph: &Graph, present: Present) -> String {
     text
 }
 
-/// What a hazard is, e.g. `read after write`.
+/// The name of a hazard, e.g. `read after write`.
 pub(crate) fn kind(kind: HazardKind) -> &'static str {
     match kind {
         HazardKind::ReadAfterWrite => "read after write",
@@ -139,7 +139,7 @@ pub(crate) fn culled(graph: &Graph, culled: &Culled) -> String {
     }
 }
 
-/// What must hold for a pass to run; `None` where nothing must.
+/// The conditions under which a pass runs; `None` where nothing must.
 pub(crate) fn conditions(graph: &Graph, all: &[Condition]) -> Option<String> {
     let words: Vec<String> = all.iter().map(|one| condition(graph, one)).collect();
     (!words.is_empty()).then(|| words.join(" and "))
@@ -247,14 +247,14 @@ pub(crate) fn each_pass(plan: &Plan) -> impl Iterator<Item = (usize, &PassPlan)>
     plan.passes.iter().enumerate().filter(|(_, pass)| pass.tick.unwrap_or(0) == 0)
 }
 
-/// What follows the name of something that runs once for each tick, e.g. ` (tick 2)`.
+/// The suffix of the name of a step that runs once for each tick, e.g. ` (tick 2)`.
 pub(crate) fn tick(tick: Option<u32>) -> String {
     tick.map_or_else(String::new, |tick| format!(" (tick {tick})"))
 }
 
 /// A barrier in a picture of a plan.
 pub(crate) struct DrawnBarrier {
-    /// What it is for, a line each.
+    /// The purpose, a line each.
     pub label: String,
     /// Ends of the arrows that lead to it and away from it: passes (`p0`) and other barriers (`b0`). Barriers are numbered in their order.
     pub arrows: Vec<(String, String)>,
@@ -263,7 +263,7 @@ pub(crate) struct DrawnBarrier {
 /// Every barrier, between the passes that it keeps apart.
 pub(crate) fn drawn_barriers(plan: &Plan) -> Vec<DrawnBarrier> {
     let mut drawn_barriers: Vec<DrawnBarrier> = Vec::new();
-    // What has run since the barrier before.
+    // The steps since the barrier before.
     let mut since: Vec<String> = Vec::new();
     for (at, step) in plan.steps.iter().enumerate() {
         match step {

@@ -1,5 +1,5 @@
-//! Is the right thing done, in the right order? Culling is judged by pushing the names of passes forward through many frames:
-//! whatever name reaches the picture or a pin belongs to a pass that must run, and to no other.
+//! Is the right thing done, in the right order? Culling is judged by pushing the names of passes forward through many frames: the names
+//! that reach the picture or a pin are those of the passes that must run.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -153,7 +153,7 @@ impl<'a> Flow<'a> {
 }
 
 /// Parts (resource, mip, layer) that passes touch and in which a frame of the whole graph, with nothing culled, finds what the one before
-/// left, or lets stand what a pass stores only now and then. What is shown or pinned has no say.
+/// left, or lets stand what a pass stores only now and then. The shown and pinned resources do not matter here.
 pub fn carried(case: &Case) -> BTreeSet<(u32, u32, u32)> {
     let graph = &case.graph;
     let mut flow = Flow::new(case, u64::MAX);
@@ -234,7 +234,7 @@ fn needed(case: &Case, live: u64) -> u64 {
     flow.needed
 }
 
-/// What is wrong with the choice and order of the steps.
+/// Faults in the choice and order of the steps.
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let graph = &case.graph;
     let mut faults = Vec::new();
@@ -273,7 +273,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut touched_at: BTreeMap<(u32, Option<u32>), usize> = BTreeMap::new();
     for (at, step) in plan.steps.iter().enumerate() {
         let mut touch = |id: ResourceId, age: u32, by: Option<(ClockId, u32)>| {
-            // What turns with a clock is cleared for each tick; outside the clock it is only looked at.
+            // A resource that turns with a clock is cleared for each tick; outside the clock it is only looked at.
             let tick = match (graph.resource(id).clock, by) {
                 (None, _) => None,
                 (Some(clock), Some((of, tick))) if clock == of => Some(tick),

@@ -20,7 +20,7 @@ pub fn random(seed: u64) -> Random {
     Random::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D)
 }
 
-/// A graph and what it is planned for.
+/// A graph and the input of its plan.
 pub struct Case {
     pub graph: Arc<Graph>,
     pub present: Present,

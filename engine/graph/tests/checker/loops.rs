@@ -1,5 +1,4 @@
-//! Loops of random graphs, and what they are when they are written out: worked out forwards, by following which memory every name
-//! stands for, where the compiler goes backwards.
+//! Loops of random graphs, written out forwards, by following the memory that every name stands for. The compiler goes backwards.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -64,7 +63,7 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
         }
         let id = r.pick(&accesses);
         let taken = swap.iter().flatten().any(|other| *other == id);
-        // What turns with a clock changes places in loops of that clock alone.
+        // A resource that turns with a clock changes places in loops of that clock alone.
         let turns_apart = graph.resource(id).clock.is_some_and(|of| clock(&graph.passes[group.start]) != Some(of));
         if taken || turns_apart || graph.resource(id).kind.supplied_by().is_some() || graph.resource(id).made {
             continue;
@@ -193,7 +192,7 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
     Ok((flat, shown))
 }
 
-/// What is wrong with the passes of a plan as they are written out.
+/// Faults in the passes of a plan as they are written out.
 pub fn faults(flat: &Graph, shown: Present, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     if shown != plan.present {

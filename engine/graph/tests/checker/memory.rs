@@ -32,7 +32,7 @@ pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
     }
 }
 
-/// What is wrong with lifetimes and places.
+/// Faults in lifetimes and places.
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut placed = Vec::new();
@@ -260,7 +260,7 @@ fn outlives_frame(case: &Case, plan: &Plan, index: usize) -> Option<&'static str
             for step in &plan.steps {
                 let touches = |a: &&BoundAccess| a.resource == id && touched(a, (mips, layers)).contains(&(mip, layer));
                 match step {
-                    // What is only filled to be watched hides no load.
+                    // A resource that is only filled to be watched hides no load.
                     Step::Clear { resource: cleared, .. }
                         if *cleared as usize == index && asks_for_clear(&resource.kind) =>
                     {

@@ -52,7 +52,7 @@ fn elements(graph: &Graph, id: ResourceId) -> Option<u64> {
     })
 }
 
-/// What is wrong with sizes and dispatches.
+/// Faults in sizes and dispatches.
 pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let graph = &case.graph;
     let mut faults = Vec::new();

@@ -1,9 +1,9 @@
 //! Is every access ordered against every conflicting one?
 //!
-//! A run unrolls frames and walks them like a queue, remembering every access that was ever made. Each barrier tells every
-//! remembered access which stages now wait for it and, for a store, which accesses see it (the rules of Vulkan's chapter
-//! "Synchronization and Cache Control"; a layout transition is a store by the barrier itself). Each new access asks every
-//! remembered one that it conflicts with.
+//! A run unrolls frames and walks them like a queue, remembering every access that was ever made. Each barrier updates, for every
+//! remembered access, the stages that now wait for it and, for a store, the accesses that see it (the rules of Vulkan's chapter
+//! "Synchronization and Cache Control"; a layout transition is a store by the barrier itself). Each new access asks every remembered one
+//! that it conflicts with.
 
 use std::collections::BTreeMap;
 
@@ -95,7 +95,7 @@ struct Made {
     seen_by: AccessMask,
 }
 
-/// What one step accesses.
+/// The accesses of one step.
 struct Asked {
     resource: usize,
     age: u32,
@@ -113,7 +113,7 @@ fn later(stages: Stages) -> Stages {
     if stages.contains(Stages::DRAW_INDIRECT) { stages | Stages::COMPUTE_SHADER } else { stages }
 }
 
-/// What is wrong with the synchronisation of a plan. Stops at the end of the frame with the first fault.
+/// Faults in the synchronisation of a plan. Stops at the end of the frame with the first fault.
 pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     let updated = Updated::of(plan);
     let steps = asked(plan, &updated);
@@ -237,7 +237,7 @@ pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
                 };
                 for old in &made {
                     let same = old.resource == ask.resource && old.copy == copy && old.parts & ask.parts != 0;
-                    // What happened before a transition is ordered before that, and that before this.
+                    // An access before a transition is ordered before it, and the transition before this access.
                     if old.time < since
                         || !(same || neighbours[ask.resource][old.resource])
                         || !(old.store || ask.store)

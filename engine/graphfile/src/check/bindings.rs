@@ -44,8 +44,8 @@ pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAcc
     accesses
 }
 
-/// Reports entries that the shader has no use for; gives the names that they are likely meant to be. What an entry would access if the shader
-/// used it goes to `accesses`.
+/// Reports entries that the shader has no use for; gives the names that they are likely meant to be. The accesses that an entry would have
+/// if the shader used it go to `accesses`.
 fn unused<'c>(context: &'c Context<'_>, accesses: &mut Vec<BoundAccess>, found: &mut Vec<Diagnostic>) -> Vec<&'c str> {
     let interface = context.interface();
     let entries = &context.pass.bind;
@@ -243,7 +243,7 @@ fn bound(
     (errors(found) == before).then_some(access)
 }
 
-/// A partial store lets what was there before show through: to every later phase it is a load as well as a store.
+/// A partial store lets earlier contents show through: to every later phase it is a load as well as a store.
 fn partial(
     context: &Context<'_>,
     binding: &Binding,
@@ -297,7 +297,7 @@ fn writes(binding: &Binding) -> bool {
     matches!(binding.kind, BindingKind::StorageImage { .. } | BindingKind::StorageBuffer(_)) && binding.access.writes()
 }
 
-/// Whether a buffer has the bytes that a block needs, in the layout that the block says.
+/// Whether a buffer has the bytes that a block needs, in the layout of the block.
 fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind, found: &mut Vec<Diagnostic>) {
     let Some(target) = &entry.target else { return };
     let declared = &context.graph.resources[target.value.0.0 as usize];
@@ -346,7 +346,7 @@ fn layout(context: &Context<'_>, binding: &Binding, block: &Block, entry: &Bind,
     }
 }
 
-/// What makes the elements those of the shader, and keeps the bytes where that can be done with as many whole elements.
+/// Advice that gives the elements the size of the shader's, and keeps the bytes if they are a whole number of elements.
 fn other_stride(size: &BufferSize, declared: u32, wanted: u32) -> String {
     let as_many = format!("`stride = {wanted}`");
     let times = declared.checked_div(wanted).filter(|times| *times > 1 && declared.is_multiple_of(wanted));

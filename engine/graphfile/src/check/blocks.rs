@@ -213,7 +213,7 @@ fn fills(
     let mut put = |leaf: &Leaf<'_>, (member, shared): (&Member, bool), found: &mut Vec<Diagnostic>| {
         let mut wrong = Vec::new();
         Slot { context, what, leaf }.whole(member, &mut fills, &mut wrong);
-        // What is wrong with a shared value is wrong in every pass whose shader declares the block in the same file.
+        // A mistake in a shared value is a mistake in every pass whose shader declares the block in the same file.
         found.extend(wrong.into_iter().filter(|wrong| !shared || !found.contains(wrong)).collect::<Vec<_>>());
     };
     for leaf in &leaves {
@@ -260,7 +260,7 @@ fn fills(
     fills
 }
 
-/// What a shared block lacks is missing in every pass whose shader declares the block in the same file.
+/// A member that a shared block lacks is missing in every pass whose shader declares the block in the same file.
 fn once(diagnostic: Diagnostic, found: &mut Vec<Diagnostic>) {
     if !found.contains(&diagnostic) {
         found.push(diagnostic);
@@ -311,7 +311,7 @@ fn extra(context: &Context<'_>, what: &str, block: &Block, member: &Member, mean
     }
 }
 
-/// One member of the shader and what messages about it need.
+/// One member of the shader and the facts for messages about it.
 struct Slot<'a> {
     context: &'a Context<'a>,
     /// `push constant` or `uniform`.
@@ -320,7 +320,7 @@ struct Slot<'a> {
 }
 
 impl Slot<'_> {
-    /// Checks what the graph says about the member, and adds the values that it makes.
+    /// Checks the graph's values of the member, and adds them.
     fn whole(&self, member: &Member, fills: &mut Vec<Fill>, found: &mut Vec<Diagnostic>) {
         let leaf = self.leaf;
         self.offset(member, found);

@@ -1,5 +1,5 @@
-//! Clocks: their passes stand together, also when loops are written out; what turns with a clock is written by its passes alone, and
-//! what only some frames write does not turn with the frames.
+//! Clocks: their passes stand together, also when loops are written out; only passes of a clock write resources that turn with it, and a
+//! resource that only some frames write does not turn with the frames.
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{ClockId, Every, Graph, Loop, LoopId, Pass, Resource, ResourceId};

@@ -10,7 +10,7 @@ use super::{Context, loops};
 use crate::literal::{describe, typed};
 use crate::resolve::Feed;
 
-/// What the axes of a workgroup are called where the shader has no other name: `layout(local_size_x_id = 0) in;`.
+/// Names of the axes of a workgroup whose constants have no other name in the shader: `layout(local_size_x_id = 0) in;`.
 const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 /// Checks `specialization`; gives values by constant id, in order of the ids.
@@ -86,7 +86,7 @@ fn of_workgroup<'i>(interface: &'i Interface, name: &str) -> Option<&'i SpecCons
     interface.specialization.iter().find(|constant| constant.id == id)
 }
 
-/// A constant is built into the pipeline; what changes from frame to frame cannot be one.
+/// A constant is built into the pipeline; a value that changes from frame to frame cannot be one.
 fn not_fixed(context: &Context<'_>, name: &Spanned<String>, source: &ValueOrigin, place: &Span) -> Diagnostic {
     let what = match source {
         ValueOrigin::Param(_) => "a param",

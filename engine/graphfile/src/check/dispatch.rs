@@ -112,7 +112,7 @@ fn indirect(
     })
 }
 
-/// Whether what counts threads or workgroups lies in its buffer.
+/// Whether the count of threads or workgroups lies in its buffer.
 fn counts(
     context: &Context<'_>,
     (buffer, offset): (ResourceId, u64),

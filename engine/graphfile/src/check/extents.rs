@@ -1,4 +1,4 @@
-//! Sizes: none in terms of itself, mips that its texels allow, dispatches over what exists.
+//! Sizes: none in terms of itself, mips that its texels allow, dispatches over existing mips.
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::{BufferSize, Extent, ResourceId, ResourceKind, Target};
@@ -25,7 +25,7 @@ fn target(graph: &Resolved, id: ResourceId) -> Option<&Target> {
     }
 }
 
-/// What this one's size is measured by.
+/// The resource that this one's size follows.
 fn parent(graph: &Resolved, id: ResourceId) -> Option<ResourceId> {
     match &graph.resources[id.0 as usize].item.kind {
         ResourceKind::Target(target) => match target.extent {
@@ -81,7 +81,7 @@ fn mips(graph: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The extent, where the file alone says it.
+/// The extent, where the file alone decides it.
 fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
     match target(graph, id)?.extent {
         Extent::Fixed2([w, h]) => Some([w, h, 1]),
@@ -90,7 +90,7 @@ fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
     }
 }
 
-/// Number of mips, where the file alone says it.
+/// Number of mips, where the file alone decides it.
 pub fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
     match target(graph, id)?.mips {
         0 => fixed(graph, id).map(full_chain),

@@ -9,8 +9,8 @@ use raxel_graph::index32;
 use super::{given, loops};
 use crate::resolve::Resolved;
 
-/// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, what seems unused may be
-/// what a mistake fails to use.
+/// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, a mistake may be the reason that
+/// something seems unused.
 pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut flow = Vec::new();
@@ -24,7 +24,7 @@ pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
 }
 
 fn resource(graph: &Graph, resolved: &Resolved, id: ResourceId, found: &mut Vec<Diagnostic>) {
-    // What writes a resource that is itself wrong is not known.
+    // The writers of a resource that is itself wrong are not known.
     if !resolved.resources[id.0 as usize].sound {
         return;
     }
@@ -77,7 +77,7 @@ fn reader(graph: &Graph, id: ResourceId) -> Option<&Pass> {
     graph.passes[at..].iter().find(|pass| !pass.made)
 }
 
-/// The resource, and those that change places with it in a loop: what is written under one name is read under another.
+/// The resource, and those that change places with it in a loop: a pass writes it under one name, and another reads it under another.
 fn exchanged(graph: &Graph, id: ResourceId) -> Vec<ResourceId> {
     let mut names = vec![id];
     let mut at = 0;
@@ -127,7 +127,7 @@ fn mentioned(graph: &Graph, id: ResourceId) -> bool {
 }
 
 fn unused_params(graph: &Graph, found: &mut Vec<Diagnostic>) {
-    // What moves by params, the file of the world says.
+    // The file of the world decides which instances move by params.
     if graph.source_names().contains("world.instances") {
         return;
     }

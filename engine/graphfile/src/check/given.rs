@@ -52,7 +52,7 @@ impl<'a> Given<'a> {
         self.shared.into_iter().flat_map(|fills| &fills.members)
     }
 
-    /// The value of a member, and whether it is a shared one. A shared list of which the pass gives elements is none: it is taken
+    /// The value of a member, and whether it is a shared one. A shared list does not count if the pass gives elements of it: it is taken
     /// element by element.
     pub fn member(&self, path: &str) -> Option<(&'a Member, bool)> {
         let of_path = |member: &&Member| member.path.value == path;

@@ -20,7 +20,7 @@ pub fn check(
     found: &mut Vec<Diagnostic>,
 ) -> Option<BoundAccess> {
     let (id, age) = entry.target.as_ref()?.value;
-    // What is wrong with the target itself is reported already.
+    // A mistake in the target itself is reported already.
     if !context.graph.resources[id.0 as usize].sound {
         return None;
     }
@@ -228,7 +228,7 @@ fn out_of_range(
     );
 }
 
-/// The sampler of a sampled image: nearest and clamped unless the file says more.
+/// The sampler of a sampled image: nearest and clamped by default.
 fn sampler(
     context: &Context<'_>,
     entry: &Bind,

@@ -1,4 +1,4 @@
-//! Loops: their passes stand together, and what follows the round is inside of a loop and of its targets.
+//! Loops: their passes stand together, and keys that follow the round are inside of a loop and of its targets.
 
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
 use raxel_graph::checked::{self, BoundAccess, InLoop, LoopId, RoundIndex, Rounds};
@@ -9,7 +9,7 @@ use super::extents::mip_count;
 use crate::model::Mip;
 use crate::resolve::{Loop, Pass, Resolved};
 
-/// Mips that a target can have, less one: the last round of which anything can be said where the rounds follow the output.
+/// The largest number of a mip that a target can have: the last round that can be checked if the rounds follow the output.
 const LAST_MIP: u32 = 16;
 
 /// Checks that between two passes of a loop stands no other.
@@ -94,13 +94,13 @@ fn last_index(graph: &Resolved, repeated: &Loop) -> Option<u32> {
     most.checked_sub(1)
 }
 
-/// The largest mip that a round of the loop asks for, where it is beyond the target's `count` mips: with what says so.
+/// The largest mip that a round of the loop asks for, if it is beyond the target's `count` mips, with the key that asks.
 pub fn beyond(graph: &Resolved, repeated: &Loop, index: RoundIndex, count: u32) -> Option<(u32, String)> {
     let mip = index.at(last_index(graph, repeated)?);
     (repeated.sound && mip >= count).then(|| (mip, format!("the last round asks for mip {mip}")))
 }
 
-/// What a pass takes from its round; the accesses are those of its bindings.
+/// The values that a pass takes from its round; the accesses are those of its bindings.
 pub fn in_loop(context: &Context<'_>, accesses: &[BoundAccess]) -> Option<InLoop> {
     let of = context.pass.in_loop.as_ref()?.value;
     let name = |access: &BoundAccess| Some(&context.interface().bindings[access.binding? as usize].name);

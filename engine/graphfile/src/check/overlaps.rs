@@ -1,4 +1,4 @@
-//! Inside one dispatch nothing orders one binding against another: what is written through one must not be seen through another.
+//! Inside one dispatch nothing orders one binding against another: a store through one must not be seen through another.
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_graph::checked::{BoundAccess, Usage};

@@ -57,7 +57,7 @@ pub fn check(context: &Context<'_>, constants: &[(u32, ValueOrigin)], found: &mu
         match set {
             Some((_, ValueOrigin::Value(Value::U32(value)))) => *value,
             Some((_, ValueOrigin::Value(Value::I32(value)))) => u32::try_from(*value).unwrap_or(0),
-            // What only a plan knows is judged there.
+            // A count that only a plan knows is judged there.
             Some(_) => 1,
             None => axis.value,
         }

@@ -8,8 +8,8 @@ use raxel_shader::interface::{Binding, Block, Member, Type};
 use super::Context;
 use crate::resolve::Declared;
 
-/// Compares the shader's block with the layout of the source. The first member that differs is reported: what follows it is
-/// nearly always a consequence.
+/// Compares the shader's block with the layout of the source. The first member that differs is reported: differences behind it are nearly
+/// always a consequence.
 pub fn check(
     context: &Context<'_>,
     binding: &Binding,
@@ -27,7 +27,7 @@ pub fn check(
     let place = difference.place.as_ref().or(binding.place.as_ref());
     let diagnostic = context.in_shader(diagnostic, place, "the shader says");
     let help = match source.strip_prefix("world.").filter(|_| layout.collected.is_some()) {
-        // What passes write has a file of its own, of the same name.
+        // A buffer that passes write has a file of its own, of the same name.
         Some(name) => format!("declare it with `#include <raxel/{name}.glsl>`"),
         None => {
             "declare it with `#include <raxel/world.glsl>`, which has the block of the layout that is bound".to_owned()

@@ -1,4 +1,4 @@
-//! What passes say.
+//! The declarations of passes.
 
 use raxel_diagnostics::{Spanned, codes};
 use raxel_graph::checked::{Condition, MOST_STILL, RoundIndex};
@@ -149,7 +149,7 @@ pub struct Bind {
     /// Filter of a sampled image.
     #[keys(told = Filter::Nearest)]
     pub filter: Option<Spanned<Filter>>,
-    /// What lies beyond the edge of a sampled image.
+    /// The texels beyond the edge of a sampled image.
     #[keys(told = Wrap::Clamp)]
     pub wrap: Option<Spanned<Wrap>>,
     /// The shader stores only some of the texels (or bytes) that are read later, and leaves the others. Without it, a `writeonly` binding

@@ -45,7 +45,7 @@ pub fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Const
     Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
 
-/// What Vulkan has as sizes of subgroups that one can ask for: powers of two up to 128.
+/// The sizes of subgroups that Vulkan lets a pass ask for: powers of two up to 128.
 pub fn subgroup_size(node: &Node<'_, '_>) -> Option<Spanned<u32>> {
     let size: u32 = node.integer(1..=LARGEST_SUBGROUP)?;
     if size.is_power_of_two() {
@@ -220,8 +220,8 @@ fn collect(table: &Table<'_, '_>, prefix: &str, depth: usize, members: &mut Vec<
     }
 }
 
-/// Whether a table says the value of one member, and is not a struct with members of its own: it has one of a member's keys, and
-/// that key's value is no table.
+/// Whether a table has the value of one member, and is not a struct with members of its own: it has one of a member's keys, and that key's
+/// value is no table.
 fn is_member(table: &Table<'_, '_>) -> bool {
     let keys = ["from", "value", "type", "offset", "remove"];
     table.entries().iter().any(|(key, node)| keys.contains(&key.as_str()) && !node.is_table())

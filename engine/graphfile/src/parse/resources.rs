@@ -28,7 +28,7 @@ pub const MOST_WARNINGS: usize = 16;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
 pub const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 
-/// What a target cannot say when its contents come from outside.
+/// Keys that a target cannot have when its contents come from outside.
 pub fn supplied_target(
     table: &Table<'_, '_>,
     source: Option<&Spanned<String>>,
@@ -37,7 +37,7 @@ pub fn supplied_target(
     let all = ["size", "layers", "history", "clear", "init", "keep", "clock", "format", "mips", "slices", "encoding"];
     let before = table.reporter().count();
     if let Some(source) = source {
-        // Such texels may be brought into a shape that the graph says.
+        // Such texels may be brought into a shape of the graph.
         for key in &all[..if has_shape(&source.value) { 7 } else { all.len() }] {
             table.conflict("source", key, "the source gives the size and the contents");
         }
@@ -50,7 +50,7 @@ pub fn supplied_target(
     table.reporter().count() == before
 }
 
-/// What a buffer cannot say when its contents come from outside.
+/// Keys that a buffer cannot have when its contents come from outside.
 pub fn supplied_buffer(table: &Table<'_, '_>) -> bool {
     let before = table.reporter().count();
     for (origin, why) in
@@ -147,7 +147,7 @@ pub fn shown_range(node: &Node<'_, '_>) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// Words of a buffer that are warned of; none where one is wrong, so that what is said of the buffer is said once.
+/// Words of a buffer that are warned of. A mistake in one of them drops all, so that the buffer is reported once.
 pub fn warnings(node: &Node<'_, '_>) -> Option<Vec<Warning>> {
     let elements = node.array()?;
     if elements.len() > MOST_WARNINGS {
@@ -224,7 +224,7 @@ pub fn stride(node: &Node<'_, '_>) -> Option<u32> {
     node.bad_value(format!("`{}` is {stride} bytes; it must be a multiple of 4", node.name))
 }
 
-/// What means something beside `of` alone.
+/// Keys that mean something only beside `of`.
 pub fn beside_of(
     table: &Table<'_, '_>,
     of: Option<&Spanned<String>>,

@@ -1,4 +1,4 @@
-//! Resolves `init` and `clear`: what targets and buffers are filled with.
+//! Resolves `init` and `clear`: the values that fill targets and buffers.
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_graph::checked::Clear;

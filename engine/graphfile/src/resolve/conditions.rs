@@ -1,4 +1,4 @@
-//! Resolves `when`: what must hold for a pass to run.
+//! Resolves `when`: the conditions under which a pass runs.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Spanned, codes};

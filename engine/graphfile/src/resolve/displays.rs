@@ -57,7 +57,7 @@ pub(super) fn show(
     Some(checked::Display { map, range, channel: channel.as_ref().map_or(0, |channel| channel.value) })
 }
 
-/// The map of a format that the file says nothing about.
+/// The map of a format without one in the file.
 fn default_map(format: Format) -> DisplayMap {
     match (format.scalar(), format.channels()) {
         (ScalarKind::Int | ScalarKind::Uint, _) => DisplayMap::Id,

@@ -108,7 +108,7 @@ fn unlike(
     )
 }
 
-/// What two resources differ in, apart from how they are shown.
+/// The property in which two resources differ, apart from how they are shown.
 fn difference(a: &Resource, b: &Resource) -> Option<&'static str> {
     if a.history != b.history {
         return Some("`history`");

@@ -159,8 +159,8 @@ fn color(param: &Param, ty: Option<ValueType>, found: &mut Vec<Diagnostic>) {
     let (Some(color), Some(ty)) = (param.color.as_ref().filter(|color| color.value), ty) else { return };
     if !can_be_color(ty) {
         let message = format!("param `{}` is a `{}`, which is not a colour", param.name.value, ty.word());
-        let mut diagnostic =
-            Diagnostic::error(codes::graph::PARAM_COLOR, message).label(color.span.clone(), "said here");
+        let mut diagnostic = Diagnostic::error(codes::graph::PARAM_COLOR, message)
+            .label(color.span.clone(), "declared as a colour here");
         if let Some(ty) = &param.ty {
             diagnostic = diagnostic.label(ty.span.clone(), "the type");
         }

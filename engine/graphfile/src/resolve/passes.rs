@@ -1,4 +1,4 @@
-//! Resolves `[[passes]]`: the shader to compile, what it binds, how it is dispatched, when it runs.
+//! Resolves `[[passes]]`: the shader to compile, its bindings, its dispatch, and when it runs.
 
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::{Diagnostic, Spanned, codes};
@@ -48,7 +48,7 @@ pub fn pass(pass: &model::Pass, scope: &Scope<'_>, arguments: Option<ResourceId>
             .chain(pass.also_when.iter().cloned())
             .collect(),
         every,
-        // By which clock it runs decides what it may write.
+        // Its clock decides which resources it may write.
         sound: !pass.flawed && every.is_some() == pass.every.is_some(),
     }
 }
@@ -64,7 +64,7 @@ fn missing_dispatch(pass: &model::Pass, whose: &str, bind: &[Bind], scope: &Scop
         .help(format!("e.g. `dispatch = {{ threads = \"{name}\" }}` for one thread per texel of a target"))
 }
 
-/// What to compile: the file's defines, and one more for each world layout that is bound.
+/// The compiler's request: the file's defines, and one more for each world layout that is bound.
 fn request(
     pass: &model::Pass,
     whose: &str,
@@ -111,7 +111,7 @@ fn request(
         let source = scope.resources[target.value.0.0 as usize].item.kind.supplied_by();
         if let Some(layout) = source.and_then(layout_of) {
             let define = layout_define(layout, &entry.name.value);
-            // What is no macro name is no name of a binding either, and that is reported when it is held against the shader.
+            // A name that is no macro name is no name of a binding either; the comparison with the shader reports that.
             if is_macro_name(&define) {
                 defines.push((define, "1".to_owned()));
             }
@@ -164,7 +164,7 @@ fn reference(
     let history = declared.item.history;
     match age {
         Some(age) if age <= history => return Some(Spanned::new((id, age), name.span.clone())),
-        // A history that could not be read says nothing.
+        // A history that could not be read decides nothing.
         Some(_) if !declared.sound => {}
         Some(_) if declared.item.kind.supplied_by().is_some() => found.push(
             Diagnostic::error(codes::graph::HISTORY, format!("`{plain}` comes from outside and has no earlier frames"))
@@ -203,7 +203,7 @@ fn dispatch(
         model::Dispatch::ThreadsOf { target, .. } if target.value == "world" => checked::Dispatch::ThreadsOfWorld,
         model::Dispatch::ThreadsOf { target, mip } => match (counted(target, mip.value, scope, found)?, mip.value) {
             ((id, true), Mip::Level(mip)) => checked::Dispatch::ThreadsOf { target: id, mip },
-            // Which one a round covers, the loop says.
+            // The loop decides which one a round covers.
             ((id, true), Mip::Round(index)) => checked::Dispatch::ThreadsOf { target: id, mip: index.at(0) },
             ((id, false), _) => checked::Dispatch::ElementsOf { buffer: id },
         },
@@ -228,7 +228,7 @@ fn dispatch(
     Some((Spanned::new(dispatch, given.span.clone()), queue))
 }
 
-/// What threads are counted by: a target (true), or a buffer that has elements (false).
+/// The resource that counts the threads: a target (true), or a buffer that has elements (false).
 fn counted(
     name: &Spanned<String>,
     mip: Mip,
@@ -256,7 +256,7 @@ fn counted(
     elements(id, name, scope, found).then_some((id, false))
 }
 
-/// Whether the elements of a buffer can be counted. What is wrong with its declaration is reported there.
+/// Whether the elements of a buffer can be counted. A mistake in its declaration is reported there.
 pub fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
     let declared = &scope.resources[id.0 as usize];
     let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());

@@ -33,7 +33,7 @@ pub fn resources(
     for buffer in &model.buffers {
         resources.push(scope.buffer(buffer, found));
     }
-    // What is as large as something that is wrong has an extent that stands in for another; a chain of these is as long as there are resources.
+    // A resource as large as a wrong one has a stand-in extent; a chain of these is as long as there are resources.
     for _ in 0..resources.len() {
         let stands_in = |resource: &Declared<Resource>| match &resource.item.kind {
             ResourceKind::Target(checked::Target { extent: Extent::Of { target, .. }, .. }) => {
@@ -81,7 +81,7 @@ impl Scope<'_> {
                 None => Extent::Output { scale: [1.0; 2] },
             },
         };
-        // Without a format nothing can be said of what depends on it; the rest of the target is still checked.
+        // Without a format, users of the target cannot be checked; the rest of the target still is.
         let shape = format.unwrap_or(Format::Rgba32f);
         let mut fill = |literal: &Option<Literal>, key| {
             let literal = literal.as_ref().filter(|_| format.is_some())?;
@@ -143,7 +143,7 @@ impl Scope<'_> {
         let detail = places.or(buffer.size.as_ref().map(|size| &size.span)).unwrap_or(&name.span).clone();
         let mut kept = kept(buffer.history.as_ref(), buffer.keep.as_ref(), clock);
         let warnings: Vec<checked::Warning> = buffer.warnings.iter().flatten().map(warning).collect();
-        // What is counted must still be there when the frame is over.
+        // A counted word must still be there when the frame is over.
         kept.keep |= !warnings.is_empty();
         let declared = declared(name, kind, kept, sound, detail);
         let item = Resource { origin: origin.unwrap_or_default(), warnings, ..declared.item };
@@ -290,7 +290,7 @@ fn world_is_the_world(model: &File, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Nobody can say how many elements the buffer of that name has.
+/// The number of elements of the buffer of that name is unknown.
 pub(super) fn no_elements(name: &Spanned<String>, size: &Span) -> Diagnostic {
     let message = format!("the number of elements of buffer `{}` is not known", name.value);
     Diagnostic::error(codes::graph::WRONG_KIND, message)
@@ -299,7 +299,7 @@ pub(super) fn no_elements(name: &Spanned<String>, size: &Span) -> Diagnostic {
         .help("give its size as `{ count = …, stride = … }` or `{ of = \"…\", stride = … }`")
 }
 
-/// What of a resource outlives a frame.
+/// The parts of a resource that outlive a frame.
 #[derive(Clone, Copy)]
 struct Kept {
     history: u32,

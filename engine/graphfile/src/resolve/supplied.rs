@@ -1,4 +1,4 @@
-//! Resolves what comes from outside: sources, copies of them, and files.
+//! Resolves supplies from outside: sources, copies of them, and files.
 
 use raxel_diagnostics::files::join;
 use raxel_diagnostics::names::list;
@@ -152,7 +152,7 @@ pub fn supplied_image(
     Declared { item, sound: true, detail: source.span.clone() }
 }
 
-/// Nothing can be as large as what a world supplies: its extent is not known until it is there.
+/// Nothing can be as large as the supply of a world: its extent is not known until it is there.
 pub(super) fn extent_from_outside(name: &Spanned<String>, source: &Span) -> Diagnostic {
     let message = format!("`{}` comes from outside, and its extent cannot be used here", name.value);
     Diagnostic::error(codes::graph::WRONG_KIND, message)
@@ -161,7 +161,7 @@ pub(super) fn extent_from_outside(name: &Spanned<String>, source: &Span) -> Diag
         .help("ask for its extent in the shader, with `textureSize` or `imageSize`")
 }
 
-/// What only the texels of a file have.
+/// Keys that only the texels of a file have.
 pub(super) fn only_of_files(target: &Target, found: &mut Vec<Diagnostic>) {
     let slices = target.slices.as_ref().map(|slices| ("slices", &slices.span));
     let encoding = target.encoding.as_ref().map(|encoding| ("encoding", &encoding.span));
@@ -194,7 +194,7 @@ fn shape(image: &raxel_graph::supply::FileImage, source: &Spanned<String>) -> ch
     checked::Target { extent, mips: index32(image.mips.len()), ..blank(image.format, source) }
 }
 
-/// Keys that say what the source says. Those of a file that this one extends are met here; those beside it in the same table are
+/// Keys that repeat the source's own properties. Those of a file that this one extends are met here; those beside it in the same table are
 /// reported already.
 fn takes_none(target: &Target, source: &Spanned<String>, more: &[&str], found: &mut Vec<Diagnostic>) {
     if target.flawed {

@@ -1,4 +1,4 @@
-//! Resolves the values of blocks and of specialization constants: literals, params, builtins, and what the graph and its clocks know.
+//! Resolves the values of blocks and of specialization constants: literals, params, builtins, and values of the graph and its clocks.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, Span, Spanned, codes};
@@ -108,7 +108,7 @@ fn unknown_source(word: &str, place: &Span, scope: &Scope<'_>) -> Diagnostic {
     let params: Vec<String> = scope.params.iter().map(|param| format!("param.{}", param.item.name)).collect();
     let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_BUILTIN, format!("nothing is called `{word}`"))
         .label(place.clone(), "no such value");
-    // A param is often named without the word that says it is one.
+    // A param is often named without the word `param`.
     let meant = params.iter().find(|param| param["param.".len()..] == *word).map(String::as_str);
     match meant
         .or_else(|| closest(word, params.iter().map(String::as_str).chain(builtins().map(|name| -> &str { name }))))

@@ -71,7 +71,7 @@ fn what_a_file_says_is_what_the_graph_has() {
     assert_eq!((color.clock, color.keep), (None, true));
     assert_eq!(graph.passes[0].every, Some(Every::Clock(ClockId(0))));
     assert_eq!(graph.passes[0].push[0].from, ValueOrigin::Clock(ClockId(0), ClockValue::Delta));
-    // What is stored in part is loaded too.
+    // A resource that is stored in part is loaded too.
     let stored = |pass: usize| graph.passes[pass].accesses.iter().find(|a| a.access.writes()).map(|a| a.access);
     assert_eq!((stored(0), stored(1)), (Some(Access::Write), Some(Access::ReadWrite)));
 }

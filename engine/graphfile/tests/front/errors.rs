@@ -1,5 +1,5 @@
 //! Every class of mistake: what a person sees, whole. Each case is the one graph without a mistake, edited in one place.
-//! `INSTA_UPDATE=always cargo test -p raxel-graph --release --test front` writes the snapshots anew; read the difference.
+//! `INSTA_UPDATE=always cargo test -p raxel-graph --release --test front` rewrites the snapshots; read the difference.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -311,7 +311,7 @@ fn flow() {
     check("flow", FLOW);
 }
 
-/// What writes a target that is itself wrong is not known, so nothing is said about it.
+/// The writers of a wrong target are not known, so no message names them.
 #[test]
 fn a_wrong_target_is_not_unwritten_too() {
     let project = Project::new().edit(BASE, "present = \"color\"", "present = \"half_depth\"");
@@ -333,7 +333,7 @@ fn a_misspelt_key_is_said_once() {
     }
 }
 
-/// Every case gives its code, and all that is said about a family of them is one snapshot.
+/// Every case has its code, and all messages of a family of cases are one snapshot.
 fn check(family: &str, cases: &[Case]) {
     let mut said = String::new();
     for (code, file, old, new) in cases {
@@ -344,7 +344,7 @@ fn check(family: &str, cases: &[Case]) {
     insta::assert_snapshot!(family, said);
 }
 
-/// A code without a case is a check that nobody has seen fail.
+/// A code without a case is a check that was never seen to fail.
 #[test]
 fn every_code_of_the_front_end_has_a_case() {
     let families: [&[Case]; 6] = [NAMES, VALUES, BINDINGS, BLOCKS, DISPATCH, FLOW];
@@ -431,11 +431,11 @@ fn errors_of_several_shaders_come_together_and_once_each() {
         Project::new().edit(PYRAMID, "imageStore(below", "imageSture(below").edit(PROBES, "vec4 light", "vec5 light");
     let text = project.rendered(BASE);
     assert!(text.contains("imageSture") && text.contains("vec5"), "{text}");
-    // Two passes use probes.comp; what is wrong with it is said for the first.
+    // Two passes use probes.comp; its mistakes are reported for the first.
     assert_eq!(text.matches("for pass `probe_update`").count(), text.matches("for pass").count() - 1, "{text}");
 }
 
-/// Thousands of targets that are each a part of the next are followed once, and the cycle at their end is told once.
+/// Thousands of targets, each a part of the next, are followed once, and the cycle at their end is reported once.
 #[test]
 fn a_long_chain_of_sizes_ends_in_one_cycle() {
     let chain: String = (0..4000).fold(String::new(), |mut chain, n| {

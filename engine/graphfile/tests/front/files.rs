@@ -73,7 +73,7 @@ impl Project {
         (compiled, texts)
     }
 
-    /// What a person sees: every diagnostic of the compilation.
+    /// The user's view: every diagnostic of the compilation.
     pub fn rendered(&self, path: &str) -> String {
         let (compiled, texts) = self.compile(path);
         let found = match compiled {

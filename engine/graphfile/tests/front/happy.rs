@@ -1,4 +1,4 @@
-//! What a graph without a mistake becomes.
+//! The result of a graph without a mistake.
 
 use raxel_graph::checked::{
     Builtin, Clear, Dispatch, Every, Extent, Fact, Interval, ResourceKind, Usage, Value, ValueOrigin,

@@ -249,7 +249,7 @@ fn a_loop_with_passes_of_a_clock_has_no_others() {
         "[RX0166]: loop `relax` repeats pass `mix`, which runs by clock `sim`, together with `again`, which does not";
     assert!(text.contains(one), "{text}");
     assert!(told(&of_clock("again", &graph)).contains("[RX0166]: loop `relax` repeats pass `again`"));
-    // What turns with a clock changes places with it.
+    // A resource that turns with a clock changes places with it.
     let turning = |graph: &str| {
         let turn = |graph: String, name: &str| {
             let target = format!("[targets.{name}]\n");

@@ -1,4 +1,4 @@
-//! Whatever is done to a graph file, the compiler answers: with a graph or with diagnostics that point into texts, never with a panic.
+//! For any damage to a graph file, the compiler answers with a graph or with diagnostics that point into texts, never with a panic.
 
 use std::sync::LazyLock;
 

@@ -42,7 +42,7 @@ const TABLES: [(&str, &[&str]); 15] = [
     ),
 ];
 
-/// The keys that the reader asks a table for are listed when it has one that nobody asks for.
+/// A table lists the keys that its reader asks for when it has an unknown one.
 fn asked(text: &str) -> BTreeSet<String> {
     let mut project = Project::new();
     project.put("graphs/x.toml", text);

@@ -183,7 +183,7 @@ fn plans_take_it_as_it_is() {
     assert!(errors[0].message.contains("64×64×128 texels, but the device allows 127"), "{errors:?}");
 }
 
-/// What is edited, and what a person reads.
+/// The edit, and the message.
 const MISTAKES: [(&str, &str, &str, &str); 12] = [
     (
         "RX0126",
@@ -238,7 +238,7 @@ fn a_base_with_a_source_is_overlaid() {
         project.put("graphs/over.toml", &format!("extends = \"volume.toml\"\n{text}"));
         project
     };
-    // What is made here in place of what comes from outside.
+    // A resource that is made here in place of a supplied one.
     let made = over("[targets.voxels]\nformat = \"r16ui\"\nsize = [4, 4, 4]\nmips = 3\ninit = 0");
     let (graph, _) = made.compile("graphs/over.toml").0.unwrap_or_else(|found| panic!("{found:#?}"));
     let ResourceKind::Target(target) = &graph.resource(graph.find_resource("voxels").unwrap()).kind else { panic!() };

@@ -1,4 +1,4 @@
-//! What `#[keys(…)]` says.
+//! The contents of `#[keys(…)]`.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -14,7 +14,7 @@ pub struct Container {
     /// Its name, with its parameters.
     pub ident: TokenStream,
     pub about: String,
-    /// `context = Type`: what reading needs to know.
+    /// `context = Type`: the context of reading.
     pub context: Option<Type>,
     /// `check = function(field, field)`.
     pub checks: Vec<Check>,
@@ -24,9 +24,9 @@ pub struct Container {
     pub layer: Option<Layer>,
     /// `layer`: a whole file, which is laid over another.
     pub file: bool,
-    /// `over = function`: what a layer does to the base before its keys replace those of the base.
+    /// `over = function`: the effect of a layer on the base before its keys replace those of the base.
     pub over: Option<Path>,
-    /// `added = function`: what is checked of a table that the base does not have.
+    /// `added = function`: the checks of a table that the base does not have.
     pub added: Option<Path>,
     /// `tag = "op"`.
     pub tag: Option<LitStr>,
@@ -54,11 +54,11 @@ pub struct Field {
     /// The key, if it is not called like the field.
     pub rename: Option<LitStr>,
     pub range: Option<Expr>,
-    /// What stands for the key when it is absent, told in the schema.
+    /// The value for an absent key, shown in the schema.
     pub default: Option<Expr>,
-    /// The same, not told.
+    /// The same, not shown.
     pub absent: Option<Expr>,
-    /// The default that the schema tells, of a key that something else stands for.
+    /// The default that the schema shows for a key that is filled in some other way.
     pub told: Option<Expr>,
     pub unit: Option<LitStr>,
     pub map: Option<Expr>,
@@ -76,7 +76,7 @@ pub struct Exclusion {
     pub why: LitStr,
 }
 
-/// What a field is.
+/// The roles of a field.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// A key.
@@ -85,7 +85,7 @@ pub enum Role {
     Flatten,
     /// The name of the table.
     Entry,
-    /// The key that says the name of the table.
+    /// The key that is the name of the table.
     Name,
     /// The place of the table.
     Span,

@@ -74,7 +74,7 @@ pub fn value(container: &Container, field: &Field) -> TokenStream {
     };
     let context = container.context.iter().map(|_| quote!(__context));
     let value = quote!((#read)(__node #(, #context)*));
-    // A function reads what is there; that it may be absent is the field's to know.
+    // A function reads a present value; the field knows that it may be absent.
     if is_option(ty) { quote!(#value.map(::core::option::Option::Some)) } else { value }
 }
 
@@ -110,7 +110,7 @@ pub fn checks(container: &Container, all: &[Field]) -> TokenStream {
     quote!(let mut __sound = true; #(#checks)* if !__sound { return ::core::option::Option::None; })
 }
 
-/// How a check gets a field, given a reference to it: what may be absent as an `Option` of a reference.
+/// How a check gets a field, given a reference to it: a value that may be absent is an `Option` of a reference.
 pub fn argument(all: &[Field], field: &Ident, reference: &TokenStream) -> TokenStream {
     let optional = all.iter().any(|known| known.ident == *field && is_option(&known.ty));
     if optional { quote!((#reference).as_ref()) } else { quote!(#reference) }

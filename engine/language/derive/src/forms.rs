@@ -100,7 +100,7 @@ impl<'d> Form<'d> {
     }
 }
 
-/// The value of one key says which form it is.
+/// The value of one key decides which form it is.
 fn tagged(container: &Container, tag: &str, forms: &[Form<'_>]) -> TokenStream {
     let words = forms.iter().map(|form| word(&form.variant, form.ident));
     let numbers: Vec<usize> = (0..forms.len()).collect();
@@ -141,7 +141,7 @@ fn tagged_keys(tag: &str, forms: &[Form<'_>]) -> TokenStream {
     forms.iter().map(form).collect()
 }
 
-/// A key that only one form has says that it is this one; the last form is what remains.
+/// A key of only one form decides for it; the last form is the remaining one.
 fn by_key(container: &Container, forms: &[Form<'_>]) -> syn::Result<TokenStream> {
     let Some((last, first)) = forms.split_last() else {
         return Err(syn::Error::new_spanned(&container.ident, "a table has one form at least"));

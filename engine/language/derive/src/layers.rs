@@ -1,4 +1,4 @@
-//! A struct that is laid over an equal one of the base: it is read whatever is wrong with it, and every key may be missing.
+//! A struct that is laid over an equal one of the base: it is read in spite of mistakes, and every key may be missing.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -113,7 +113,7 @@ pub fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
 
         #[automatically_derived]
         impl #ident {
-            /// Puts `above` over this: of each key, what the file on top says counts.
+            /// Puts `above` over this: the keys of the file on top win.
             pub(crate) fn cover(&mut self, __above: Self, __found: &mut ::std::vec::Vec<::raxel_language::Diagnostic>) {
                 #merged
             }
@@ -131,7 +131,7 @@ fn mergeable(all: &[Field]) -> syn::Result<()> {
     }
 }
 
-/// What a key says, or nothing where it is wrong or absent; nothing of what is no key.
+/// The value of a key, or nothing if it is wrong or absent; nothing of a field that is no key.
 fn read(container: &Container, field: &Field) -> TokenStream {
     if field.role != Role::Key {
         return quote!(::core::default::Default::default());

@@ -1,5 +1,5 @@
-//! `#[derive(Keys)]`: a struct becomes the declaration of a table of a file, an enum that of words or of forms of a table. What the
-//! attributes mean is told by `raxel-language`.
+//! `#[derive(Keys)]`: a struct becomes the declaration of a table of a file, an enum that of words or of forms of a table. `raxel-language`
+//! documents the attributes.
 
 mod attributes;
 mod fields;

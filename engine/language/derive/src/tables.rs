@@ -112,7 +112,7 @@ pub fn value(container: &Container, body: &TokenStream) -> TokenStream {
     }
 }
 
-/// The whole table as the value of a key; and what it becomes, if that is another type.
+/// The whole table as the value of a key; and its conversion, if it becomes another type.
 pub fn whole(container: &Container) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);

@@ -15,7 +15,7 @@ use crate::parts::{Octant, child_of};
 use crate::table::{LiveTable, Table};
 use crate::{LayoutError, check_size};
 
-/// Blocks of room besides a quarter of what the world takes.
+/// Spare blocks besides a quarter of the world's.
 const ROOM: usize = 64;
 
 /// A world in a buffer of 32³ chunks that follows edits.
@@ -24,11 +24,11 @@ pub struct LiveHashedChunks {
     extent: Extent,
     materials: usize,
     table: LiveTable,
-    /// What each block of the buffer holds.
+    /// The contents of each block of the buffer.
     blocks: Vec<Option<Held>>,
     /// Blocks without a use.
     free: Vec<usize>,
-    /// Blocks by what they hold.
+    /// Blocks by their contents.
     known: HashMap<(usize, u32), usize>,
     /// The block of each 32³ chunk with solids, by its cell.
     places: HashMap<[u32; 3], usize>,
@@ -51,7 +51,7 @@ impl Held {
     }
 }
 
-/// What an edit did to blocks.
+/// The changes of an edit to blocks.
 #[derive(Default)]
 struct Changed {
     /// Those that hold something else altogether.
@@ -144,7 +144,7 @@ impl LiveHashedChunks {
 
     fn change(&mut self, changes: impl IntoIterator<Item = (ChunkPos, Option<Arc<Chunk>>)>) -> Option<Changed> {
         let mut changed = Changed::default();
-        // What is given up is written again only by a later change, so that no two patches overlap.
+        // A released block is written again only by a later change, so that no two patches overlap.
         let mut released = Vec::new();
         for (pos, chunk) in changes {
             if !self.extent.holds(pos) {
@@ -207,7 +207,7 @@ impl LiveHashedChunks {
         self.table.insert(cell, address as u32)
     }
 
-    /// Makes a block that is used once hold another octant, by what is different.
+    /// Makes a block that is used once hold another octant, by its differences.
     fn rewrite(&mut self, block: usize, next: Held, changed: &mut Changed) -> Option<()> {
         let held = self.blocks[block].as_mut()?;
         let different = held.octant().different_blocks(&next.octant());

@@ -1,4 +1,4 @@
-//! What the layouts `chunk_table` and `octree` have in common: chunks of one size in a hash table. See
+//! The common part of the layouts `chunk_table` and `octree`: chunks of one size in a hash table. See
 //! `shaders/include/raxel/internal/hashed_chunks.glsl`.
 
 mod live;
@@ -31,7 +31,7 @@ layout_header! {
     }
 }
 
-/// What a layout puts into a chunk.
+/// A layout's part of a chunk.
 pub struct Form {
     /// The layout.
     pub layout: Layout,
@@ -46,8 +46,8 @@ pub struct Form {
     pub most_parts: usize,
 }
 
-/// Puts a world into 32³ chunks. All of them count as geometry: in both layouts, what says where voxels are also says what they are made
-/// of.
+/// Puts a world into 32³ chunks. All of them count as geometry: in both layouts, the same words hold the places of voxels and their
+/// materials.
 pub fn encode(world: &World, form: &Form, limit: u64, access: Access) -> Result<Encoded, LayoutError> {
     let &Form { layout, chunk_words, fill, .. } = form;
     let mut extent = Extent::of(world, layout)?;

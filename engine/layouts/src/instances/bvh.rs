@@ -1,4 +1,4 @@
-//! A tree of boxes over instances, made anew whenever one of them moves.
+//! A tree of boxes over instances, rebuilt whenever one of them moves.
 //!
 //! Splits are where the surface area heuristic is least over a few planes (Wald, "On fast construction of SAH-based bounding volume
 //! hierarchies", 2007), but each side takes at least a quarter: that bounds the depth, and so the stack of the shader.
@@ -13,7 +13,7 @@ const BINS: usize = 16;
 /// Smallest voxel and last voxel.
 pub(super) type Box3 = [[i64; 3]; 2];
 
-/// With at least so many boxes, two threads make the sides of a node.
+/// With at least this many boxes, two threads make the sides of a node.
 const SHARED: usize = 1024;
 
 /// The nodes of a tree over boxes, depth first, as words: smallest corner, link, last voxel, kind. The kind is the axis that was split, and
@@ -32,7 +32,7 @@ pub(super) fn build(boxes: &[Box3]) -> Vec<u32> {
     words
 }
 
-/// Nodes of a tree over so many boxes.
+/// Nodes of a tree over `boxes` boxes.
 fn nodes(boxes: usize) -> usize {
     (2 * boxes).saturating_sub(1)
 }
@@ -68,7 +68,7 @@ fn add(boxes: &[Box3], order: &mut [u32], first: usize, words: &mut [u32]) {
 /// Brings boxes to two sides of an axis; gives the axis and how many are on the lower side.
 #[expect(clippy::cast_sign_loss, reason = "the middle is between `low` and `high`, so that the bin is below `BINS`")]
 fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
-    // Twice the middle, so that it is whole.
+    // Twice the centre, so that it is whole.
     let middle = |i: u32, axis: usize| boxes[i as usize][0][axis] + boxes[i as usize][1][axis];
     let ranges: [(i64, i64); 3] = std::array::from_fn(|axis| {
         order.iter().fold((i64::MAX, i64::MIN), |(low, high), &i| {
@@ -82,7 +82,7 @@ fn split(boxes: &[Box3], order: &mut [u32]) -> (usize, usize) {
     let count = order.len();
     let [least, most] = [count.div_ceil(4), count - count.div_ceil(4)];
     let half = count / 2;
-    // At the middle of the order along the axis; of equal middles, that of the smaller index is lower.
+    // At the median of the centres along the axis; of equal centres, the one with the smaller index is lower.
     let halve = |order: &mut [u32]| {
         order.select_nth_unstable_by_key(half, |&i| (middle(i, axis), i));
         (axis, half)
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use raxel_world::random::SplitMix64;
 
-    /// What the shader has room for.
+    /// The depth that the shader has room for.
     const DEPTH: usize = 36;
 
     /// Checks a node and gives the boxes below it, and how many may wait on the stack.
@@ -200,7 +200,7 @@ mod tests {
         assert!(build(&[]).is_empty());
     }
 
-    /// Between clusters of 4 and 3 and one of 13 far from both, on any axis, whatever the order of their boxes.
+    /// Between clusters of 4 and 3 and one of 13 far from both, on any axis, in any order of their boxes.
     #[test]
     fn clusters_are_split_where_they_are_apart() {
         for axis in 0..3 {

@@ -18,7 +18,7 @@ const QUAD: usize = 4;
 /// Bit of the shape of an instance in a free frame.
 const FREE: u32 = 1 << 16;
 
-/// What shaders see of instances: a part that changes when they move, and their models behind it.
+/// The buffer of instances that shaders read: a part that changes when they move, and their models behind it.
 #[derive(Clone, Debug)]
 pub struct InstanceBuffer {
     instances: Vec<Instance>,
@@ -58,7 +58,7 @@ impl InstanceBuffer {
             models.push(ModelTree { header, at: trees.len() / QUAD });
             let first = trees.len();
             trees.extend_from_slice(body);
-            // The unused word of a material says which one of the world's it is. Behind the palette are the nodes.
+            // The unused word of a material is the index of the world's material. Behind the palette are the nodes.
             for (index, &of_world) in model.materials.iter().take(model.voxels.materials().len()).enumerate() {
                 trees[first + 8 * index + 7] = u32::from(of_world);
             }
@@ -190,7 +190,7 @@ mod tests {
         assert_ne!(words(&[0, 9]), words(&[0, 8]));
     }
 
-    /// Two voxels of a palette of so many materials.
+    /// Two voxels of a palette of `materials` materials.
     fn model(materials: u16) -> InstanceModel {
         let palette = (0..materials).map(|i| Material::matt(format!("m{i}"), [0.5; 3])).collect();
         let voxels = World::from_voxels(palette, [(IVec3::new(2, 3, 4), 1), (IVec3::new(5, 3, 9), 1)]);

@@ -9,13 +9,13 @@ const ONE: i64 = 1 << 24;
 /// Steps of an entry of a rotation: 2²³, so that it is exact in `f32`.
 const ROTATION_ONE: f64 = (1 << 23) as f64;
 
-/// A ray is brought into a free frame if it starts at most so many voxels away from it along each axis.
+/// A ray is brought into a free frame if it starts at most this many voxels away from it along each axis.
 pub const REACH: i64 = 1 << 29;
 
 /// A pose in whole numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The middle of the anchor's cell: the cell that it lies in.
+    /// The cell in which the centre of the anchor's cell lies.
     pub cell: [i32; 3],
     /// Its place in that cell, in units of 2⁻²⁴ voxel.
     pub fraction: [u32; 3],
@@ -129,7 +129,7 @@ impl Frame {
         let rests: [i64; 3] = std::array::from_fn(|i| fraction[i] - i64::from(self.fraction[i]));
         let place = rows.map(|row| {
             let sum: i128 = (0..3).map(|k| i128::from(row[k]) * i128::from(cells[k] * ONE + rests[k])).sum();
-            // The middle of the anchor's cell is half a voxel from its corner.
+            // The centre of the anchor's cell is half a voxel from its corner.
             (sum >> 23) as i64 + ONE / 2
         });
         Some(ModelPlace { cell: place.map(|p| p.div_euclid(ONE)), fraction: place.map(|p| p.rem_euclid(ONE)) })
@@ -181,7 +181,7 @@ mod tests {
                     reached[1][i] = reached[1][i].max(at);
                 }
             }
-            // With a voxel of room, and what rounding to cells adds.
+            // With a voxel of room, and the part that rounding to cells adds.
             let wide = (0..3).any(|i| reached[0][i] - min[i] as f64 > 3.0 || max[i] as f64 - reached[1][i] > 3.0);
             assert!(!wide, "{yaw}: {reached:?} in {min:?} {max:?}");
             let Rotation::Free(_) = frame.turn else { panic!("{frame:?}") };

@@ -9,7 +9,7 @@ use crate::lights::{Light, alias_table, lights_by, power};
 /// Words of a quad.
 const QUAD: usize = 4;
 
-/// What the materials of a model give off, by its own palette.
+/// The emission of a model's materials, by its own palette.
 pub(super) fn powers(model: &InstanceModel, palette: &[Material]) -> Vec<f32> {
     model.materials.iter().map(|of_world| palette.get(usize::from(*of_world)).map_or(0.0, power)).collect()
 }
@@ -24,8 +24,8 @@ pub(super) fn of_model(model: &InstanceModel, palette: &[Material]) -> Vec<Light
 pub(super) struct Lamps {
     /// Instances with lamps.
     pub count: u32,
-    /// The list: a quad with the sum of all powers; two quads for each instance with lamps, which say what faces it has and how it is drawn; two for each
-    /// face of a model, which say where it is and how it is drawn.
+    /// The list: a quad with the sum of all powers; two quads for each instance with lamps, with its faces and its entry of the draw table;
+    /// two for each face of a model, with its place and its entry of the draw table.
     pub words: Vec<u32>,
     /// The power of each model, 0 without a lamp.
     pub of_models: Vec<f32>,

@@ -18,7 +18,7 @@ use raxel_world::{Material, MaterialIndex};
 
 use crate::LayoutError;
 
-/// Most instances of a world: what the stack of the shader holds for the deepest tree of boxes.
+/// Most instances of a world: the deepest tree of boxes fits the shader's stack.
 pub const MAX_INSTANCES: usize = 16_384;
 
 /// Coordinates that voxels of instances may have, in either direction.
@@ -38,7 +38,7 @@ pub struct Instances {
 pub struct InstanceModel {
     /// Its voxels around its own origin.
     pub voxels: Arc<World>,
-    /// Palette index in the world, by the model's palette index. What stands behind the model's palette is ignored.
+    /// Palette index in the world, by the model's palette index. Entries beyond the model's palette are ignored.
     pub materials: Arc<[MaterialIndex]>,
 }
 
@@ -49,11 +49,11 @@ pub struct Instance {
     pub name: Option<String>,
     /// Index of its model.
     pub model: usize,
-    /// The cell of the model that is put at the position, and about whose middle the model turns.
+    /// The cell of the model that is put at the position. The model turns about its centre.
     pub anchor: [i64; 3],
     /// Where it stands before it is moved.
     pub pose: Pose,
-    /// What moves it, one after the other.
+    /// Its motions, one after the other.
     pub motions: Vec<Motion>,
 }
 
@@ -69,7 +69,7 @@ impl Instance {
 }
 
 impl InstanceModel {
-    /// How far from the origin of the world its voxels reach at most, whatever its turn, if an instance stands at a position.
+    /// The largest distance of its voxels from the origin of the world, in any rotation, if an instance stands at a position.
     pub fn reach(&self, position: [f64; 3]) -> f64 {
         position.iter().fold(0.0_f64, |far, p| far.max(p.abs())) + 2.0 * self.size() as f64
     }
@@ -88,14 +88,14 @@ impl Instances {
         self.frames_with(&[], value)
     }
 
-    /// The same with those that have a pose of their own in `written`, by their indices: neither the file nor a param moves them.
+    /// The same, except for those with a pose of their own in `written`, by their indices: neither the file nor a param moves these.
     pub fn frames_with(&self, written: &[Option<Pose>], value: impl Fn(&str) -> Option<f64>) -> Vec<Frame> {
         let own = written.iter().copied().chain(std::iter::repeat(None));
         let pose = |(instance, own): (&Instance, Option<Pose>)| own.unwrap_or_else(|| instance.pose_at(&value));
         self.list.iter().zip(own).map(|of| Frame::of(&pose(of))).collect()
     }
 
-    /// What shaders see of them, in a world with this palette. Without it, none of them is a lamp.
+    /// The buffer that shaders read, in a world with this palette. Without it, none of them is a lamp.
     pub fn encode(&self, palette: &[Material], limit: u64) -> Result<InstanceBuffer, LayoutError> {
         InstanceBuffer::new(self, palette, limit)
     }

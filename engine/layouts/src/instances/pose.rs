@@ -1,10 +1,10 @@
-//! Where an instance stands, and what moves it.
+//! The pose of an instance, and its motions.
 
 use std::ops::RangeInclusive;
 
 use raxel_language::Keys;
 
-/// The middle of the anchor's cell, from the position.
+/// The centre of the anchor's cell, from the position.
 const MIDDLE: f64 = 0.5;
 /// A quaternion of `f32` that is so near to a quarter turn is meant to be one.
 const QUARTER: f64 = 4.0e-7;
@@ -12,7 +12,7 @@ const QUARTER: f64 = 4.0e-7;
 /// A place and a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// The smallest corner of the anchor's cell, in voxels, before the turn about the middle of that cell.
+    /// The smallest corner of the anchor's cell, in voxels, before the rotation about the centre of that cell.
     pub position: [f64; 3],
     /// From the model's axes to the world's: rows of a rotation matrix.
     pub rotation: [[f64; 3]; 3],
@@ -36,20 +36,20 @@ pub struct Motion {
     pub param: String,
     /// Its value for graphs without that param.
     pub default: Option<f64>,
-    /// What it does.
+    /// Its effect.
     pub kind: MotionKind,
 }
 
-/// What the value of a param does to an instance.
+/// The effect of a param's value on an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionKind {
     /// Moves it by the value times this vector, in voxels.
     Slide([f64; 3]),
-    /// Turns it by so many degrees, to the left as seen from the end of the axis.
+    /// Turns it by that many degrees, to the left as seen from the end of the axis.
     Rotation {
         /// The axis.
         axis: Axis,
-        /// A point on the axis; the middle of its own anchor when `None`.
+        /// A point on the axis; the centre of its own anchor when `None`.
         about: Option<[f64; 3]>,
         /// It goes around the axis without being turned itself.
         upright: bool,
@@ -81,7 +81,7 @@ impl Pose {
             [twice(x * y + z * w), 1.0 - twice(x * x + z * z), twice(y * z - x * w)],
             [twice(x * z - y * w), twice(y * z + x * w), 1.0 - twice(x * x + y * y)],
         ];
-        // What is a quarter turn but for the rounding of the quaternion is one.
+        // A quarter turn up to the rounding of the quaternion becomes an exact one.
         let whole = rotation.map(|row| row.map(f64::round));
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < QUARTER;
         let is_quarter = rotation.as_flattened().iter().zip(whole.as_flattened()).all(near);
@@ -108,7 +108,7 @@ impl Pose {
         }
     }
 
-    /// The middle of the anchor's cell.
+    /// The centre of the anchor's cell.
     pub fn middle(&self) -> [f64; 3] {
         self.position.map(|p| p + MIDDLE)
     }
@@ -197,7 +197,7 @@ mod tests {
         for (axis, along) in axes {
             near(turned(along, 37.0), about(axis, 37.0));
         }
-        // X, Y and Z become each other in a third of a turn about their middle; any length will do.
+        // X, Y and Z become each other in a third of a turn about the diagonal between them; any length will do.
         near(turned([1.0 / 3.0_f64.sqrt(); 3], 120.0), [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         let pose = Pose::turned([0.0; 3], [1.0, 2.0, 3.0, 4.0]).expect("it has a length");
         let axis = apply(&pose.rotation, [1.0, 2.0, 3.0]);

@@ -18,20 +18,20 @@ const RESTORE: u32 = 0;
 const ANGLES: u32 = 1;
 const QUATERNION: u32 = 2;
 
-/// What was in the buffer.
+/// The valid records of a buffer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseRecords {
-    /// Index of an instance and its pose; `None` gives it back to the world's file and to params. By index, each at most once.
+    /// Index of an instance and its pose; `None` returns it to the world's file and to params. By index, each at most once.
     pub poses: Vec<(usize, Option<Pose>)>,
     /// Records for which there was no room.
     pub lost: u64,
     /// Number of records that are wrong.
     pub wrong: u64,
-    /// What is wrong with the first of them.
+    /// The fault of the first of them.
     pub why: Option<WrongPose>,
 }
 
-/// What is wrong with a record.
+/// The faults of a record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WrongPose {
     /// It is no pose.
@@ -75,8 +75,8 @@ pub enum WrongPose {
 }
 
 impl PoseRecords {
-    /// Reads the words of the buffer. Nothing in them is taken on trust. Of different records for one instance, the one that is last by its
-    /// words counts, whoever wrote first.
+    /// Reads the words of the buffer. Nothing in them is taken on trust. Of different records for one instance, the last one by its words
+    /// counts, in any order of writing.
     pub fn read(words: &[u32], instances: &Instances) -> Self {
         let wanted = words.first().map_or(0, |wanted| *wanted as usize);
         let (records, _) = words.get(HEADER_WORDS..).unwrap_or_default().as_chunks::<RECORD_WORDS>();
@@ -203,7 +203,7 @@ mod tests {
         }
         let read = PoseRecords::read(&words(u32::MAX, &[good]), &instances());
         assert_eq!((read.poses.len(), read.lost), (1, u64::from(u32::MAX) - 1));
-        // No words make it panic, whatever they are.
+        // No words make it panic.
         for seed in 0..3000 {
             let words: Vec<u32> = (0..seed % 80).map(|i| mix(seed * 96 + i) as u32 >> (mix(i ^ seed) % 32)).collect();
             let read = PoseRecords::read(&words, &instances());

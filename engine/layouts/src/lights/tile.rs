@@ -1,5 +1,5 @@
 //! The lamps of worlds that are loaded tile by tile. A tile has a list of its own, which is made once; lights are drawn in two steps, a
-//! group of them and one of the group, so that what comes and goes changes nothing but the table of the groups.
+//! group of them and one of the group, so that a tile that comes or goes changes nothing but the table of the groups.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use raxel_world::{Content, cell_edge};
 
 use super::{Draw, HEADER_WORDS, LIGHT_WORDS, Light, alias_table, power};
 
-/// What each material of a palette gives off.
+/// The emission of each material of a palette.
 #[derive(Clone, Debug)]
 pub struct LightPowers(Vec<f32>);
 
@@ -46,7 +46,7 @@ pub struct LightGroup {
     pub first: u32,
     /// How many.
     pub count: u32,
-    /// The sum of what they give off: power times area.
+    /// The sum of their emission: power times area.
     pub power: f64,
 }
 
@@ -151,7 +151,7 @@ impl TileLights {
             let lights = &self.lights[at as usize..][..count as usize];
             let powers: Vec<f64> = lights.iter().map(|light| f64::from(light.power)).collect();
             for (light, draw) in lights.iter().zip(alias_table(&powers, powers.iter().sum())) {
-                // The probability among all lamps changes with what else is there: shaders find it from the sum of all powers.
+                // The probability among all lamps changes with the other tiles: shaders compute it from the sum of all powers.
                 let draw = Draw { probability: 0.0, alias: first + at + draw.alias, ..draw };
                 light.put(&draw, self.level, &mut words);
             }
@@ -178,7 +178,7 @@ pub fn grouped_header(groups: &[LightGroup], at: u32) -> [u32; HEADER_WORDS] {
     [count, (power as f32).to_bits(), at, groups.len() as u32]
 }
 
-/// A tile, and what is beyond its faces.
+/// A tile, and the voxels beyond its faces.
 struct Around<'c, F> {
     chunk: &'c Chunk,
     level: u32,

@@ -1,5 +1,5 @@
-//! The layout `tree64` in a buffer with room to spare, of which an edit replaces only the blocks of the chunks that it touched, and the
-//! nodes above all chunks.
+//! The layout `tree64` in a buffer with room to spare. An edit replaces only the blocks of the chunks that it touched, and the nodes above
+//! all chunks.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::header::{Extent, buffer};
 use crate::live::{Patch, roomy};
 use crate::{Layout, LayoutError, check_size};
 
-/// Quads of room besides a quarter of what the world takes: 4 MiB.
+/// Spare quads besides a quarter of the world's: 4 MiB.
 const ROOM: u64 = 1 << 18;
 
 /// A world in a buffer of the layout `tree64` that follows edits.
@@ -36,13 +36,13 @@ pub struct LiveTree64 {
     upper: Option<(Allocation, u32)>,
 }
 
-/// What a chunk takes in the buffer. It holds the chunk, so that no other one comes to lie at its address.
+/// A chunk's words in the buffer. It holds the chunk, so that no other one comes to lie at its address.
 struct Block {
     chunk: Arc<Chunk>,
     uses: usize,
     node: Node,
     size: ChunkSize,
-    /// A chunk that its node says everything about has none.
+    /// A chunk that its node describes completely has none.
     place: Option<Allocation>,
 }
 
@@ -229,7 +229,7 @@ impl std::fmt::Debug for LiveTree64 {
     }
 }
 
-/// What tells distinct chunks apart: equal chunks of a world are one.
+/// The identity of a distinct chunk: equal chunks of a world are one.
 fn address(chunk: &Arc<Chunk>) -> usize {
     Arc::as_ptr(chunk) as usize
 }
@@ -240,7 +240,7 @@ fn quads_of(size: &ChunkSize) -> u32 {
     words.div_ceil(QUAD) as u32
 }
 
-/// Quads that the nodes above so many chunks take, and more.
+/// An upper bound of the quads of the nodes above `chunks` chunks.
 fn upper_quads(chunks: usize) -> u64 {
     2 * chunks as u64 + 128
 }

@@ -1,5 +1,6 @@
-//! Packed materials that are equal are stored once. A leaf finds its own by their address, so a ray does not notice: over a terrain half of what they
-//! take is gone. A whole world is packed so, and each chunk of a streamed one by itself; what is edited in place has room of its own for each leaf.
+//! Packed materials that are equal are stored once. A leaf finds its own by their address, so a ray does not notice: over a terrain this
+//! saves half of their memory. A whole world is packed so, and each chunk of a streamed one by itself; in a buffer that is edited in place,
+//! each leaf has room of its own.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -15,7 +16,7 @@ use super::{ChunkSize, packed_link};
 pub(in super::super) struct SharedMaterials {
     /// The link of each leaf of several materials, by chunk, in the order of the leaves.
     pub(in super::super) links: Vec<Vec<u32>>,
-    /// Where they lead: what is packed, each once, in the order in which it is first met.
+    /// Their targets: the packed materials, each once, in the order in which they are first met.
     pub(in super::super) words: Vec<u32>,
 }
 
@@ -34,7 +35,7 @@ struct PackedLeaf {
 }
 
 impl SharedMaterials {
-    /// Packs the materials of chunks, and counts what else they take.
+    /// Packs the materials of chunks, and counts their other words.
     pub(super) fn of(chunks: &[&Chunk]) -> (Vec<ChunkSize>, Self) {
         let packed: Vec<PackedChunk> = chunks.par_iter().map(|chunk| PackedChunk::of(chunk, false)).collect();
         (packed.iter().map(|chunk| chunk.size).collect(), Self::share(&packed))

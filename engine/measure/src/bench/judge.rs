@@ -62,7 +62,7 @@ fn read([x, y, z, w]: HitTexel) -> Option<([i32; 3], u32, u32)> {
     (w >= 0).then_some(([x, y, z], w.cast_unsigned() & 7, w.cast_unsigned() >> 3))
 }
 
-/// Where a ray enters a voxel's box, or comes nearest to it, in lengths of its direction: good enough to tell before from behind.
+/// Where a ray enters a voxel's box, or comes nearest to it, in lengths of its direction: good enough to decide which of two is in front.
 #[expect(clippy::cast_possible_truncation, reason = "the shaders that are judged have 32-bit floats")]
 fn entry(ray: &Ray, voxel: [i32; 3]) -> f32 {
     let enter = (0..3).filter(|&axis| ray.dir[axis] != 0.0).map(|axis| {
@@ -97,7 +97,7 @@ pub(super) fn period_bounces(hits: &[HitTexel], places: &[[f32; 2]]) -> (Vec<Per
         .unzip()
 }
 
-/// Compares what period rays hit with the truth.
+/// Compares the hits of period rays with the truth.
 pub(super) fn judge_periods(oracle: &Oracle<'_>, rays: &[PeriodRay], found: &[HitTexel]) -> Errors {
     let judged = rays.par_iter().zip(found).map(|(ray, texel)| {
         let mut errors = Errors::default();
@@ -137,7 +137,7 @@ mod tests {
         assert_eq!(errors([5, 0, 0, 9], none).face, 1);
         assert_eq!(errors(none, none).missed, 1);
         assert_eq!(errors(hit, hit).invented, 1);
-        // Without depths the voxel tells.
+        // Without depths the voxel decides.
         let blind = |first: HitTexel| judge(&truth, &[first, none], None);
         assert_eq!((blind([4, 0, 0, 8]).early, blind([9, 0, 0, 8]).late, blind(hit).wrong()), (1, 1, 0));
     }

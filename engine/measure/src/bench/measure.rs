@@ -45,14 +45,14 @@ impl From<BuildError> for CaseError {
     }
 }
 
-/// What is wrong, in a line.
+/// The first mistake, in a line.
 pub(super) fn first(found: &[Diagnostic]) -> String {
     let Some(error) = found.iter().find(|diagnostic| diagnostic.is_error()) else { return String::new() };
     let line = error.message.lines().next().unwrap_or_default();
     format!("{}: {line}", error.code)
 }
 
-/// What the device says about a case.
+/// The device's results of a case.
 pub(super) struct Run {
     pub(super) frames: u32,
     /// Of whole frames.
@@ -67,7 +67,7 @@ pub(super) struct Run {
     pub(super) bounces: Option<(Bounces, Vec<HitTexel>, Vec<[f32; 2]>)>,
 }
 
-/// What kind of rays leave the hits.
+/// The rays that leave the hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bounces {
     /// Rays of the tracing contract: the target `bounce_hit`.
@@ -129,7 +129,7 @@ pub(super) fn measure(
     let judged = Judged::of(graph);
     let mut params = Params::default();
     params.adopt(graph);
-    // What a pass leaves once must stay for all frames.
+    // The output of a pass that runs once must stay for all frames.
     runner.load(graph, world, &params, Setup { output: size, pinned: judged.all(), alias: false })?;
     let executor = runner.executor();
 
@@ -244,8 +244,8 @@ impl Frames<'_> {
         times
     }
 
-    /// Runs everything, then again from elsewhere with the memo on: what it leaves out then, a session would leave out of every frame
-    /// (a table that is baked, say), and so do we from here on. Those passes with the time that they took.
+    /// Runs everything, then again from elsewhere with the memo on: a pass that it skips then, a session would skip in every frame (a table
+    /// that is baked, say), and so do we from here on. Those passes with the time that they took.
     fn settle(&mut self) -> Result<Vec<PassSpread>, ExecuteError> {
         let mut elsewhere = *self.camera;
         elsewhere.frac.x = if elsewhere.frac.x < 0.5 { elsewhere.frac.x + 0.25 } else { elsewhere.frac.x - 0.25 };
@@ -254,7 +254,7 @@ impl Frames<'_> {
         self.run(self.camera)?;
         let all = self.times();
         if all.len() < 2 {
-            // What is measured at all depends on the camera.
+            // All measured passes depend on the camera.
             self.executor.set_memo(false);
             return Ok(Vec::new());
         }

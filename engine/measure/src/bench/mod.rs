@@ -1,5 +1,5 @@
-//! Run time against error: graphs × layouts × worlds × cameras × sizes, each timed on the device and judged by the exact oracle on the
-//! very same rays. What `raxel bench` prints.
+//! Run time against error: graphs × layouts × worlds × cameras × sizes, each timed on the device and judged by the exact oracle on the very
+//! same rays. The figures of `raxel bench`.
 //!
 //! A graph is judged when it has a target `hit` of format `rgba32i`: x, y, z is the voxel, w is face + 8 · material (material 0: not looked
 //! up), or −1 where nothing is hit. Targets `depth` (`r32f`, in lengths of the ray's direction) and `steps` (`r32ui`) add to the judgement. Its
@@ -24,13 +24,13 @@ use raxel_runtime::world::LayoutCost;
 /// Bytes for each solid voxel of a world in a layout.
 #[derive(Clone, Copy, Debug)]
 pub struct BytesPerVoxel {
-    /// Of what says where voxels are.
+    /// Of the words with the places of voxels.
     pub geometry: f64,
     /// Of that and of materials.
     pub all: f64,
 }
 
-/// What is run: every combination.
+/// The runs: every combination.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     /// Project paths.
@@ -56,7 +56,7 @@ pub struct Effort {
     pub warmup: u32,
     /// Frames that are timed.
     pub frames: u32,
-    /// After so many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
+    /// After this many seconds of timed frames no more are begun, once there are three; after four times as many in any case.
     pub seconds: f64,
 }
 
@@ -81,12 +81,12 @@ pub struct Case {
     pub size: [u32; 2],
 }
 
-/// What a combination gave.
+/// The result of a combination.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The combination.
     pub case: Case,
-    /// What was measured, or why nothing could be.
+    /// The measurement, or the reason why there is none.
     pub outcome: Result<Measured, Refusal>,
 }
 
@@ -95,7 +95,7 @@ pub struct Row {
 pub struct Refusal {
     /// In a line.
     pub reason: String,
-    /// What the planner says about it, with places in the graph's files.
+    /// The planner's messages about it, with places in the graph's files.
     pub found: Vec<Diagnostic>,
     /// The texts that these point into.
     pub texts: Arc<SourceMap>,
@@ -129,13 +129,13 @@ pub struct Measured {
     pub once: Vec<PassSpread>,
     /// Cells looked at, a ray.
     pub steps: Option<f64>,
-    /// What the layout takes.
+    /// The memory of the layout.
     pub cost: Option<LayoutCost>,
     /// Solid voxels of the world.
     pub voxels: u64,
     /// Whether `judgement` is of depths too.
     pub depths: bool,
-    /// How wrong it is, or why nobody can tell.
+    /// Its errors, or the reason why they are unknown.
     pub judgement: Result<Errors, String>,
     /// Whether the graph claims to be exact: its `about` ends with that word.
     pub claims_exact: bool,

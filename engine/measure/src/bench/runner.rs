@@ -48,7 +48,7 @@ pub struct Ready {
 /// A graph, or why it cannot run.
 type Compiled = Result<Ready, Arc<Uncompiled>>;
 
-/// What is wrong with a graph, and the texts that this points into.
+/// The mistakes of a graph, and the texts that these point into.
 #[derive(Debug)]
 pub struct Uncompiled {
     found: Vec<Diagnostic>,
@@ -60,7 +60,7 @@ pub struct Uncompiled {
 pub struct Broken {
     /// Project paths.
     pub graphs: Vec<String>,
-    /// What is wrong with them, each once.
+    /// Its mistakes, each once.
     pub found: Vec<Diagnostic>,
     /// The texts that diagnostics point into.
     pub texts: SourceMap,
@@ -123,8 +123,8 @@ impl Runner {
         broken
     }
 
-    /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row that says
-    /// why.
+    /// Runs every case over worlds that are loaded; a row goes to `each` as soon as it is there. A case that cannot run is a row with the
+    /// reason.
     pub fn run(
         &mut self,
         matrix: &Matrix,
@@ -240,7 +240,7 @@ impl Runner {
     }
 }
 
-/// Where a case looks from, and what is to be seen there.
+/// The viewpoint of a case, and the voxels to be seen there.
 struct Place<'a> {
     world: &'a SessionWorld,
     oracle: &'a Oracle<'a>,

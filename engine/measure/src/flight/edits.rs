@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{FlightError, FlightOptions, one, percentile, settle};
 
-/// What was measured of edits.
+/// The measurements of edits.
 #[derive(Clone, Debug, Serialize)]
 pub struct Edits {
     /// Balls of 6 voxels' radius.

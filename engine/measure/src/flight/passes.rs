@@ -1,4 +1,4 @@
-//! What the passes of frames take on the device.
+//! The device's time for the passes of frames.
 
 use raxel_runtime::session::Session;
 

@@ -13,14 +13,14 @@ use serde::Serialize;
 
 use super::Picture;
 
-/// What keeps the weight of dark pixels finite: the ε of w = 1 / (Rm² + ε).
+/// The ε of w = 1 / (Rm² + ε), which keeps the weight of dark pixels finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Epsilon {
     /// A third of the mean luminance of the reference, squared: so errors of a night count as those of a day do. The mean luminances of
     /// scenes with names are 0.21 to 0.41, for which this is 0.005 to 0.019.
     #[default]
     Mean,
-    /// This number, whatever the light.
+    /// This number, for any light.
     Fixed(f64),
 }
 
@@ -51,7 +51,7 @@ pub struct Judged {
     pub error: f64,
     /// Its standard error.
     pub error_se: f64,
-    /// Square of the relative bias: what more frames do not mend.
+    /// Square of the relative bias: the part that more frames do not mend.
     pub bias2: f64,
     /// Its standard error.
     pub bias2_se: f64,

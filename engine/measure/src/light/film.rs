@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::DeviceName;
 
-/// What is run.
+/// The settings of a film.
 #[derive(Clone, Debug)]
 pub struct FilmOptions {
     /// A folder of the project.
@@ -67,9 +67,9 @@ pub struct Filmed {
     pub device: DeviceName,
     /// The moments, in order.
     pub moments: Vec<Compared>,
-    /// What the session had to say, and the texts that it points into.
+    /// Messages of the session, and the texts that they point into.
     pub messages: (Vec<Diagnostic>, SourceMap),
-    /// What the validation layer has said.
+    /// Messages of the validation layer.
     pub complaints: Vec<String>,
 }
 
@@ -160,7 +160,7 @@ pub fn film(options: &FilmOptions) -> Result<Filmed, FilmError> {
     })
 }
 
-/// The moments of a demo, with their frames: each so many seconds after the one before, the first as long after the start.
+/// The moments of a demo, with their frames: each `every` seconds after the one before, the first as long after the start.
 fn moments(demo: &Demo, fps: f64, every: f64) -> Vec<(f64, u64)> {
     let last = Moment::from(demo.duration).nearest(Fraction::of(fps)).saturating_sub(1);
     let seconds = (1..).map(|number: u32| f64::from(number) * every);
@@ -168,7 +168,7 @@ fn moments(demo: &Demo, fps: f64, every: f64) -> Vec<(f64, u64)> {
     frames.take_while(|(_, frame)| *frame <= last).collect()
 }
 
-/// The frame of a moment, and what it becomes.
+/// The frame of a moment, and its judgement.
 fn one(
     session: &mut Session,
     demo: &Demo,

@@ -1,5 +1,5 @@
-//! HDR-FLIP: what the eye sees of an error at the exposures between which the reference is neither black nor white (Andersson and others,
-//! "Visualizing errors in rendered high dynamic range images", 2021). The comparison at one exposure is the authors' own code.
+//! HDR-FLIP: the visible error at the exposures between which the reference is neither black nor white (Andersson and others, "Visualizing
+//! errors in rendered high dynamic range images", 2021). The comparison at one exposure is the authors' own code.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, flip};
 use rayon::prelude::*;

@@ -51,7 +51,7 @@ impl Place {
         Self { path: session.project().on_disk(&name) }
     }
 
-    /// What is kept there, if it is whole: its pictures have the hashes that it says.
+    /// The kept references, if they are whole: their pictures have the recorded hashes.
     pub(super) fn read(&self, scene: &str) -> Option<References> {
         let bytes = fs::read(&self.path).ok()?;
         let line = bytes.iter().position(|byte| *byte == b'\n')?;

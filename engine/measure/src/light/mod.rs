@@ -1,7 +1,7 @@
 //! Lighting judged by run time against error: systems × scenes, each run twice with other random numbers and held against two independent
-//! references. What `raxel bench light` prints; `docs/light/judge.md` has the protocol.
+//! references. The figures of `raxel bench light`; `docs/light/judge.md` has the protocol.
 //!
-//! A system is a graph with a target `radiance` of floats: linear light that reaches the eye, along rays through the middles of the pixels,
+//! A system is a graph with a target `radiance` of floats: linear light that reaches the eye, along rays through the centres of the pixels,
 //! before exposure, haze and tone curve. Its param `seed` makes another, independent run.
 
 pub mod error;
@@ -45,15 +45,15 @@ pub struct Scene {
     pub params: Vec<(String, f32)>,
     /// The same as texts, of any type; they win.
     pub set: Vec<(String, String)>,
-    /// What moves in the part of a run that moves.
+    /// The motion in the moving part of a run.
     pub motion: Motion,
     /// Params that move the world's instances. A system that lacks one of them gets it for the run.
     pub instance_params: Vec<String>,
-    /// What keeps the weight of dark pixels finite.
+    /// The ε that keeps the weight of dark pixels finite.
     pub epsilon: Epsilon,
 }
 
-/// What moves. It ends where the references were made: with the scene's camera and params.
+/// Everything that moves. It ends where the references were made: with the scene's camera and params.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The camera.
@@ -68,7 +68,7 @@ pub enum CameraMotion {
     /// To the right or the left, from the side with more room.
     #[default]
     Sideways,
-    /// By so many voxels a second.
+    /// By this many voxels a second.
     By([f64; 3]),
 }
 
@@ -97,7 +97,7 @@ pub struct Effort {
     pub keep: bool,
 }
 
-/// What is wrong with a system, or with the device.
+/// Errors of a system or of the device.
 #[derive(Debug, thiserror::Error)]
 pub enum LightError {
     /// It does not open.
@@ -189,7 +189,7 @@ pub struct Outcome {
     pub first_ms: f64,
     /// GPU milliseconds of a later frame: the sum of the medians of its passes, each by how often it ran.
     pub frame_ms: f64,
-    /// Change from the last frame but one to the last, weighted as an error: what flickers under a still camera.
+    /// Change from the last frame but one to the last, weighted as an error: flicker under a still camera.
     pub flicker: f64,
     /// Mean HDR-FLIP of the last picture.
     pub flip: Option<f64>,
@@ -205,7 +205,7 @@ pub struct Outcome {
     pub lag: Option<Lag>,
 }
 
-/// The picture after so many frames.
+/// The picture after a number of frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     /// Frames since the start.
@@ -242,7 +242,7 @@ pub struct Lag {
     pub frames: u32,
 }
 
-/// What a device is called.
+/// The name of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceName {
     /// The device's own name.

@@ -12,7 +12,8 @@ use super::LightError;
 /// Where these graphs lie in a project.
 const FOLDER: &str = ".raxel/cache/light/graphs";
 
-/// The graph itself if it has all params, or one that extends it by those that it lacks. What is wrong with the graph is said when it is opened.
+/// The graph itself if it has all params, or one that extends it by those that it lacks. Mistakes in the graph are reported when it is
+/// opened.
 pub(super) fn with_params(project: &Path, graph: &str, params: &[String]) -> Result<String, LightError> {
     if params.is_empty() {
         return Ok(graph.to_owned());

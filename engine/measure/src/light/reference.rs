@@ -16,7 +16,7 @@ const MOST_PATHS: u32 = 16;
 pub struct References {
     /// The pictures.
     pub halves: [Picture; 2],
-    /// What is to be kept of them.
+    /// The facts to keep beside them.
     pub about: About,
 }
 
@@ -127,7 +127,7 @@ fn until(
             let path_ms = times[times.len() / 2] / f64::from(paths);
             return Ok((Picture::of(&session.read_target(RADIANCE)?), forecast, frames, path_ms));
         }
-        // As far as the forecast says, in steps that let it be made anew.
+        // As many as the forecast requires, in steps, so that there is a new forecast after each.
         let wanted = (f64::from(frames) * forecast / goal * 1.05).min(4.0 * f64::from(frames));
         next = (wanted.ceil() as u32).clamp(frames + 1, most);
     }

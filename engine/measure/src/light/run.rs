@@ -25,7 +25,7 @@ use super::{
 const SEEDS: [u32; 2] = [1, 2];
 /// Milliseconds of GPU work that wake a GPU before it is timed.
 const WAKING: f64 = 300.0;
-/// Frames a second of what moves.
+/// Frames a second of motions.
 const RATE: f64 = 60.0;
 /// Voxels a second of a camera that moves sideways.
 const SPEED: f64 = 53.0;
@@ -44,17 +44,17 @@ impl Bench {
         Self { effort, name: None, complaints: Vec::new(), messages: <(Vec<Diagnostic>, SourceMap)>::default() }
     }
 
-    /// What the device is called; known once something has run.
+    /// The device's name; known once something has run.
     pub fn device(&self) -> Option<&DeviceName> {
         self.name.as_ref()
     }
 
-    /// What the validation layer has said so far.
+    /// Messages of the validation layer so far.
     pub fn complaints(&self) -> &[String] {
         &self.complaints
     }
 
-    /// What the last session had to say, such as what its passes have counted, and the texts that it points into.
+    /// Messages of the last session, such as the counts of its passes, and the texts that they point into.
     pub fn take_messages(&mut self) -> (Vec<Diagnostic>, SourceMap) {
         std::mem::take(&mut self.messages)
     }
@@ -146,7 +146,7 @@ impl Bench {
         if !floats {
             return Err(LightError::NoRadiance);
         }
-        // What only makes a picture of the light is not timed.
+        // Passes that only make a picture of the light are not timed.
         for name in pinned.iter().chain(&[RADIANCE]) {
             // Both names are in the graph: the reference's are its own, and the other one was found.
             let _ = session.pin(name);
@@ -162,7 +162,7 @@ impl Bench {
                 session.set_param_text(name, text)?;
             }
         }
-        // A system with a sky and surfaces of its own says by this param how it can be compared.
+        // A system with a sky and surfaces of its own has this param, to be compared.
         if let Ok(Value::Bool(_)) = session.param("judged") {
             session.set_param("judged", Value::Bool(true))?;
         }
@@ -215,7 +215,7 @@ impl Times {
         Ok(report.dispatched > 0)
     }
 
-    /// Of the first frame, which also makes what stays.
+    /// Of the first frame, which also makes the constant resources.
     fn first(&self) -> f64 {
         self.frames.first().map_or(0.0, |frame| frame.values().sum())
     }
@@ -399,7 +399,7 @@ fn free(session: &Session, camera: &Camera, way: DVec3) -> DVec3 {
     match session.cast(&ray, 2.0 * most) {
         Ok(None) => way,
         Ok(Some(hit)) => way * (0.8 * hit.distance / most).min(1.0),
-        // Nobody knows what is there.
+        // The distance there is unknown.
         Err(_) => DVec3::ZERO,
     }
 }
@@ -448,7 +448,7 @@ mod tests {
         };
         assert!((times.first() - 21.0).abs() < 1e-12);
         assert!((times.later() - 3.0).abs() < 1e-12);
-        // What ran in the first frame only counts as it was; the others by their medians.
+        // Passes that ran only in the first frame count with that time; the others with their medians.
         let expected = [13.0, 15.0, 21.0, 23.0, 25.0];
         assert!(times.cumulative().iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
     }

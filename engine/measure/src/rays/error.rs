@@ -1,4 +1,4 @@
-//! What can go wrong on the way to a list of hits.
+//! Errors on the way to a list of hits.
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_edit::EditError;
@@ -21,7 +21,7 @@ pub enum RayError {
     Binding {
         /// GLSL name.
         name: String,
-        /// What is wrong with it.
+        /// The reason.
         why: &'static str,
     },
     /// The world does not fit the layout.
@@ -42,8 +42,8 @@ pub enum RayError {
 }
 
 impl RayError {
-    /// Whether the tracer never runs on this device, whatever the world: it binds what no world has or more than the device can, or needs a feature that
-    /// the device lacks.
+    /// Whether the tracer never runs on this device, in any world: it binds something that no world has or more than the device can, or
+    /// needs a feature that the device lacks.
     pub fn is_of_tracer(&self) -> bool {
         use raxel_gpu::Error::{CapabilityMissing, TooManyBindings};
         matches!(self, Self::Binding { .. } | Self::Gpu(CapabilityMissing { .. } | TooManyBindings { .. }))

@@ -1,4 +1,4 @@
-//! The table of the marcher `raymask`: what graphs/rivals/march/raymask.toml makes in its first frame, for rays without a graph.
+//! The table of the marcher `raymask`, as graphs/rivals/march/raymask.toml makes it in its first frame, for rays without a graph.
 
 use std::sync::Arc;
 

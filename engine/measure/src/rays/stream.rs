@@ -17,7 +17,7 @@ use super::words::{HitWords, RayWords, Work};
 
 /// Rays a workgroup of `trace_rays.comp`.
 const GROUP: usize = 64;
-/// How long one submission should keep the device: long beside what it costs to submit, short beside any watchdog.
+/// How long one submission should keep the device: long beside the cost of submitting, short beside any watchdog.
 const BUSY: Range<f64> = 0.004..0.1;
 /// Longer than any submission of rays takes that ends at all.
 pub(super) const PATIENCE: Duration = Duration::from_secs(60);
@@ -26,7 +26,7 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(60);
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     rays: usize,
-    /// The first submission may wait for the driver's compiler: it says nothing about speed.
+    /// The first submission may wait for the driver's compiler: its time does not count.
     warm: bool,
 }
 
@@ -60,7 +60,7 @@ pub struct Traced<'a> {
     pub range: Range<usize>,
     /// Their hits, those of a tile one after another.
     pub hits: &'a [HitWords],
-    /// How long the device took; `None` where it cannot tell, and of a tracer's first part, which may wait for the driver's compiler.
+    /// How long the device took; `None` if it has no clock, and for a tracer's first part, which may wait for the driver's compiler.
     pub seconds: Option<f64>,
 }
 
@@ -153,7 +153,7 @@ impl Stream {
             };
             let looked = self.land(tracer, landing, W::RAYS, &mut look);
             if looked.is_err() {
-                // The part after it may not outlive what it reads.
+                // The part after it may not outlive its input.
                 if let Some(flight) = &flight {
                     self.device.wait(flight.finished_at, PATIENCE).map_err(RayError::from)?;
                 }

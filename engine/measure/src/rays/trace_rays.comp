@@ -1,4 +1,4 @@
-// Traces a list of rays through the bound world: what a session does for pictures, without a graph. See rays/mod.rs.
+// Traces a list of rays through the bound world, as a session does for pictures, without a graph. See rays/mod.rs.
 #version 460
 #ifdef RX_MARCH_STORE
 #define RX_WRITE_world
@@ -58,7 +58,7 @@ uint rx_most_rounds() {
     return world.log2_size < 30u ? 4u << world.log2_size : 0xffffffffu;
 }
 
-// Whether rx_material says that nothing is in the cell that a ray came from, unless it came by an edge, and nothing outside of the world's cube.
+// Whether rx_material finds nothing in the cell that a ray came from, unless it came by an edge, and nothing outside of the world's cube.
 bool is_clear_around(uint i, RxHit hit) {
     // Along one axis to three.
     uint axes = i % 7u + 1u;
@@ -152,8 +152,8 @@ void end_tile() {
 #endif
 
 #if defined(RX_MARCH_PACKET)
-// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8, of which the hits are wanted. The lines are those of RX_MARCH_BEAM.
-// One tile in three hands its rays on after a few leaves: where the time that they are free is too long, they miss what comes next.
+// A subgroup traces the tile of 16 x 16 pixels that holds 8 x 8 of the list, whose hits are wanted. The lines are those of RX_MARCH_BEAM.
+// One tile in three hands its rays on after a few leaves: where the time that they are free is too long, they miss the next voxels.
 uint most_leaves;
 #define RX_TILE_LEAVES most_leaves
 #include <raxel/packet.glsl>
@@ -268,7 +268,7 @@ void main() {
     ivec2 tile = ivec2(group >> 2, group >> 4) & 3;
     first = tile * RX_TILE + TILE * (ivec2(group, group >> 1) & 1);
     size = (group & 64u) != 0u ? first + TILE : (tile + 1 + ivec2(group >> 7 & 1u)) * RX_TILE;
-    // Places of pixels, from what the last one of the first row and of the first column are away.
+    // Places of pixels, from the distances of the last one of the first row and of the first column.
     RxRay ray = ray_of(line), across = ray_of(min(line + 7u, count - 1u)), down = ray_of(min(line + 56u, count - 1u));
     vec3 u = (vec3(across.cell - ray.cell) + (across.frac - ray.frac)) / 7.0, v = (vec3(down.cell - ray.cell) + (down.frac - ray.frac)) / 7.0;
     float uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), area = uu * vv - uv * uv;
@@ -372,13 +372,15 @@ void main() {
 #elif defined(RX_MARCH_ONWARD)
 #include <raxel/box.glsl>
 
-// Whether a ray that hits a voxel is said to meet it, and a voxel two away from it with a margin of two. The cell past a box is in the range of coordinates.
+// Whether the test finds that a ray meets the voxel that it hits, and with a margin of two also a voxel two away from it. The cell past a
+// box is in the range of coordinates.
 bool meets(RxRay ray, ivec3 voxel) {
     ivec3 beside = voxel + mix(ivec3(2), ivec3(-2), greaterThanEqual(voxel, ivec3(0)));
     return rx_crosses_box(ray, beside, beside + 1, 2) && (any(equal(voxel, ivec3(0x7fffffff))) || rx_crosses_box(ray, voxel, voxel + 1, 0));
 }
 
-// Whether a ray is said to meet none of the boxes that it moves away from, or is beside all the time. They are within the range of coordinates.
+// Whether the test finds that a ray meets none of the boxes that it moves away from or stays beside. They are within the range of
+// coordinates.
 bool passes(RxRay ray) {
     if (any(greaterThan(abs(ray.cell), ivec3(0x7fffff00)))) return true;
     vec3 dir = rx_lattice_direction(ray);
@@ -401,7 +403,7 @@ void main() {
     RxRay ray = rx_ray_from_hit(before, direction_onward(i));
     RxHit hit;
     bool found = rx_trace(ray, hit);
-    // What the tracer keeps of its way must not change what other voxels are.
+    // The hit's cache must not change the answers for other voxels.
     bool knows_others = true;
     for (uint k = 0u; k < 4u; ++k) {
         uint other = (i + k * k * 17u) % count;
@@ -431,8 +433,8 @@ RxPeriodRay ray_of(uint i) {
     return RxPeriodRay(rays[i].cell, rays[i].t_max, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir.xyz));
 }
 
-// Whether rx_period_ray makes of a ray along a period ray what the rule says: nothing of one without a direction, and the same periods, but as long as those of
-// a unit vector. Roots and reciprocals are off by a few units in the last place.
+// Whether rx_period_ray makes a ray along a period ray by the rule: nothing of one without a direction, and the same periods, but as long
+// as those of a unit vector. Roots and reciprocals are off by a few units in the last place.
 bool is_made_by_rule(uint i, RxPeriodRay ray) {
     bvec3 still = greaterThanEqual(min(ray.first, ray.period), vec3(RX_PERIOD_END)), down = notEqual(uvec3(ray.octant) & uvec3(1u, 2u, 4u), uvec3(0u));
     vec3 dir = mix(RX_PERIOD_UNIT / ray.period, vec3(0.0), still), ahead = ray.first / ray.period;

@@ -73,7 +73,7 @@ pub struct DeviceWorld {
 }
 
 impl DeviceWorld {
-    /// A world that is in a buffer already, in a layout without an image. What of it is traced is what is there when the device traces.
+    /// A world that is in a buffer already, in a layout without an image. The tracer reads the contents at the time of the dispatch.
     pub fn of_buffer(buffer: &Arc<Buffer>) -> Self {
         let bytes = buffer.size();
         Self { buffer: Resource::whole(buffer), image: None, bytes, others: Vec::new() }
@@ -86,7 +86,7 @@ impl DeviceWorld {
         self
     }
 
-    /// What is bound under this name, if this world is bound as `binding`.
+    /// The resource of this name, if this world is bound as `binding`.
     fn resource(&self, binding: &str, name: &str) -> Option<&Resource> {
         match name.strip_prefix(binding)? {
             "" => Some(&self.buffer),
@@ -96,7 +96,7 @@ impl DeviceWorld {
     }
 }
 
-/// What a shader may bind.
+/// The bindings that a shader may have.
 const BINDINGS: [&str; 6] = ["world", "world_voxels", "Rays", "Hits", "instances", masks::BINDING];
 
 /// Where the shader stands for the compiler: in the project, though it comes from the binary.
@@ -127,8 +127,8 @@ impl Tracer {
         }
     }
 
-    /// The same with more defines, such as `RX_LAYOUT_TREE64_pine` for a project whose marcher has `<raxel/world/pine.glsl>`. What
-    /// the shader binds beside the world comes with [`DeviceWorld::with`].
+    /// The same with more defines, such as `RX_LAYOUT_TREE64_pine` for a project whose marcher has `<raxel/world/pine.glsl>`. Further
+    /// bindings of the shader come with [`DeviceWorld::with`].
     pub fn with_defines(
         device: &Arc<Device>,
         files: Arc<dyn Files>,
@@ -136,7 +136,7 @@ impl Tracer {
         defines: &[&str],
     ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
-        // Tiles of rays are traced by the same code where subgroups are neither 32 nor 64 wide, slower.
+        // If subgroups are neither 32 nor 64 wide, tiles of rays are traced by the same code as single ones, slower.
         let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel" | "parallel_any"));
         let slow = (tiles && !device.capabilities().traces_packets()).then_some("RX_TILE_BY_SHARED_MEMORY");
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
@@ -149,12 +149,12 @@ impl Tracer {
         Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), masks, method: method.clone() })
     }
 
-    /// What it is.
+    /// Its method.
     pub fn method(&self) -> &Method {
         &self.method
     }
 
-    /// Encodes a world and brings it to the device. An error says the size and the limit, before anything big is allocated.
+    /// Encodes a world and brings it to the device. An error has the size and the limit, before anything big is allocated.
     pub fn upload(&self, world: &World) -> Result<DeviceWorld, RayError> {
         self.upload_as(self.method.layout, world)
     }

@@ -17,7 +17,7 @@ pub struct RayWords {
     dir: [f32; 4],
 }
 
-/// What a device is given to trace: a ray, or a tile of them.
+/// Work for a device: a ray, or a tile of them.
 pub trait Work: Sync {
     /// Lines that it takes up in the list of rays.
     const LINES: usize;
@@ -133,7 +133,7 @@ impl Work for OnwardRay {
     }
 }
 
-/// A voxel that a shader sets, for the marcher `store`. Whether it was set is told as a hit.
+/// A voxel that a shader sets, for the marcher `store`. The answer, whether it was set, has the form of a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VoxelEdit {
     /// The voxel.
@@ -166,7 +166,7 @@ impl RayWords {
     }
 }
 
-/// What became of a ray.
+/// The outcome of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// It hits nothing.
@@ -179,7 +179,7 @@ pub enum State {
     Unwritten,
 }
 
-/// What the device wrote about a ray.
+/// The device's words about a ray.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct HitWords {
@@ -203,10 +203,10 @@ pub struct HitWords {
 }
 
 impl HitWords {
-    /// What a slot is filled with before each dispatch: no tracer writes this.
+    /// The words of a slot before each dispatch: no tracer writes this.
     pub(super) const POISON: u32 = 0xcdcd_cdcd;
 
-    /// What became of the ray.
+    /// The outcome of the ray.
     pub fn state(&self) -> State {
         match self.state {
             0 => State::Miss,
@@ -222,7 +222,7 @@ impl HitWords {
         (self.state() == State::Hit).then_some(Hit { voxel, face, material, t, uv, steps })
     }
 
-    /// What is to be judged; `hit` is what [`HitWords::hit`] gives.
+    /// The outcome to judge; `hit` is that of [`HitWords::hit`].
     pub fn outcome<'h>(&self, hit: Option<&'h Hit>) -> Outcome<'h> {
         match (self.state(), hit) {
             (State::Hit, Some(hit)) => Outcome::Hit(hit),

@@ -17,7 +17,7 @@ const MOST_EDGE: u64 = 14;
 const MOST_RADIUS: u64 = 8;
 /// Voxels beyond the box of a world that a step may change: the chunk beside a solid one, and a box that begins in that.
 pub(super) const BEYOND: i64 = 128 + AROUND + MOST_EDGE as i64;
-/// A whole chunk is dug out only of a world with so many of them, so that something is left of small ones.
+/// A whole chunk is dug out only of a world with at least this many, so that a small one is not emptied.
 const ENOUGH_CHUNKS: usize = 4;
 /// Chunk positions are in −2²⁵ … 2²⁵ − 1.
 const CHUNKS: std::ops::Range<i32> = -(1 << 25)..1 << 25;

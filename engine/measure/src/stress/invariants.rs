@@ -1,4 +1,4 @@
-//! What must hold whatever the oracle says: a scene that is moved, turned or mirrored is hit alike.
+//! Invariants that need no oracle: a scene that is moved, turned or mirrored is hit alike.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::rays::{RayError, Stream, Tracer};
 
-/// What was compared with the scene as it is, and how much of it was different.
+/// The scenes that were compared with the original, and how many rays differed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Invariants {
     /// Hits and misses of moved rays.
@@ -72,7 +72,7 @@ pub fn invariants(tracer: &mut Tracer, device: &Arc<Device>, seed: u64, rays: us
         let there = World::from_voxels(here.materials().to_vec(), voxels);
         let turned: Vec<Ray> = rays.iter().map(|ray| symmetry.ray(ray)).collect();
         for ((expected, hit), tie) in expected.iter().zip(trace(&there, &turned)?).zip(&ties) {
-            // Two faces of an edge are told apart by the order of the axes, which is no symmetry.
+            // The order of the axes decides between the two faces of an edge, and it is no symmetry.
             let face = |face: u32| if *tie { 0 } else { face };
             let expected = expected
                 .map(|hit| (symmetry.cell(hit.voxel), face(symmetry.face(hit.face)), hit.material, hit.t.to_bits()));

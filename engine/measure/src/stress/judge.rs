@@ -32,13 +32,13 @@ pub struct Sample {
     pub wrong: Wrong,
     /// The ray.
     pub ray: Ray,
-    /// What is right.
+    /// The right answer.
     pub exact: Truth,
-    /// What was found.
+    /// The tracer's answer.
     pub found: Option<Hit>,
 }
 
-/// What came out of a list of rays: counts of each set, and the first wrong rays.
+/// The results of a list of rays: counts of each set, and the first wrong rays.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// By set.
@@ -89,7 +89,7 @@ pub(super) struct Seen {
     pub answers: Vec<Answer>,
 }
 
-/// A list of rays with what is known about it.
+/// A list of rays with the facts about it.
 #[derive(Default)]
 pub(super) struct Batch {
     pub rays: Vec<Ray>,
@@ -158,7 +158,7 @@ impl Batch {
         self.rays.par_iter().zip(&self.answers).enumerate().with_min_len(GRAIN).map(words).collect()
     }
 
-    /// Judges what a row found of ray `i`.
+    /// Judges a row's answer about ray `i`.
     fn judge_one(&self, tally: &mut Tally, row: &Row, i: usize, found: (Option<Hit>, Outcome<'_>)) {
         self.count(tally, row, (&self.rays[i], self.sets[i]), self.truth(row, i), found);
     }
@@ -180,7 +180,7 @@ impl Batch {
         }
     }
 
-    /// Tallies what was found of the rays from `first` on, one by one on all cores.
+    /// Tallies the answers about the rays from `first` on, one by one on all cores.
     fn tally<T: Sync>(&self, first: usize, found: &[T], one: impl Fn(&mut Tally, usize, &T) + Sync) -> Tally {
         let judged = |(chunk, found): (usize, &[T])| {
             let mut tally = Tally::of(self.set_count);
@@ -191,7 +191,7 @@ impl Batch {
         chunks.map(judged).reduce(|| Tally::of(self.set_count), Tally::and)
     }
 
-    /// What is right about ray `i` for a row.
+    /// The right answer to ray `i` for a row.
     fn truth(&self, row: &Row, i: usize) -> Truth {
         match row.kind() {
             // Streamed and stored ones, and those onward, have rays of their own, see [`Seen`].
@@ -203,7 +203,7 @@ impl Batch {
         }
     }
 
-    /// Judges what the device wrote about the rays from `first` on, through a site's instances.
+    /// Judges the device's answers about the rays from `first` on, through a site's instances.
     pub fn judge_scene(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
         self.tally(first, words, |tally, i, words| {
             let (ray, exact, set) = (&self.rays[i], self.scene_hits[i], usize::from(self.sets[i]));
@@ -216,7 +216,7 @@ impl Batch {
         })
     }
 
-    /// Judges what the device wrote about the rays from `first` on of those that go on from hits through a site's instances.
+    /// Judges the device's answers about the rays from `first` on of those that continue from hits through a site's instances.
     pub fn judge_scene_onward(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
         let OnwardScene { exact_from, rays, sets, hits, .. } = &self.onward_scene;
         self.tally(first, words, |tally, i, words| {
@@ -230,7 +230,7 @@ impl Batch {
         })
     }
 
-    /// Counts in the first set what a shader said about voxels that it was told to set. A voxel that it did not set, although the copy has
+    /// Counts, in the first set, a shader's answers about the voxels that it had to set. A voxel that it did not set, although the copy has
     /// the chunk, is a miss. A voxel that it claims to have set, although the copy lacks the chunk, is a false hit.
     pub fn judge_edits(site: usize, sets: usize, edits: &[VoxelEdit], found: &[HitWords], stored: bool) -> Tally {
         let mut tally = Tally::of(sets);
@@ -253,7 +253,7 @@ impl Batch {
         tally
     }
 
-    /// Judges what the device wrote about the rays from `first` on of those of a list of their own.
+    /// Judges the device's answers about the rays from `first` on of those of a list of their own.
     pub fn judge_seen(&self, row: &Row, seen: &Seen, first: usize, words: &[HitWords]) -> Tally {
         self.tally(first, words, |tally, i, words| {
             let exact = Truth::Edited(seen.answers[i]);
@@ -261,7 +261,7 @@ impl Batch {
         })
     }
 
-    /// Judges what a row found of the rays from `first` on, by their answers.
+    /// Judges a row's results of the rays from `first` on, by their answers.
     pub fn judge<T: Sync>(
         &self,
         row: &Row,
@@ -272,12 +272,12 @@ impl Batch {
         self.tally(first, found, |tally, i, found| self.judge_one(tally, row, i, outcome(found)))
     }
 
-    /// Judges what the device wrote.
+    /// Judges the device's words.
     pub fn judge_words(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
         self.judge(row, first, words, said)
     }
 
-    /// Judges what the device wrote about the tiles from `first` on.
+    /// Judges the device's words about the tiles from `first` on.
     pub fn judge_tiles(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
         let judged = |(ranges, words): (&[(usize, usize)], &[HitWords])| {
             let mut tally = Tally::of(self.set_count);
@@ -307,7 +307,7 @@ fn answer(oracle: &Oracle<'_>, rays: &[Ray], answers: &mut Vec<Answer>) -> f64 {
     seconds.sum()
 }
 
-/// What the device wrote about a ray.
+/// The device's answer about a ray.
 pub(super) fn said(words: &HitWords) -> (Option<Hit>, Outcome<'static>) {
     // A tracer that finds a voxel of one material and looks up another is wrong about the material.
     let hit =

@@ -1,6 +1,6 @@
-//! Tracers held to the exact one over sets of rays × scenes × methods, in as many rays as one likes: what `raxel stress` runs. Each ray is
-//! made and judged once and traced by every method. Memory is bounded whatever the number of rays, and the same plan makes the same rays
-//! on every machine, whatever its number of cores.
+//! Tracers held to the exact one over sets of rays × scenes × methods, in any number of rays: `raxel stress`. Each ray is made and judged
+//! once and traced by every method. Memory is bounded for any number of rays, and the same plan makes the same rays on every machine, with
+//! any number of cores.
 
 mod edited;
 mod invariants;

@@ -1,4 +1,5 @@
-//! Rays that go on from the hits of others, as shaders make them (`rx_ray_from_hit`, `rx_scene_ray_from_hit`), and what is right about them.
+//! Rays that continue from the hits of others, as shaders make them (`rx_ray_from_hit`, `rx_scene_ray_from_hit`), and the right answers
+//! about them.
 
 use raxel_oracle::exact::Answer;
 use raxel_oracle::instances::{SceneHit, SceneOracle, SceneRay};
@@ -10,7 +11,7 @@ use super::judge::Seen;
 use super::posed::Posed;
 use crate::rays::{OnwardRay, bounced};
 
-/// Shorter directions are left out: a device may flush what is smaller than `f32::MIN_POSITIVE`.
+/// Shorter directions are left out: a device may flush numbers below `f32::MIN_POSITIVE`.
 const LEAST: f32 = 1e-27;
 
 /// Rays that go on from the hits of a list of rays through voxels.
@@ -35,7 +36,7 @@ pub(super) struct OnwardScene {
 }
 
 impl Onward {
-    /// Makes the rays anew, from the answers to others.
+    /// Makes the rays from the answers to others.
     pub fn fill(&mut self, oracle: &Oracle<'_>, rays: &[Ray], sets: &[u16], answers: &[Answer]) {
         let made = rays.par_iter().zip(sets).zip(answers).enumerate().with_min_len(64);
         let made = made.filter_map(|(i, ((ray, set), answer))| {
@@ -56,7 +57,7 @@ impl Onward {
 }
 
 impl OnwardScene {
-    /// Makes the rays anew, from the hits of others through a site's instances.
+    /// Makes the rays from the hits of others through a site's instances.
     pub fn fill(
         &mut self,
         (posed, oracle): (&Posed, &SceneOracle<'_>),

@@ -1,4 +1,4 @@
-//! What is run.
+//! The plan of a run.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -14,12 +14,12 @@ use raxel_world::World;
 
 use crate::rays::Method;
 
-/// What a row is given to trace.
+/// The kind of work of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// The rays, from their origin.
     Rays,
-    /// The rays, begun ahead of their origin, where the exact tracer says that they are still free.
+    /// The rays, begun ahead of their origin, up to the time until which they are free by the exact tracer.
     Ahead,
     /// Tiles of pixels.
     Tiles,
@@ -31,9 +31,9 @@ pub(super) enum Kind {
     Onward,
     /// The same through the world and instances in it.
     OnwardInstances,
-    /// The rays, and others that are aimed at what is left, through a copy in which a shader has set voxels.
+    /// The rays, and others that are aimed at the remaining voxels, through a copy in which a shader has set voxels.
     Stored,
-    /// The rays, and others that are aimed at what edits leave, through publications of the world while it is streamed and edited.
+    /// The rays, and others that are aimed at the voxels after edits, through publications of the world while it is streamed and edited.
     Streamed,
 }
 
@@ -58,19 +58,19 @@ impl Row {
         self.marcher().is_none_or(|marcher| marcher == "raymask" || Self::WAYS.contains(&marcher))
     }
 
-    /// The marcher that begins rays ahead of their origin, where the exact tracer says that they are still free.
+    /// The marcher that begins rays ahead of their origin, up to the time until which they are free by the exact tracer.
     pub const AHEAD: &str = "ahead";
 
-    /// The marcher that begins the rays of a tile of pixels where a beam says that the tile is still free
-    /// (`shaders/include/raxel/beam.glsl`). It traces the sets that are made of tiles, and no others.
+    /// The marcher that begins the rays of a tile of pixels where the tile is still free by a beam (`shaders/include/raxel/beam.glsl`). It
+    /// traces the sets that are made of tiles, and no others.
     pub const BEAM: &str = "beam";
 
-    /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces what that does not decide
-    /// ray by ray. It traces the sets that are made of tiles, and no others.
+    /// The marcher that walks the tree once for the rays of a tile (`shaders/include/raxel/packet.glsl`), and traces the rest ray by ray.
+    /// It traces the sets that are made of tiles, and no others.
     pub const PACKET: &str = "packet";
 
-    /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces what that does not
-    /// decide ray by ray.
+    /// The marcher that walks the tree once for 64 rays in a row of one direction (`shaders/include/raxel/parallel.glsl`), and traces the
+    /// rest ray by ray.
     pub const PARALLEL: &str = "parallel";
 
     /// The same as for shadows: whether a ray hits anything.
@@ -94,7 +94,7 @@ impl Row {
     /// The marcher that traces a copy of the world in which a shader has set voxels (`rx_set`).
     pub const STORED: &str = "stored";
 
-    /// The marcher that traces what a streamer publishes of the world while that is edited (`engine/stream`), over the layout `tree64`.
+    /// The marcher that traces a streamer's publications of the world while that is edited (`engine/stream`), over the layout `tree64`.
     pub const STREAMED: &str = "streamed";
 
     /// Every marcher that is another way to call an exact tracer.
@@ -241,7 +241,7 @@ pub struct Plan {
     pub rows: Vec<Row>,
     /// Which rays.
     pub sets: Vec<&'static RaySet>,
-    /// Through what.
+    /// The sites that they go through.
     pub sites: Vec<Site>,
     /// Rays of all rows, sets and sites together; each combination gets the same number, at least 1.
     pub rays: u64,

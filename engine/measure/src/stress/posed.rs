@@ -1,4 +1,4 @@
-//! Instances at random poses in a site, and what is right about rays through them.
+//! Instances at random poses in a site, and the right answers about rays through them.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::rays::{HitWords, RayError, State};
 /// How many stand in a site: the judge asks each of them about each ray.
 const COUNT: usize = 12;
 
-/// What a component of a normal may be off by.
+/// The largest error of a component of a normal.
 const NORMAL_ERROR: f64 = 1e-6;
 
 /// Materials of the models.

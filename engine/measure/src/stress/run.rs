@@ -24,7 +24,7 @@ use super::stored::Stored;
 use super::streamed::{self, Stage};
 use crate::rays::{DeviceWorld, HitWords, Method, RayError, Stream, Traced, Tracer};
 
-/// What one row did.
+/// The result of one row.
 #[derive(Clone, Debug)]
 pub struct RowReport {
     /// Who.
@@ -103,7 +103,7 @@ impl RowReport {
     }
 }
 
-/// What a run found.
+/// The results of a run.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// Row by row.
@@ -143,7 +143,7 @@ enum Loaded {
     Refused,
 }
 
-/// What rows trace of a site beside its voxels, each only if a row does.
+/// Things besides the voxels that rows trace of a site, each only if a row needs it.
 #[derive(Default)]
 struct Prepared {
     /// Its instances, if they may stand there.
@@ -151,7 +151,7 @@ struct Prepared {
     /// Its publications, or why there are none.
     stages: Vec<Stage>,
     not_streamed: Option<String>,
-    /// The voxels that a shader sets, and what they leave.
+    /// The voxels that a shader sets, and the world afterwards.
     stored: Option<Stored>,
 }
 
@@ -186,7 +186,7 @@ pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
     }
 }
 
-/// Runs a plan. What is wrong with a row or a site is in its report. An error is one of the device; the report then has what was judged before.
+/// Runs a plan. Errors of a row or a site are in its report. An error is one of the device; the report then has the results before it.
 pub fn run(
     plan: &Plan,
     device: &Arc<Device>,
@@ -269,7 +269,7 @@ impl Runner<'_> {
         std::thread::scope(|scope| {
             // While the device traces a batch, the next one is made and answered.
             let (made, batches) = sync_channel(1);
-            // Memory of batches that are done is used again: to have it made anew would take as long as to judge them.
+            // Finished batches are reused: allocating their memory again would take as long as judging them.
             let (done, spent) = channel::<Batch>();
             let (place, oracles, prepared) = (&place, &oracles, &prepared);
             scope.spawn(move || {
@@ -291,7 +291,7 @@ impl Runner<'_> {
                 }
                 self.report.answered += batch.answers.len() as u64;
                 self.report.answer_seconds += batch.answer_seconds / rayon::current_num_threads() as f64;
-                // If nobody wants it any more, it is dropped.
+                // If the receiver is gone, it is dropped.
                 let _ = done.send(batch);
             }
             Ok(())
@@ -391,7 +391,7 @@ impl Runner<'_> {
                 })?;
             }
             (Ready::Device(tracer), Loaded::Device(world)) => {
-                // What the port is compared with.
+                // The row that the port is compared with.
                 let compared = self.plan.rows[row] == Row::default_tracer() && self.plan.rows.contains(&Row::Port);
                 let mut kept = compared.then(Vec::new);
                 let mut total = Tally::of(batch.set_count);
@@ -476,9 +476,9 @@ fn blocks(plan: &Plan) -> Vec<(usize, u64)> {
 struct Block {
     rays: Vec<Ray>,
     tiles: Vec<Tile>,
-    /// As many that are aimed at what each publication shows.
+    /// As many that are aimed at the voxels of each publication.
     aimed: Vec<Vec<Ray>>,
-    /// As many that are aimed at what a shader has left.
+    /// As many that are aimed at the voxels that a shader has left.
     stored: Vec<Ray>,
 }
 
@@ -524,12 +524,12 @@ fn fill(
             (begin + first, Tile::RAYS.min(block.rays.len() - first))
         }));
         tiles.extend(block.tiles);
-        // Half of these are aimed at what was there before.
+        // Half of these are aimed at the voxels before.
         stored
             .rays
             .extend(block.stored.iter().enumerate().map(|(i, aimed)| if i % 2 == 0 { block.rays[i] } else { *aimed }));
         stored.sets.resize(stored.rays.len(), set as u16);
-        // Publications take turns. Half of the rays through each are aimed at what was there before the edits, half at what is there now.
+        // Publications take turns. Half of the rays through each are aimed at the voxels before the edits, half at those after them.
         for (i, ray) in block.rays.iter().enumerate().filter(|_| !stages.is_empty()) {
             let place = begin + i;
             let number = place / 2 % stages.len();

@@ -19,10 +19,10 @@ use super::streamed;
 use super::truth::{Truth, outcome, period_ray};
 use crate::rays::{Method, RayError, RayWords, State, Stream, Tracer};
 
-/// What a row finds: its state and hit; or why it does not trace.
+/// The result of a row: its state and hit; or why it does not trace.
 pub type Said = Result<(State, Option<Hit>), String>;
 
-/// What everybody says about one ray.
+/// All answers about one ray.
 #[derive(Clone, Debug)]
 pub struct Single {
     /// The exact answer.

@@ -1,4 +1,4 @@
-//! A site whose voxels a shader has changed in a writable copy (`rx_set`): the voxels that it is told to set, and the world that is left.
+//! A site whose voxels a shader has changed in a writable copy (`rx_set`): the voxels to set, and the resulting world.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,7 +25,7 @@ pub(super) struct Stored {
     pub beyond: Vec<VoxelEdit>,
     /// The voxels afterwards.
     pub world: World,
-    /// What rays are aimed at.
+    /// The targets of rays.
     pub targets: RayTargets,
 }
 

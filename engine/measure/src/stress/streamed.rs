@@ -24,33 +24,33 @@ const AWAY: usize = 4;
 /// This round begins with an undo.
 const UNDO: usize = 2;
 
-/// Voxels around the middle of a site that are streamed at most.
+/// The largest distance of streamed voxels from the centre of a site.
 const MOST_REACH: i64 = 2048;
 /// Bytes of tiles of the site that are kept packed: coarse ones are made of many chunks.
 const KEPT: u64 = 64 << 20;
-/// Words that a pool has beside twice what the site takes: for edits, and for what earlier publications still hold.
+/// Words of a pool besides twice the site's: for edits, and for tiles of earlier publications.
 const SPARE: u64 = 1 << 18;
 /// Longer than a streamer takes that ends at all.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A publication that rays are traced through.
 pub(super) struct Stage {
-    /// What a frame sees: the words of the pool behind the publication's header.
+    /// The words that a frame reads: those of the pool behind the publication's header.
     pub words: Vec<u32>,
     /// The voxels that it must show.
     pub world: World,
-    /// What rays are aimed at.
+    /// The targets of rays.
     pub targets: RayTargets,
 }
 
-/// The publications of a site that rays are traced through: one that is still in flight while later edits are made, and the newest one.
-/// The pool has at most so many bytes.
+/// The publications of a site that rays are traced through: one that is still in flight while later edits are made, and the newest one. The
+/// pool has at most `most_bytes` bytes.
 pub(super) fn stages(world: &Arc<World>, seed: u64, most_bytes: u64) -> Result<Vec<Stage>, RayError> {
     let honest = |source: Arc<EditedChunks>| source as Arc<dyn ChunkProvider>;
     stages_over(world, seed, most_bytes, &honest, &|_| true)
 }
 
-/// The same over what `over` makes of the edited source, with a streamer that is told of those changed chunks for which `tells` is true.
+/// The same over the source that `over` makes of the edited one. The streamer hears only of the changed chunks for which `tells` is true.
 fn stages_over(
     world: &Arc<World>,
     seed: u64,
@@ -93,7 +93,7 @@ fn stages_over(
     }
 }
 
-/// The middle of a world, and a reach around it with all of its voxels, and all of those that edits set. As in a session, the heights are
+/// The centre of a world, and a reach around it with all of its voxels, and all of those that edits set. As in a session, the heights are
 /// those of the world before the edits. Coarse tiles lie around the chunks, and show nothing: a chunk hides them, also an empty one.
 fn reach_about(world: &World) -> Result<(IVec3, StreamingRange), RayError> {
     let Bounds { min, max } = world.bounds().unwrap_or(Bounds { min: [0; 3], max: [1; 3] });
@@ -104,7 +104,7 @@ fn reach_about(world: &World) -> Result<(IVec3, StreamingRange), RayError> {
     if near > MOST_REACH {
         let size: Vec<i64> = (0..3).map(|i| max[i] - min[i]).collect();
         return Err(RayError::NotStreamed(format!(
-            "the world is {} × {} × {} voxels large; with its edits it must lie within {MOST_REACH} voxels around its middle",
+            "the world is {} × {} × {} voxels large; with its edits it must lie within {MOST_REACH} voxels around its centre",
             size[0], size[1], size[2]
         )));
     }
@@ -155,7 +155,7 @@ impl Editing<'_> {
                 self.edit(round * STEPS + number)?;
             }
             self.settle()?;
-            // A frame with the publication before may not have finished: what it reaches is not free yet.
+            // A frame with the publication before may not have finished: its tiles are not free yet.
             if round == IN_FLIGHT {
                 stages.extend(before.map(|publication| self.stage(&publication, shown)));
             }
@@ -252,7 +252,7 @@ mod tests {
         Site::scene(Solids::find(scene).expect("a scene"), at).build(1)
     }
 
-    /// Rays of all sets through words, judged by a world. They are aimed at what is there, and at what was there before the edits.
+    /// Rays of all sets through words, judged by a world. They are aimed at the voxels now, and at those before the edits.
     fn judge(words: &[u32], stage: &Stage, before: &World) -> Errors {
         let (tree, oracle, mut errors) = (Tree64::new(words), Oracle::new(&stage.world), Errors::default());
         let aims = [&stage.targets, &RayTargets::of(before)];
@@ -323,7 +323,7 @@ mod tests {
         assert!(stages.iter().all(|stage| wrong(stage, &world) > 0));
     }
 
-    /// What an earlier publication reached is free by then, and other tiles or poison stand in its place.
+    /// By then, tiles of an earlier publication are free, and other tiles or poison stand in their place.
     #[test]
     fn a_header_of_an_earlier_publication_is_noticed() {
         let world = site("hills", Sites::Near);

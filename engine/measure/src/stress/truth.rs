@@ -1,4 +1,4 @@
-//! What is right about a ray, by the kind of ray that a row makes of it.
+//! The right answer about a ray, by the kind of ray that a row makes of it.
 
 use raxel_oracle::exact::Answer;
 use raxel_oracle::instances::SceneHit;
@@ -8,7 +8,7 @@ use raxel_oracle::{Hit, Oracle, Ray};
 
 use super::plan::{Kind, Row};
 
-/// What is right about a ray.
+/// The right answer about a ray.
 #[derive(Clone, Copy, Debug)]
 pub enum Truth {
     /// Of the ray itself.
@@ -22,7 +22,7 @@ pub enum Truth {
 }
 
 impl Truth {
-    /// What is right about a ray for a row; for a streamed one, `oracle` is that of the world that a publication shows.
+    /// The right answer about a ray for a row; for a streamed one, `oracle` is that of the world that a publication shows.
     pub(super) fn of(row: &Row, ray: &Ray, oracle: &Oracle<'_>) -> Self {
         match row.kind() {
             Kind::Rays
@@ -69,7 +69,7 @@ pub(super) fn period_ray(ray: &Ray) -> PeriodRay {
     if bits & 1 == 1 { near.coarse() } else { near }
 }
 
-/// What the device, or the port, says about a ray: its outcome, for a hit that is given.
+/// The outcome that the device, or the port, reports of a ray, for a given hit.
 pub(super) fn outcome<'h>(hit: Option<&'h Hit>, other: Outcome<'h>) -> Outcome<'h> {
     hit.map_or(other, Outcome::Hit)
 }

@@ -366,7 +366,7 @@ impl Walk {
 mod tests {
     use super::*;
 
-    /// Steps of a ray through empty blocks of `shift`, and those of them that floating point could not tell.
+    /// Steps of a ray through empty blocks of `shift`, and those of them that floating point could not decide.
     fn steps(ray: &Ray, log2_size: u32, shift: u32) -> (u32, u32) {
         let mut walk = Walk::begin(ray, [0; 3], log2_size, 0.0).expect("it begins in the cube");
         let (mut steps, mut settled) = (0, 0);

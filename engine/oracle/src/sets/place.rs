@@ -49,7 +49,7 @@ pub(super) fn towards(from: ([i64; 3], [f32; 3]), to: ([i64; 3], [f32; 3])) -> [
     std::array::from_fn(|i| ((to.0[i] - from.0[i]) as f64 + f64::from(to.1[i]) - f64::from(from.1[i])) as f32)
 }
 
-/// The middle of the box.
+/// The centre of the box.
 pub(super) fn middle(b: &Box3) -> [i64; 3] {
     std::array::from_fn(|i| i64::midpoint(b[0][i], b[1][i]))
 }

@@ -151,7 +151,7 @@ pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
     ray
 }
 
-/// Distances of what is far away, in voxels.
+/// Distances of far targets, in voxels.
 const AWAY: [f64; 5] = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0];
 
 /// An origin at one of several distances from a target, as far as coordinates reach.
@@ -197,8 +197,8 @@ fn past_floats(targets: &RayTargets, random: &mut Random) -> Ray {
     ray
 }
 
-/// Along an axis past a solid voxel or into it, and on the others as slowly as the lattice of directions can tell, or too slowly for it. From planes of
-/// the lattice, where the slightest motion decides the cell, and from so far away that it comes to cells.
+/// Along an axis past a solid voxel or into it, and on the others as slowly as the lattice of directions can express, or too slowly for it.
+/// From planes of the lattice, where the slightest motion decides the cell, and from so far away that it comes to cells.
 pub(super) fn slightest(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = targets.solid(random);
     let main = random.index(3);
@@ -273,8 +273,9 @@ pub(super) fn range_ends(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(from.0), from.1, towards(from, (target, fraction(random))))
 }
 
-/// Crosses plane n of axis a and plane m of axis b at times as near as two can be without being one: with directions p and q (p a power of two, q odd and below
-/// it) that are y and x multiples of 2^-24 away, p x = q y ± 1. With p = 64 the sum that tells them apart is ±1, with 128 it is ±1/2, and so on.
+/// Crosses plane n of axis a and plane m of axis b at times as near as two can be without being one: with directions p and q (p a power of
+/// two, q odd and below it) that are y and x multiples of 2^-24 away, p x = q y ± 1. With p = 64 the sum that separates them is ±1, with
+/// 128 it is ±1/2, and so on.
 pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     const CELL: i64 = 1 << 24;
     let p = 1_i64 << [6, 6, 7, 8, 12, 20][random.index(6)];
@@ -282,7 +283,7 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     let off = if random.below(2) == 0 { 1 } else { -1 };
     // Of an odd number, three bits are its own inverse; each round doubles them.
     let inverse = (0..3).fold(q, |inverse, _| (inverse * (2 - q * inverse)).rem_euclid(p));
-    // Half of them up to 48 voxels away, the others nearer, where a walk in floating point has the least room for what it is off.
+    // Half of them up to 48 voxels away, the others nearer, where a walk in floating point has the smallest margin for its error.
     let most = 48 * CELL.cast_unsigned() / p.cast_unsigned();
     let most = if random.below(2) == 0 { most } else { most.min(1 << random.below(19)) };
     let y = (-off * inverse).rem_euclid(p) + p * (1 + random.below(most).cast_signed());
@@ -292,7 +293,7 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     let first = random.index(3);
     let axes = [first, (first + 1 + random.index(2)) % 3];
     for (axis, (distance, size)) in axes.into_iter().zip(distances.into_iter().zip([p, q])) {
-        // The plane that is so far away, and whether the solid is behind it.
+        // The plane at that distance, and whether the solid is behind it.
         let plane = (distance + CELL - 1) / CELL;
         let place = (plane * CELL - distance) as f32 / CELL as f32;
         let cells = plane - random.below(2).cast_signed();
@@ -304,12 +305,12 @@ pub(super) fn unit_ties(targets: &RayTargets, random: &mut Random) -> Ray {
     Ray::new(clamped(cell), frac, dir)
 }
 
-/// Aimed at the middle of a solid voxel, which is one length of the direction away. Something may stand before it.
+/// Aimed at the centre of a solid voxel, which is one length of the direction away. Something may stand before it.
 pub(super) fn ends(targets: &RayTargets, random: &mut Random) -> Ray {
     let target = targets.solid(random);
     let from = (random.cell(around(&targets.bounds)), fraction(random));
     let ray = Ray::new(clamped(from.0), from.1, towards(from, (target, [0.5; 3])));
-    // Half a voxel before the middle the ray is on the face, or nearly.
+    // Half a voxel before the centre the ray is on the face, or nearly.
     let face = 1.0 - 0.5 / ray.dir.iter().fold(1.0f32, |most, d| most.max(d.abs()));
     let near = [1.0 - 1e-3, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0 + 1e-3][random.index(5)];
     let t_max = match random.below(4) {

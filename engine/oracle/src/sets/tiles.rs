@@ -64,7 +64,8 @@ pub(super) fn range_end_tile(targets: &RayTargets, random: &mut Random) -> Tile 
     view_of(random, cell, target)
 }
 
-/// Views of a solid voxel and what is around it, from farther away than tiles are traced together or than beams reach: along one axis, or in any direction.
+/// Views of a solid voxel and its surroundings, from farther away than tiles are traced together or than beams reach: along one axis, or in
+/// any direction.
 pub(super) fn far_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let (target, distance) = (targets.solid(random), [9e3, 2e4, 1e5, 1e6, 16_777_216.0][random.index(5)]);
     let axis = random.index(3);
@@ -138,7 +139,7 @@ fn along_axes(random: &mut Random) -> [Vec3; 3] {
     [right, right.cross(forward), forward]
 }
 
-/// Odd sizes have pixels exactly in the middle, whose directions have components of zero.
+/// Odd sizes have pixels exactly at the centre, whose directions have components of zero.
 const TILE_SIZES: [[u32; 2]; 6] = [[16, 16], [17, 17], [65, 33], [321, 183], [1280, 720], [3840, 2160]];
 
 pub(super) fn octant_tile(targets: &RayTargets, random: &mut Random) -> Tile {
@@ -184,7 +185,7 @@ pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     // Halves are multiples of a tile.
     let size = [[64, 64], [320, 176], [1280, 720], [3840, 2160]][random.index(4)];
     let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
-    // The tile below the horizon, whose first row is the nearest, or the one above it. Both have a tile beside the middle column.
+    // The tile below the horizon, whose first row is the nearest, or the one above it. Both have a tile beside the central column.
     let (below, behind) = (random.below(2) == 0, random.below(4) == 0);
     let away = if behind { 15 } else { 0 };
     let row = if below { size[1] / 2 + away } else { size[1] / 2 - 1 - away };
@@ -228,7 +229,7 @@ pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let [column, row] = first.map(|first| f64::from(first / 16 * 16) + 4.0 * random.below(5) as f64);
     let aside = (2.0 * column / f64::from(size[0]) - 1.0) * f64::from(half.x);
     let rise = (1.0 - 2.0 * row / f64::from(size[1])) * f64::from(half.y);
-    // What is seen there: a corner of the face towards the camera, or some place on one of its edges.
+    // The target there: a corner of the face towards the camera, or some place on one of its edges.
     let mut side = || if random.below(2) == 0 { 0.5 } else { -0.5 };
     let mut place = [side(), side()];
     if let edge @ 0..2 = random.index(3) {
@@ -245,7 +246,7 @@ pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile
 }
 
-/// Half of what the lattice of origins tells.
+/// Half of a step of the lattice of origins.
 const BESIDE_LATTICE: f32 = 1.0 / 33_554_432.0;
 
 pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
@@ -255,7 +256,7 @@ pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     match random.below(8) {
         // Outside of the cell, which counts as on its border.
         0 => frac[random.index(3)] = [-0.25, 1.25][random.index(2)],
-        // Beside the lattice, by less than it tells.
+        // Beside the lattice, by less than a step.
         1 => frac = frac.map(|place: f32| if place < 0.5 { place + BESIDE_LATTICE } else { place }),
         _ => {}
     }
@@ -265,7 +266,7 @@ pub(super) fn lattice_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     tile_of((cell, frac), view, size, half_height, first)
 }
 
-/// 8 × 8 places: the first, relative to a cell, and what the next one of a row, and of a column, is away.
+/// 8 × 8 places: the first, relative to a cell, and the distances to the next one of a row, and of a column.
 fn grid(cell: [i64; 3], first: [f64; 3], along: [[f64; 3]; 2]) -> [([i64; 3], [f32; 3]); Tile::RAYS] {
     std::array::from_fn(|i| {
         let (x, y) = (f64::from(i as u32 % Tile::SIDE), f64::from(i as u32 / Tile::SIDE));
@@ -294,7 +295,7 @@ pub(super) fn parallel(targets: &RayTargets, random: &mut Random) -> [Ray; Tile:
         let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
         (std::array::from_fn(|a| 0.5 - distance * f64::from(dir[a])), along)
     };
-    // The grid's middle, about, is where it was put.
+    // The centre of the grid is about there.
     first = std::array::from_fn(|a| first[a] - 3.5 * (along[0][a] + along[1][a]));
     grid(target, first, along).map(|(cell, frac)| Ray::new(clamped(cell), frac, dir))
 }

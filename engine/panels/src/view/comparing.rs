@@ -1,4 +1,4 @@
-//! What the picture is compared with.
+//! The comparison of the picture.
 
 /// How the shown target and the kept picture are shown together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl CompareMode {
 /// The figures of a comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Figures {
-    /// Nobody has asked.
+    /// There is no request.
     #[default]
     None,
     /// They are being found.
@@ -38,7 +38,7 @@ pub enum Figures {
     Refused(String),
     /// As `raxel compare` has them.
     Found {
-        /// What was compared with the kept picture.
+        /// The name of the picture that was compared with the kept one.
         of: String,
         /// Mean FLIP error.
         flip: f64,
@@ -51,7 +51,7 @@ pub enum Figures {
     },
 }
 
-/// What the shown target is compared with, and how.
+/// The comparison of the shown target.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compare {
     /// The kept picture in words; `None` before anything is kept.
@@ -64,7 +64,7 @@ pub struct Compare {
     pub flipped: bool,
     /// Place of the edge, as a share of the window's width.
     pub edge: f64,
-    /// What differences are multiplied by.
+    /// The factor of differences.
     pub gain: f32,
     /// Why the two cannot be compared.
     pub refused: Option<String>,

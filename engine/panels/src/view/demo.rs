@@ -13,11 +13,11 @@ pub struct Timeline {
     pub looped: bool,
     /// It drives; else the user has taken over.
     pub drives: bool,
-    /// What it drives over time.
+    /// The values that it drives over time.
     pub tracks: Vec<Track>,
 }
 
-/// What a track of a demo drives.
+/// The target of a demo's track.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Lane {
     /// The camera.
@@ -32,15 +32,15 @@ pub enum Lane {
     Edits,
     /// Lines of text over the picture.
     Captions,
-    /// What is checked of pictures.
+    /// The checks of pictures.
     Checks,
     /// The input of that name.
     Input(String),
 }
 
 impl Lane {
-    /// Whether its keys can be moved and taken out here. What a check looks at belongs to its reference, and a press without its release is another
-    /// input.
+    /// Whether its keys can be moved and taken out here. The target of a check belongs to its reference, and a press without its release is
+    /// another input.
     pub fn movable(&self) -> bool {
         !matches!(self, Lane::Checks | Lane::Input(_))
     }
@@ -49,7 +49,7 @@ impl Lane {
 /// A track of a demo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// What it drives.
+    /// Its target.
     pub lane: Lane,
     /// Its name.
     pub name: String,

@@ -1,6 +1,6 @@
 //! The brush that edits the world, and what it can do.
 
-/// What a brush covers.
+/// The shape of a brush.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shape {
     /// The voxel under the cursor.
@@ -29,7 +29,7 @@ impl Shape {
     }
 }
 
-/// What a brush does.
+/// The effect of a brush.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effect {
     /// Voxels become solid, in front of the face under the cursor.
@@ -57,7 +57,7 @@ impl Effect {
         }
     }
 
-    /// What it does, in a sentence.
+    /// Its effect, in a sentence.
     pub fn about(self) -> &'static str {
         match self {
             Effect::Add => "Voxels in front of the face under the cursor become solid.",
@@ -67,7 +67,7 @@ impl Effect {
         }
     }
 
-    /// What it does while Shift is held.
+    /// Its effect while Shift is held.
     #[must_use]
     pub fn opposite(self) -> Self {
         match self {
@@ -79,12 +79,12 @@ impl Effect {
     }
 }
 
-/// What the right mouse button does to voxels.
+/// The effect of the right mouse button on voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Brush {
-    /// What it covers.
+    /// Its shape.
     pub shape: Shape,
-    /// What it does there.
+    /// Its effect there.
     pub effect: Effect,
     /// Voxels across; of a cylinder, its diameter.
     pub size: u32,

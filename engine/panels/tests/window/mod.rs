@@ -1,4 +1,4 @@
-//! What the panels are tested with: plain data of a small graph of three passes, one of them left out.
+//! The data of the panels' tests: a small graph of three passes, one of them left out.
 
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
@@ -174,7 +174,7 @@ pub fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
     }
 }
 
-/// A target of which a texel is read, and a buffer, at once.
+/// A target with a texel that is read, and a buffer, at once.
 pub fn inspected() -> Inspected {
     Inspected {
         shown: Shown::after("color", None),

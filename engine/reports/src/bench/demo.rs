@@ -1,4 +1,4 @@
-//! `raxel bench --demo FILE`: what each frame of a demo takes, and each of its passes.
+//! `raxel bench --demo FILE`: the time of each frame of a demo, and of each of its passes.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -74,7 +74,7 @@ pub(super) fn run(file: &Path, args: &matrix::Args, device: &DeviceOptions, cons
     validated(complaints).and(asserted)
 }
 
-/// What is timed: graph, name, times.
+/// The timed rows: graph, name, times.
 fn rows(times: &FrameTimes) -> impl Iterator<Item = (&str, &str, &Times)> {
     let passes = times.passes.iter().map(|pass| (pass.graph.as_str(), pass.pass.as_str(), &pass.times));
     passes.chain([("", "all passes", &times.gpu), ("", "frame", &times.frame)])

@@ -15,8 +15,8 @@ use serde_json::json;
 
 use super::labels::stem;
 
-/// Writes the voxels of each world, and the rays and hits of each camera. What cannot be exported is left out and said, like what
-/// `raxel bench` cannot measure; if nothing is left, it is an error.
+/// Writes the voxels of each world, and the rays and hits of each camera. A combination that cannot be exported is left out with a message,
+/// like those that `raxel bench` cannot measure; if nothing is left, it is an error.
 pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], console: &Console) -> Result {
     let mut exports = Vec::new();
     let mut refused = Vec::new();

@@ -110,13 +110,13 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<S
         }
     }
     for name in old.difference(&charts) {
-        // One that somebody has removed already is what is wanted.
+        // A file that is gone already is no error.
         let _ = std::fs::remove_file(folder.join(name));
     }
     Ok(written)
 }
 
-/// Counts of a judgement with their names, in the order of the columns; what needs depths only where there are some.
+/// Counts of a judgement with their names, in the order of the columns; some need depths.
 fn errors(errors: &Errors, depths: bool) -> Vec<(&'static str, Option<f64>)> {
     let counts = [
         ("wrong", errors.wrong()),

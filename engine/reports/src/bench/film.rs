@@ -1,4 +1,4 @@
-//! `raxel bench film`: what bounds the making of frames.
+//! `raxel bench film`: the bottleneck of making frames.
 
 use std::fmt::Write;
 
@@ -31,7 +31,7 @@ pub struct Args {
     pub messages: Messages,
 }
 
-/// What is measured: its name, what is written, and how.
+/// The measured cases: name, output, and how it is written.
 const CASES: [(&str, &str, Compression, Mode); 5] = [
     ("png, balanced, one by one", "%05d.png", Compression::Balanced, Mode::OneByOne),
     ("png, balanced", "%05d.png", Compression::Balanced, Mode::AtOnce),
@@ -86,7 +86,7 @@ pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     validated(complaints)
 }
 
-/// Bytes of what lies in the folder; it is empty afterwards.
+/// Bytes of the folder's files; it is empty afterwards.
 fn written(folder: &std::path::Path) -> Result<u64> {
     let failed = |error: std::io::Error| Failure::usage(format!("`{}`: {error}", folder.display()));
     let mut bytes = 0;

@@ -54,7 +54,7 @@ fn render(what: &What, size: Size, device: &DeviceOptions, scratch: &Path, cache
             command.arg(option).arg(value);
         }
     }
-    // What drivers keep by themselves counts as kept: Mesa's, and NVIDIA's.
+    // The drivers' own caches count as kept: Mesa's, and NVIDIA's.
     command.env(raxel_cache::SWITCH, caches.join("raxel"));
     command.env("MESA_SHADER_CACHE_DIR", &driver).env("__GL_SHADER_DISK_CACHE_PATH", &driver);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());

@@ -22,12 +22,12 @@ pub(super) fn tracer(case: &Case) -> String {
     }
 }
 
-/// Wrong hits of a million; `None` when nobody can tell.
+/// Wrong hits of a million; `None` if it is unknown.
 pub(super) fn wrong_ppm(row: &Row) -> Option<f64> {
     Some(row.outcome.as_ref().ok()?.judgement.as_ref().ok()?.ppm())
 }
 
-/// Three significant digits, whatever the size.
+/// Three significant digits, at any size.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "powers of ten of floats are within ±324")]
 pub(super) fn three(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -39,11 +39,7 @@ pub(super) fn three(value: f64) -> String {
 
 /// A number with its digits in groups of three.
 pub(super) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let head = digits.len() % 3;
-    let groups = digits.as_bytes()[head..].chunks(3).map(|group| String::from_utf8_lossy(group).into_owned());
-    let first = Some(digits[..head].to_owned()).filter(|head| !head.is_empty());
-    first.into_iter().chain(groups).collect::<Vec<_>>().join("\u{202f}")
+    raxel_diagnostics::names::grouped(number).replace(',', "\u{202f}")
 }
 
 #[cfg(test)]

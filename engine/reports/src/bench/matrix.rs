@@ -1,4 +1,4 @@
-//! `raxel bench [GRAPHS…]`: what is asked for, found in the project and run.
+//! `raxel bench [GRAPHS…]`: finds the requested graphs, worlds and layouts in the project, and runs them.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use raxel_terminal::offline::OfflineProject;
 
 use super::{export, files, table as printed};
 
-/// What is measured, and where it is written.
+/// The cases to measure, and the outputs.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graphs, by file or by name; all of graphs/bench and graphs/rivals/march by default.
@@ -50,7 +50,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     warmup: u32,
 
-    /// Stop after so many seconds of timed frames, if there are three; after four times as many seconds in any case.
+    /// Stop after that many seconds of timed frames, if there are three; after four times as many seconds in any case.
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     seconds: f64,
 
@@ -111,7 +111,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     // Errors in a graph are printed before the others are measured, which takes minutes.
     let broken = runner.broken(&found.matrix.graphs);
     console.diagnostics(&broken.found, &broken.texts, To::Stderr);
-    // A run that is broken off leaves what it has measured.
+    // A run that is broken off keeps the figures so far.
     let old_charts = args.output.as_deref().map(files::old_charts).unwrap_or_default();
     let keep = |rows: &[Row]| match &args.output {
         Some(folder) => files::write(folder, &about, rows, &old_charts),
@@ -181,7 +181,7 @@ fn measure(
                 kept = keep(&rows);
             }
         }
-        // What the planner refuses is printed once, not for each view; what only this layout or device refuses is in the table.
+        // A refusal of the planner is printed once, not for each view; one that only this layout or device makes is in the table.
         if let Err(Refusal { found, texts, .. }) = &row.outcome {
             let new = |found: &&Diagnostic| !found.labels.is_empty() && said.insert((*found).clone());
             let new: Vec<Diagnostic> = found.iter().filter(new).cloned().collect();
@@ -260,7 +260,7 @@ fn find(args: &Args, offline: &OfflineProject, console: &Console) -> Result<Foun
     Ok(Found { matrix, worlds: loaded })
 }
 
-/// What is measured when no graph is named: raxel's own tracers, then the marchers that they are compared with.
+/// The graphs that are measured by default: raxel's own tracers, then the marchers that they are compared with.
 const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
 
 /// Those of [`TRACERS`], then those of graphs, of graphs/rivals and of graphs/examples.

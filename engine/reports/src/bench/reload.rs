@@ -59,7 +59,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         shader: args.shader.clone(),
     };
     let times = save_latency(&options).map_err(|error| failure(error, console))?;
-    // The session above has told what is wrong with the files, if anything is.
+    // The session above has reported all mistakes in the files.
     let first = {
         let starts = Scratch::new()?;
         first_picture(&args.what, args.size, device, starts.path())?

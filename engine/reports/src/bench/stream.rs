@@ -184,7 +184,7 @@ fn table(flight: &Flight, speed: f64) -> String {
     text
 }
 
-/// A line on how soon edits of a kind were seen.
+/// A line on the time until edits of one type were seen.
 fn seen(what: &str, edits: &[EditLatency]) -> String {
     if edits.is_empty() {
         return String::new();

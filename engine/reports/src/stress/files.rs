@@ -113,7 +113,7 @@ fn csv(plan: &Plan, report: &Report) -> Result<Vec<u8>> {
 
 #[expect(clippy::cast_possible_truncation, reason = "every whole number below 9·10¹⁵ fits")]
 fn errors_json(errors: &Errors) -> Value {
-    // Counts stay whole; what is larger than a float can count to stays a float.
+    // Counts stay whole; one that is larger than a float can count to stays a float.
     let number =
         |number: f64| if number.fract() == 0.0 && number.abs() < 9e15 { json!(number as i64) } else { json!(number) };
     numbers(errors)

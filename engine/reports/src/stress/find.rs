@@ -1,4 +1,4 @@
-//! What is asked for, found by its name.
+//! The requested things, found by their names.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -105,7 +105,7 @@ pub(super) fn rows(wanted: &[String]) -> Result<Vec<Row>> {
         return Ok(rows);
     }
     let mut rows = each_once(wanted.iter().map(|name| row(name)).collect::<Result<Vec<_>>>()?);
-    // The port is compared with what the device found before.
+    // The port is compared with earlier answers of the device.
     rows.sort_by_key(|row| *row == Row::Port);
     Ok(rows)
 }

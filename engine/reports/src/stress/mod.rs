@@ -20,10 +20,10 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 
 /// Traces rays that are hard to trace, by every layout, and counts what is wrong by exact arithmetic.
 ///
-/// Each ray is made from the seed, judged by the exact tracer once, and traced by every row. Exit code 1 when a tracer that claims to
-/// be exact is wrong about one ray, gives up, or writes a t that is no number; when the CPU port of the default tracer hits another
-/// voxel or face than the device; or when a scene that is moved, turned or mirrored is hit differently. Exit code 4 when the device
-/// fails, or has no memory for a part of the run; 5 when it is lost. If it fails, what was judged before is printed. See docs/stress.md.
+/// Each ray is made from the seed, judged by the exact tracer once, and traced by every row. Exit code 1 when a tracer that claims to be
+/// exact is wrong about one ray, gives up, or writes a t that is no number; when the CPU port of the default tracer hits another voxel or
+/// face than the device; or when a scene that is moved, turned or mirrored is hit differently. Exit code 4 when the device fails, or has no
+/// memory for a part of the run; 5 when it is lost. If it fails, the results before that are printed. See docs/stress.md.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  raxel stress                                            every layout, scene and set, a few seconds\n  \
@@ -57,8 +57,8 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Trace this ray alone, and print what each row and the exact tracer hit. Nine numbers: cell, fraction, direction; then `t_max` if the ray
-    /// ends. After the cell, a number that begins with 0x has the bits of a float.
+    /// Trace this ray alone, and print the hits of each row and of the exact tracer. Nine numbers: cell, fraction, direction; then `t_max`
+    /// if the ray ends. After the cell, a number that begins with 0x has the bits of a float.
     #[arg(long, value_name = "RAY", value_parser = one::ray, allow_hyphen_values = true)]
     ray: Option<one::NamedRay>,
 
@@ -66,7 +66,7 @@ pub struct Args {
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
 
-    /// The form of what it prints.
+    /// The form of its output.
     #[command(flatten)]
     pub messages: Messages,
 
@@ -75,7 +75,7 @@ pub struct Args {
     pub on: OnDevice,
 }
 
-/// What a run is about, for its heading and its files.
+/// The subject of a run, for its heading and its files.
 struct About {
     device: String,
     driver: String,
@@ -139,7 +139,7 @@ pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
     validated(&device, console)
 }
 
-/// Prints what was judged before an error ended the run, and gives that error. No file is written: a file has the counts of a whole run.
+/// Prints the results before an error that ended the run, and returns that error. No file is written: a file has the counts of a whole run.
 fn stopped(
     (plan, report, symmetry): (&Plan, &Report, &[(Layout, Invariants)]),
     about: &About,
@@ -188,7 +188,7 @@ fn symmetric(
     Ok(())
 }
 
-/// What must be exact and is not; the first wrong rays are shown.
+/// Results that must be exact and are not; the first wrong rays are shown.
 fn wrong(plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)], console: &Console) -> Vec<String> {
     let mut wrong = Vec::new();
     for row in report.rows.iter().filter(|row| row.row.exact()) {
@@ -303,7 +303,7 @@ mod tests {
     fn a_run_without_memory_for_a_part_is_no_success() {
         let refused = |out_of_memory| Refused { site: 1, why: "it does not fit".to_owned(), out_of_memory };
         assert_eq!(verdict_of(Vec::new(), 100), Ok(()));
-        // The device says beforehand that it cannot.
+        // The device reports beforehand that it cannot.
         assert_eq!(verdict_of(vec![refused(false)], 100), Ok(()));
         assert_eq!(verdict_of(vec![refused(false)], 0).unwrap_err().exit, Exit::Project);
         for traced in [0, 100] {

@@ -1,7 +1,8 @@
-//! The tables on stdout: wrong rays in a million, by row and set; and what kinds they are of.
+//! The tables on stdout: wrong rays in a million, by row and set; and the kinds of errors.
 
 use std::fmt::Write;
 
+use raxel_diagnostics::names::grouped;
 use raxel_layouts::Layout;
 use raxel_measure::stress::{Invariants, Plan, Report, RowReport};
 use raxel_oracle::metrics::Errors;
@@ -116,7 +117,7 @@ fn totals(row: &RowReport) -> Vec<String> {
 }
 
 fn notes(text: &mut String, plan: &Plan, report: &Report, symmetry: &[(Layout, Invariants)]) {
-    // A plane of voxels has no hole: whoever misses it has slipped through an edge.
+    // A plane of voxels has no hole: a ray that misses it has slipped through an edge.
     let planes: Vec<usize> = (0..plan.sites.len())
         .filter(|i| ["diagonal@", "slope@"].iter().any(|plane| plan.sites[*i].name.starts_with(plane)))
         .collect();
@@ -213,19 +214,6 @@ fn three(value: f64) -> String {
         v if v >= 0.001 => format!("{v:.3}"),
         v => format!("{v:.1e}"),
     }
-}
-
-/// Thousands apart.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 #[cfg(test)]

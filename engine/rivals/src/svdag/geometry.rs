@@ -127,7 +127,7 @@ fn children(node: &Node) -> impl Iterator<Item = Id> {
     node.iter().copied().filter(|id| *id != NONE)
 }
 
-/// The different values of all sources, ascending: the same whatever the order in which threads find them.
+/// The different values of all sources, ascending: the same in any order in which threads find them.
 fn distinct<'a, S: Sync, T: Copy + Ord + Send, I: Iterator<Item = T>>(
     sources: &'a [S],
     values: impl Fn(&'a S) -> I + Sync,
@@ -138,7 +138,7 @@ fn distinct<'a, S: Sync, T: Copy + Ord + Send, I: Iterator<Item = T>>(
         values
     };
     let merged = sources.par_iter().fold(Vec::new, |mut known: Vec<T>, source| {
-        // Duplicates go when they are as many as what is known, so that memory stays near what is different.
+        // Duplicates go when they are as many as the known values, so that memory stays near that of the distinct ones.
         let before = known.len();
         known.extend(values(source));
         if known.len() > 2 * before.max(1 << 16) { sorted(known) } else { known }

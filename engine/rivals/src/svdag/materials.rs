@@ -1,6 +1,6 @@
-//! What the voxels of chunks are made of, apart from where they are: a sequence for each chunk in the order in which a walk over its
-//! part of the graph meets its voxels, as in Dado et al., "Geometry and attribute compression for voxel scenes" (2016), in
-//! packed blocks. Equal blocks are stored once.
+//! The materials of the voxels of chunks, apart from their places: a sequence for each chunk in the order in which a walk over its part of
+//! the graph meets its voxels, as in Dado et al., "Geometry and attribute compression for voxel scenes" (2016), in packed blocks. Equal
+//! blocks are stored once.
 
 use std::collections::HashMap;
 
@@ -78,7 +78,7 @@ impl Materials {
         self.words
     }
 
-    /// What an instance of a chunk says about its materials: one, or the word of its first block from the first word of all.
+    /// The material entry of an instance of a chunk: one material, or the word of its first block from the first word of all.
     pub fn link(&self, chunk: usize) -> u32 {
         match self.chunks[chunk] {
             Ok(material) => UNIFORM | u32::from(material),

@@ -68,7 +68,7 @@ fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     geometry.write(geometry_words, geometry_at);
     materials.write(attribute_words);
 
-    // An instance's second word says where its materials are.
+    // An instance's second word is the place of its materials.
     let attribute_words = upper_at + upper.instances() + materials.words();
     let attribute_bytes = 4 * attribute_words as u64;
     Ok(Encoded { words: buffer, geometry_bytes: bytes - attribute_bytes, attribute_bytes })

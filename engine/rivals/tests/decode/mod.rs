@@ -170,7 +170,7 @@ fn brickmap_brick(words: &[u32], brick: usize, corner: Corner, voxels: &mut Voxe
     assert!(rank > 0, "an empty brick at {corner:?}");
 }
 
-/// The sectors of a grid; what it says about empty space must be true, and as much as can be said.
+/// The sectors of a grid; its claims about empty space must be true, and as strong as possible.
 fn brickmap_grid(header: &BrickmapHeader, words: &[u32]) -> Vec<(Corner, u32)> {
     let cell = |corner: [i32; 3]| [0, 1, 2].map(|i| (i64::from(corner[i]) - i64::from(header.origin[i])) >> 6);
     if header.bounds_last[0] < header.bounds_min[0] {

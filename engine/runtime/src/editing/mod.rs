@@ -1,4 +1,4 @@
-//! The edits of a session's world: what they are made to, the newest voxels, the demo's edits, and the save.
+//! The edits of a session's world: the source below them, the newest voxels, the demo's edits, and the save.
 
 mod saves;
 
@@ -30,17 +30,17 @@ pub(crate) struct Editing {
     scripted: usize,
     /// The next of them waits for a chunk that is unavailable.
     waiting: bool,
-    /// What is to be said about the save, and about edits that passes write.
+    /// Messages about the save, and about edits that passes write.
     messages: Vec<Diagnostic>,
 }
 
-/// What an edit changed, as positions and contents.
+/// The chunks that an edit changed, as positions and contents.
 pub(crate) type Changes = Vec<(ChunkPos, Option<Arc<Chunk>>)>;
 
 /// How far the demo's edits came.
 #[derive(Default)]
 pub(crate) struct Followed {
-    /// What they changed, in order.
+    /// The changes of each, in order.
     pub(crate) steps: Vec<Changes>,
     /// The chunk that the next edit would change, where the world does not have that.
     pub(crate) unavailable: Option<Unavailable>,
@@ -130,7 +130,7 @@ impl Editing {
         self.edits.positions().collect()
     }
 
-    /// Saves what [`Editing::apply`] did. What is wrong with the save is said once.
+    /// Saves the step of [`Editing::apply`]. A fault of the save is reported once.
     pub(crate) fn commit(&mut self, operations: &[Operation], change: &Change) {
         if let Some(save) = &mut self.save
             && let Err(error) = save.commit(operations, change)
@@ -142,7 +142,7 @@ impl Editing {
         }
     }
 
-    /// Does what is due for the save. To be called once a frame.
+    /// Does the due work for the save. To be called once a frame.
     pub(crate) fn poll_save(&mut self) {
         if let Some(save) = &mut self.save {
             let events = save.poll(&self.edits);
@@ -150,7 +150,7 @@ impl Editing {
         }
     }
 
-    /// Has it said once that edits of the demo wait for a chunk, until they wait no more.
+    /// Reports once that edits of the demo wait for a chunk, until they wait no longer.
     pub(crate) fn say_waiting(&mut self, unavailable: Option<&Unavailable>) {
         if let Some(unavailable) = unavailable.filter(|_| !self.waiting) {
             let message = format!("edits of the demo wait for the world: {unavailable}");
@@ -159,12 +159,12 @@ impl Editing {
         self.waiting = unavailable.is_some();
     }
 
-    /// Has something said.
+    /// Adds a message.
     pub(crate) fn say(&mut self, message: Diagnostic) {
         self.messages.push(message);
     }
 
-    /// What was to be said since the last call.
+    /// The messages since the last call.
     pub(crate) fn take_messages(&mut self) -> Vec<Diagnostic> {
         std::mem::take(&mut self.messages)
     }
@@ -177,7 +177,7 @@ impl Editing {
         }
     }
 
-    /// Another demo, or none: its edits begin anew.
+    /// Another demo, or none: its edits start over.
     pub(crate) fn set_script(&mut self, script: Vec<(f64, Operation)>) {
         if self.script == script {
             return;
@@ -189,8 +189,8 @@ impl Editing {
         }
     }
 
-    /// Brings the demo's edits to a time. The edits at a time are all with that time or an earlier one, in order, whatever was shown before.
-    /// Those of chunks that are unavailable stay due: the next call tries them again.
+    /// Brings the demo's edits to a time. The edits at a time are all with that time or an earlier one, in order, independent of the times
+    /// shown before. Those of chunks that are unavailable stay due: the next call tries them again.
     pub(crate) fn follow_script(&mut self, time: f64) -> Followed {
         let due = self.script.partition_point(|(at, _)| *at <= time);
         let mut followed = Followed::default();
@@ -234,7 +234,7 @@ impl Editing {
         Ok(())
     }
 
-    /// The file of the world was loaded again: the world to show, if it is not the file's own, and what is to be said.
+    /// The file of the world was loaded again. Returns the world to show, if it is not the file's own, and messages.
     pub(crate) fn rebase(
         &mut self,
         base: &Arc<SessionWorld>,
@@ -263,14 +263,14 @@ impl Editing {
     }
 }
 
-/// A world with what is in its save, without a device.
+/// A world with the contents of its save, without a device.
 pub struct SavedWorld(Editing);
 
 impl SavedWorld {
-    /// Opens the save of a world, if it has one, with what is to be said about it.
+    /// Opens the save of a world, if it has one, with messages about it.
     ///
     /// # Errors
-    /// What is wrong with the save.
+    /// The faults of the save.
     pub fn open(
         world: &Arc<SessionWorld>,
         root: &std::path::Path,
@@ -279,7 +279,7 @@ impl SavedWorld {
     ) -> Result<(Self, Vec<Diagnostic>), Vec<Diagnostic>> {
         let mut editing = Editing::new(world.clone());
         let mut found = editing.open_save(root, files, saves);
-        // A window goes on when its edits cannot be saved. Here nothing else is wanted.
+        // A window goes on when its edits cannot be saved. Here the save is all that matters.
         for diagnostic in found.iter_mut().filter(|diagnostic| diagnostic.code == codes::world::SAVE_READ_ONLY) {
             diagnostic.severity = Severity::Error;
         }
@@ -291,7 +291,7 @@ impl SavedWorld {
         self.0.world().unwrap_or_else(|| self.0.base.clone())
     }
 
-    /// Makes a checkpoint of everything and waits for it. Gives what is to be said: nothing, when all is well.
+    /// Makes a checkpoint of everything and waits for it. Returns messages; none if all is well.
     pub fn checkpoint(&mut self) -> Vec<Diagnostic> {
         self.0.checkpoint();
         self.0.take_messages()

@@ -1,4 +1,4 @@
-//! The save of a world: opened with a session, and what is said about it.
+//! The save of a world: opened with a session, and the messages about it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use raxel_worldfile::{Loaded, OnGeneratorChange, SaveSettings};
 use super::Editing;
 use crate::world::SessionWorld;
 
-/// What a session does with the save of a world.
+/// The use of the save of a world in a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Saves {
-    /// Nothing: the world is as its file builds it. So it is with a demo, whatever is asked for.
+    /// Nothing: the world is as its file builds it. A demo always does so.
     Ignore,
     /// It is shown as it was saved, and edits end with the session.
     #[default]
@@ -25,7 +25,7 @@ pub enum Saves {
     Write,
 }
 
-/// What tells the save of a world from others.
+/// The identity of the save of a world.
 fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
     Meta {
         format: 0,
@@ -35,7 +35,7 @@ fn save_meta(world: &SessionWorld, files: &dyn Files) -> Meta {
     }
 }
 
-/// How a save is kept, as the world's file says.
+/// The options of a save, from the world's file.
 fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
     SaveOptions {
         sync: Duration::from_secs_f64(settings.sync),
@@ -46,7 +46,7 @@ fn save_options(settings: &SaveSettings, saves: Saves) -> SaveOptions {
 }
 
 impl Editing {
-    /// Opens the save of the world's file and takes over what is in it. Gives what is to be said: an error when it cannot be used.
+    /// Opens the save of the world's file and takes over its contents. Returns messages: an error when it cannot be used.
     pub(crate) fn open_save(&mut self, root: &Path, files: &dyn Files, saves: Saves) -> Vec<Diagnostic> {
         let base = Arc::clone(&self.base);
         let Some(settings) = base.loaded().save.clone().filter(|_| saves != Saves::Ignore) else { return Vec::new() };
@@ -74,7 +74,7 @@ impl Editing {
         for (seq, operations) in opened.steps {
             match self.edits.replay(&operations, &self.scene, base.base()) {
                 Ok(change) => save.replayed(&change),
-                // What could not be replayed today stays in the journal.
+                // Edits that cannot be replayed today stay in the journal.
                 Err(EditError::Unavailable(reason)) => {
                     let message = format!("the edits in `{}` cannot be made: {reason}", settings.path.value);
                     found.push(Diagnostic::error(codes::world::STORE_FAILING, message));
@@ -93,7 +93,7 @@ impl Editing {
 
 impl Editing {
     /// Unpacks the chunks of a save where the world is whole, as that is built of all of them; of a streamed one, those are unpacked that
-    /// come near. Gives what is to be said about chunks that are broken, which are as the world's file builds them from now on.
+    /// come near. Returns messages about broken chunks, which are as the world's file builds them from now on.
     pub(super) fn unpack(&mut self) -> Vec<Diagnostic> {
         let broken = if self.base.tiles().is_none() { self.edits.unpack() } else { Vec::new() };
         let path = self.base.loaded().save.as_ref().map_or("", |settings| &settings.path.value);
@@ -102,7 +102,7 @@ impl Editing {
     }
 }
 
-/// What is wrong with the place of a save, where a world names one.
+/// A message if a world names a place for its save that cannot be used.
 pub(crate) fn misplaced(world: &Loaded, root: Option<&Path>) -> Option<Diagnostic> {
     let settings = world.save.as_ref()?;
     save::check_folder(&root?.join(&settings.path.value)).err().map(|error| refused(&error, settings))
@@ -137,7 +137,7 @@ pub(super) fn failing(why: &str, world: &Loaded) -> Diagnostic {
         .help("they are kept in memory and saved as soon as that is possible")
 }
 
-/// What a window says about an event.
+/// The window's message about an event.
 pub(super) fn message(event: &SaveEvent, world: &Loaded) -> Option<Diagnostic> {
     match event {
         SaveEvent::Failing { why } => Some(failing(why, world)),

@@ -20,7 +20,7 @@ const FRAMES: usize = 2;
 /// How long an image of the window is waited for. When none comes, the next call tries again: the window stays responsive.
 const ACQUIRE: Duration = Duration::from_millis(100);
 
-/// Longest wait for the device: copies and triangles are short, and what they follow was waited for by the session's watchdog.
+/// Longest wait for the device: copies and triangles are short, and the session's watchdog has waited for the work before.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Shows pictures of a session in a window, with an overlay. A presenter belongs to one device: after a loss of the device, make a new one.
@@ -132,7 +132,7 @@ impl Presenter {
     ) -> Result<Presented, PresentError> {
         let frame = self.turn % FRAMES;
         self.device.wait(self.commands[frame].submitted(), PATIENCE)?;
-        // What was let go of is freed here: nobody else may use the device.
+        // Dropped objects are freed here: this is the only user of the device.
         self.device.collect();
         if overlay.is_some() {
             self.overlay()?;

@@ -1,5 +1,5 @@
-//! The thread that rebuilds: it waits for finished edits, loads again what depends on them, and creates everything a new plan needs
-//! while the old one runs. Only what is whole is handed over.
+//! The thread that rebuilds: it waits for finished edits, loads their dependents again, and creates all objects of a new plan while the old
+//! one runs. Only a whole plan is handed over.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -21,7 +21,7 @@ use crate::recording_files::{Content, content};
 /// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
 
-/// After so long the plan before an edit is usually gone, and what compiling has left on the heaps is given back.
+/// After this time the plan before an edit is usually gone, and the heaps that compiling has left are released.
 const TIDY: Duration = Duration::from_secs(1);
 
 /// A finished edit.
@@ -40,9 +40,9 @@ pub struct Ready {
     pub changed: Vec<String>,
     /// The parts that were built again.
     pub rebuilt: Rebuilt,
-    /// What was loaded.
+    /// The loaded files.
     pub state: ProjectState,
-    /// What the plan was made for.
+    /// The inputs of the plan.
     pub selection: Selection,
     /// The device that the plan was made for.
     pub context: DeviceContext,
@@ -50,7 +50,7 @@ pub struct Ready {
     pub prepared: Prepared,
     /// When the edit was seen to be finished.
     pub since: Instant,
-    /// What was done since.
+    /// The work since then.
     pub stages: Stages,
 }
 
@@ -125,7 +125,7 @@ impl Reloader {
         Ok(Self { outcomes, messages, settings, thread: Some(thread) })
     }
 
-    /// Changes what builds are made for.
+    /// Changes the settings of builds.
     pub fn set_settings(&self, settings: BuildSettings) {
         let mut current = self.settings.lock().unwrap_or_else(PoisonError::into_inner);
         let other_device = !Arc::ptr_eq(&current.context.memory, &settings.context.memory);
@@ -137,7 +137,7 @@ impl Reloader {
         }
     }
 
-    /// Loads another file in place of what runs: an outcome as of an edit.
+    /// Loads another file in place of the running one: an outcome as of an edit.
     pub fn open(&self, file: ProjectFile) {
         // A builder that has stopped opens nothing.
         let _ = self.messages.send(Message::Open(file));
@@ -182,7 +182,7 @@ struct Builder {
     generation: u64,
     /// Files of edits that were not handed over yet.
     changed: Vec<String>,
-    /// Parts that were built anew and do not run yet.
+    /// Rebuilt parts that do not run yet.
     rebuilt: Rebuilt,
     /// Modules of the last graph that was right: path and hash.
     running: Vec<(String, [u8; 32])>,
@@ -194,7 +194,7 @@ struct Builder {
     without_device: Option<Instant>,
     /// A wrong edit that waits for the rest of it.
     held: Option<(Instant, Failed)>,
-    /// When freed memory is given back.
+    /// The time at which freed memory is released.
     tidy: Option<Instant>,
     waker: Option<Waker>,
 }
@@ -259,7 +259,7 @@ impl Builder {
         true
     }
 
-    /// Loads another file in place of what runs. Until it is right, edits of it are followed, and what ran before runs on.
+    /// Loads another file in place of the running one. Until it is right, edits of it are followed, and the old one runs on.
     fn open(&mut self, file: &ProjectFile) {
         let start = Instant::now();
         (self.held, self.without_device, self.unfinished) = (None, None, Some(start));
@@ -287,7 +287,7 @@ impl Builder {
         self.watch();
     }
 
-    /// Watches what the project depends on. What changed before the watch began, or while it was read, is noticed too.
+    /// Watches the files that the project depends on. A change before the watch began, or while it was read, is noticed too.
     fn watch(&mut self) {
         let files = self.state.files();
         let unsure =
@@ -311,7 +311,7 @@ impl Builder {
         Some(self.debounce.differs(|path| content(&files.read(path))))
     }
 
-    /// Loads what depends on the changed files.
+    /// Loads the dependents of the changed files.
     fn load(&mut self, changed: Vec<String>) {
         let start = Instant::now();
         let state = &mut self.state;
@@ -347,7 +347,7 @@ impl Builder {
         self.watch();
     }
 
-    /// Hands over a plan, or holds what is wrong.
+    /// Hands over a plan, or holds the mistakes.
     fn finish(&mut self, since: Instant) {
         self.unfinished = None;
         self.generation += 1;
@@ -362,7 +362,7 @@ impl Builder {
         }
     }
 
-    /// Plans and creates what the files describe, if they are right. `None` when the device is lost: it is no fault of the edit.
+    /// Plans and creates the objects of the files, if they are right. `None` when the device is lost: it is no fault of the edit.
     fn assemble(&mut self, since: Instant) -> Option<Outcome> {
         let settings = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
         // A graph that the demo no longer has runs no longer.
@@ -422,7 +422,7 @@ impl Builder {
     }
 
     fn hand_over(&mut self, outcome: Outcome) {
-        // The session may be gone; then nobody wants to know.
+        // The session may be gone; then there is no receiver.
         let _ = self.outcomes.send(outcome);
         if let Some(waker) = &self.waker {
             waker();

@@ -25,14 +25,14 @@ pub const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
 /// Longest wait for quiet, however busy the folder.
 pub const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
-/// What happened to a file.
+/// The change of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileActivity {
     /// Closed after writing, renamed, deleted: one step of a save is finished.
     Finished,
     /// Written to; the system will say when it is closed.
     Open,
-    /// Something, and the system says no more.
+    /// Something, without details from the system.
     Unknown,
 }
 
@@ -85,12 +85,12 @@ impl Debounce {
         self.touched.values().map(|touched| touched.due).max()
     }
 
-    /// Whether a touched file already differs from what was used, be its edit finished or not.
+    /// Whether a touched file already differs from the used one, even if its edit is not finished.
     pub fn differs(&self, read: impl Fn(&str) -> Content) -> bool {
         self.touched.keys().any(|path| self.known.get(path) != Some(&read(path)))
     }
 
-    /// Once all touched files are quiet: those whose contents differ from what was used. They count as used from then on.
+    /// Once all touched files are quiet: those whose contents differ from the used ones. They count as used from then on.
     pub fn changed(&mut self, now: Instant, read: impl Fn(&str) -> Content) -> Vec<String> {
         if self.due().is_none_or(|due| due > now) {
             return Vec::new();

@@ -43,7 +43,7 @@ pub struct Reloaded {
     pub changed: Vec<String>,
     /// Another graph, world or demo runs than before ([`crate::Session::open_file`]), and it begins at its first frame.
     pub opened: bool,
-    /// What was rebuilt.
+    /// The rebuilt parts.
     pub rebuilt: Rebuilt,
     /// Which targets and buffers kept their contents.
     pub resources: SwapReport,
@@ -61,7 +61,8 @@ pub struct Reloaded {
 /// that lavapipe makes when it first dispatches a shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stages {
-    /// Milliseconds to load what depends on the changed files: shaders are compiled to modules and reflected, graphs checked, worlds built.
+    /// Milliseconds to load the dependents of the changed files: shaders are compiled to modules and reflected, graphs checked, worlds
+    /// built.
     pub load: f64,
     /// Milliseconds for a plan with its sources and pipelines.
     pub plan: f64,
@@ -69,7 +70,7 @@ pub struct Stages {
     pub prepare: f64,
 }
 
-/// What an edit rebuilt.
+/// The parts that an edit rebuilt.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rebuilt {
     /// The graph.

@@ -34,8 +34,8 @@ pub(crate) struct Change {
 type ManifestState = (u64, SystemTime);
 
 impl MendWatch {
-    /// Watches the project in the folder `root`. `said` tells that its manifest had text when it was read: by now it may be in the middle of a
-    /// save. `waker` is called after each change.
+    /// Watches the project in the folder `root`. `said` is true if its manifest had text when it was read: now an editor may be saving it.
+    /// `waker` is called after each change.
     pub fn start(root: &Path, said: bool, waker: Option<Waker>) -> std::io::Result<Self> {
         let (sender, changes) = channel();
         let (stop, stopped) = channel();
@@ -65,7 +65,7 @@ impl MendWatch {
         Some(self.poll().unwrap_or(first))
     }
 
-    /// Whether the manifest is still what it was at a change: what was read of it since then holds. A session that is open follows all other
+    /// Whether the manifest is unchanged since a change, so that the values read since then hold. A session that is open follows all other
     /// files by itself.
     pub fn manifest_holds(&self, change: &Change) -> bool {
         change.manifest == manifest_state(&self.root)
@@ -85,11 +85,11 @@ impl Drop for MendWatch {
 /// The files of a project, looked at now and then.
 struct Files {
     root: PathBuf,
-    /// What they were when they were read last. Before the first look they may have changed since then.
+    /// Their hash when they were read last. Before the first look they may have changed since then.
     read: Option<u64>,
-    /// What they were at the last look.
+    /// Their hash at the last look.
     seen: Option<u64>,
-    /// There is a manifest that has said something.
+    /// There is a manifest that has had text.
     said: bool,
     /// The manifest when they were read last.
     manifest: Option<ManifestState>,
@@ -101,8 +101,8 @@ impl Files {
         Self { root, read: None, seen: None, said, manifest: None }
     }
 
-    /// Whether they are worth reading: they differ from what was read last, nothing has touched them since the last look, and none is in the
-    /// middle of a save. A manifest that has become empty is in that middle: read, it would open the defaults. Who wants those deletes it.
+    /// Whether they are worth reading: they differ from the last read, nothing has touched them since the last look, and none is being
+    /// saved. A manifest that has become empty is being saved: read now, it would open the defaults. Who wants those deletes it.
     fn changed(&mut self) -> bool {
         let signature = Some(signature(&self.root));
         let quiet = std::mem::replace(&mut self.seen, signature) == signature;
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(first, seen());
         std::fs::write(&file, "ab").unwrap();
         assert_ne!(first, seen());
-        // What raxel itself keeps beside the project does not count.
+        // raxel's own files beside the project do not count.
         let second = seen();
         std::fs::create_dir(project.path().join(".raxel")).unwrap();
         std::fs::write(project.path().join(".raxel/window.toml"), "x").unwrap();
@@ -192,7 +192,7 @@ mod tests {
         looks([false, true, false]);
         std::fs::remove_file(&path).unwrap();
         looks([false, true, false]);
-        // One that said nothing before may be empty.
+        // A manifest that had no text before may be empty.
         std::fs::write(&path, "").unwrap();
         looks([false, true, false]);
     }

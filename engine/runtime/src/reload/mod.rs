@@ -1,4 +1,4 @@
-//! Hot reload: watch the files that went in, wait until a save is finished, rebuild off-thread what depends on it.
+//! Hot reload: watch the files of a build, wait until a save is finished, rebuild its dependents off-thread.
 
 pub(crate) mod builder;
 mod debounce;

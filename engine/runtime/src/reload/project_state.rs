@@ -15,7 +15,7 @@ use crate::sources;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
-/// What a session has loaded from its files.
+/// The state that a session has loaded from its files.
 #[derive(Clone)]
 pub struct ProjectState {
     /// Project path of the graph that runs.
@@ -36,7 +36,7 @@ pub struct ProjectState {
     pub named: Named,
 }
 
-/// A file of the project that takes the place of what runs.
+/// A file of the project that replaces the running one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ProjectFile {
     /// A graph, over the world that runs.
@@ -56,7 +56,7 @@ impl ProjectFile {
     }
 }
 
-/// What a user named besides a demo.
+/// The user's choices besides a demo.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Named {
     /// A graph.
@@ -96,7 +96,7 @@ impl ProjectState {
         true
     }
 
-    /// Loads another file in place of what runs. A demo that runs ends.
+    /// Loads another file in place of the running one. A demo that runs ends.
     pub fn open(&mut self, file: &ProjectFile, loader: &Loader) {
         (self.demo, self.demo_path, self.named) = (None, None, Named::default());
         self.other_graphs.clear();
@@ -122,8 +122,8 @@ impl ProjectState {
         paths(self) != paths(before)
     }
 
-    /// Loads what the demo names and is not there yet or wrong, and drops what it names no longer. True for graphs and for the world when there
-    /// are others.
+    /// Loads the files that the demo names and that are not there yet or wrong, and drops those that it names no longer. True for graphs
+    /// and for the world when there are others.
     pub fn follow_demo(&mut self, loader: &Loader) -> Named {
         let mut changed = Named::default();
         let Some(demo) = self.demo.as_ref().and_then(|part| part.result.as_ref().ok()).cloned() else { return changed };
@@ -158,7 +158,7 @@ impl ProjectState {
         changed
     }
 
-    /// Every file with what was found in it.
+    /// Every file with its content.
     pub(super) fn files(&self) -> BTreeMap<String, Content> {
         let mut files = self.graph.files.clone();
         let others = self.other_graphs.values().map(|graph| &graph.files);
@@ -208,18 +208,18 @@ fn name_missing<T>(part: &mut LoadOutcome<T>, named: &Spanned<String>) {
     }
 }
 
-/// What the session wants at the moment, for builds.
+/// The session's present settings for builds.
 #[derive(Clone)]
 pub struct BuildSettings {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
     /// Project path of the graph that is to run.
     pub graph_path: String,
-    /// What is shown.
+    /// The shown resource.
     pub debug_target: DebugTarget,
     /// Resources that stay readable.
     pub pinned: Vec<String>,
-    /// What else can be read.
+    /// Other resources that can be read.
     pub observe: Observe,
     /// Params as the user set them.
     pub params: Params,
@@ -230,8 +230,8 @@ pub struct BuildSettings {
 }
 
 impl BuildSettings {
-    /// What a plan of this graph, which is at `path`, and world is made for. A debug target that the graph does not have gives way to the graph's own,
-    /// and a pinned resource that it does not have is left out.
+    /// The inputs of a plan of this graph, which is at `path`, and world. A debug target that the graph does not have gives way to the
+    /// graph's own, and a pinned resource that it does not have is left out.
     pub fn selection(&self, path: &str, graph: &Graph, world: &SessionWorld) -> Selection {
         let mut params = self.params.clone();
         params.adopt(graph);

@@ -11,13 +11,13 @@ use notify::{Event, EventKind, PollWatcher, RecommendedWatcher, RecursiveMode, W
 
 use super::debounce::FileActivity;
 
-/// How often files are looked at where the system cannot tell of changes.
+/// The interval of looks at files where the system does not report changes.
 const POLL: Duration = Duration::from_millis(200);
 
 /// How a [`Watcher`] learns of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Means {
-    /// The system tells (inotify, `FSEvents`, `ReadDirectoryChanges`).
+    /// The system reports changes (inotify, `FSEvents`, `ReadDirectoryChanges`).
     System,
     /// The files are looked at now and then.
     Polling,
@@ -33,7 +33,7 @@ pub struct Watcher {
     tell: Tell,
 }
 
-/// What a watcher tells.
+/// The reports of a watcher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice<'p> {
     /// A file, by its project path, was touched.
@@ -42,7 +42,7 @@ pub enum Notice<'p> {
     Folder,
 }
 
-/// Is told what happens, on a thread of the watcher's.
+/// Gets the reports, on a thread of the watcher's.
 pub type Tell = Arc<dyn Fn(Notice<'_>) + Send + Sync>;
 
 /// Which project paths a path on disk stands for.
@@ -65,7 +65,7 @@ impl Names {
 }
 
 impl Watcher {
-    /// Watches nothing yet. `poll` asks for polling; it is also what is left when the system's own means fail.
+    /// Watches nothing yet. `poll` asks for polling; it is also the fallback when the system's own means fail.
     pub fn new(root: &Path, poll: bool, tell: Tell) -> Self {
         let names = Arc::new(Mutex::new(Names::default()));
         let (watcher, means) = if poll { None } else { system(&names, &tell) }
@@ -107,7 +107,7 @@ impl Watcher {
         }
     }
 
-    /// A folder was made anew: watches on the old one are dead.
+    /// A folder was created again: watches on the old one are dead.
     pub fn renew(&mut self) {
         for folder in std::mem::take(&mut self.watched) {
             let _ = self.inner.unwatch(&folder);
@@ -142,7 +142,7 @@ fn polling(names: &Arc<Mutex<Names>>, tell: &Tell) -> Box<dyn notify::Watcher + 
     }
 }
 
-/// Turns the events of `notify` into file activities. `closes`: the system says when a writer closes a file.
+/// Turns the events of `notify` into file activities. `closes`: the system reports when a writer closes a file.
 fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(notify::Result<Event>) + Send + use<> {
     let (names, tell) = (names.clone(), tell.clone());
     move |event| {
@@ -157,7 +157,7 @@ fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(n
             | EventKind::Remove(_)
             | EventKind::Modify(ModifyKind::Name(_)) => FileActivity::Finished,
             EventKind::Access(_) => return,
-            // Rights and times. Polling says no more of a change of contents.
+            // Rights and times. Polling has no other event for a change of contents.
             EventKind::Modify(ModifyKind::Metadata(_)) if closes => return,
             _ if closes => FileActivity::Open,
             _ => FileActivity::Unknown,
@@ -167,7 +167,7 @@ fn handler(names: &Arc<Mutex<Names>>, tell: &Tell, closes: bool) -> impl FnMut(n
                 if itself {
                     tell(Notice::File(name, activity));
                 } else {
-                    // What happened to a folder says nothing of how its files were written.
+                    // The change of a folder does not show how its files were written.
                     tell(Notice::File(name, FileActivity::Unknown));
                     tell(Notice::Folder);
                 }
@@ -230,7 +230,7 @@ mod tests {
         fs::write(root.join("shaders/a.comp"), "5").unwrap();
         finished("made again", "shaders/a.comp");
 
-        // A folder that did not exist: its coming is told, and its files once it is watched.
+        // A folder that did not exist: the watcher reports its creation, and its files once it is watched.
         fs::create_dir(root.join("shaders/include")).unwrap();
         assert!(wait(&receiver, "shaders/include/new.glsl", FileActivity::Unknown));
         watcher.renew();

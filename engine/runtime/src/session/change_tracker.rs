@@ -21,7 +21,7 @@ pub(super) struct ChangeTracker {
 /// Which inputs a graph reads.
 struct Reads {
     graph: Arc<Graph>,
-    /// What clears each builtin that it does not read.
+    /// Clears each builtin that it does not read.
     unread: Vec<Clear>,
     keys: bool,
 }
@@ -50,8 +50,8 @@ impl Reads {
         }
     }
 
-    /// The builtins whose change changes the picture. Time does not count, nor does what earlier frames have left. Nor does an input that
-    /// the graph does not read: a key that moves no camera must not begin a sum again.
+    /// The builtins whose change changes the picture. Time does not count, and contents of earlier frames do not count either. An input
+    /// that the graph does not read does not count either: a key that moves no camera must not restart a sum.
     fn counted(&self, builtins: &Builtins) -> Builtins {
         let mut counted = Builtins {
             // The camera of the frame before follows the camera.
@@ -74,7 +74,7 @@ impl Reads {
     }
 }
 
-/// The builtins that tell a frame about changes.
+/// The builtins that report changes to a frame.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Changes {
     /// `frame.still`.
@@ -85,13 +85,14 @@ pub(super) struct Changes {
     pub(super) edited: u32,
 }
 
-/// What a picture depends on besides the time.
+/// The inputs of a picture besides the time.
 pub(super) struct Inputs<'a> {
     pub(super) world: &'a Arc<SessionWorld>,
-    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and what videos and sounds show.
+    /// The publication of a streamed world, the last edit in it, how often passes have moved instances, and the present texels of videos
+    /// and sounds.
     pub(super) versions: [u64; 4],
     pub(super) graph: &'a Arc<Graph>,
-    /// Those of the frame but for what the tracker tells it.
+    /// Those of the frame without the tracker's own.
     pub(super) builtins: &'a Builtins,
     /// The words of `input.keys`.
     pub(super) keys: &'a [u32; 24],
@@ -113,7 +114,7 @@ struct Last {
 }
 
 impl ChangeTracker {
-    /// Notes a frame, and gives what it is told.
+    /// Notes a frame, and returns its changes.
     pub(super) fn note(&mut self, inputs: &Inputs<'_>) -> Changes {
         let Inputs { world, versions, graph, builtins, keys, values, overrides, disabled } = *inputs;
         let reads = match &mut self.reads {

@@ -9,12 +9,12 @@ use crate::world::NOWHERE;
 /// No voxel is larger; a box that ends here ends nowhere.
 const EVERYWHERE: Bounds = Bounds { min: [-(1 << 31); 3], max: [(1 << 31) - 1; 3] };
 
-/// What has changed since the last frame ran.
+/// The changes since the last frame ran.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Changed {
     /// The box around all changes; `None`: nothing.
     bounds: Option<Bounds>,
-    /// More than can be told.
+    /// More than the list can hold.
     everywhere: bool,
     /// The publication of a streamed world that the last frame showed.
     version: u64,

@@ -1,13 +1,13 @@
-//! What passes count that should be 0, e.g. what found no room (`warnings` of a buffer): said once, until it has gone.
+//! Counts of passes that should be 0, e.g. of records without room (`warnings` of a buffer): each is reported once, until it has gone.
 
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::CounterReading;
 use raxel_graph::checked::{Graph, ResourceId, Warning};
 
-/// Frames that must have counted nothing before the same is said again. What random rays count comes and goes from frame to frame.
+/// The number of frames without a count before the same warning is reported again. Counts of random rays come and go from frame to frame.
 pub(super) const GONE: u32 = 60;
 
-/// What is counted in the graph that runs.
+/// The counted words of the running graph.
 #[derive(Default)]
 pub(super) struct CounterWarnings(Vec<Word>);
 
@@ -24,7 +24,7 @@ struct Word {
 }
 
 impl CounterWarnings {
-    /// Takes what a frame has counted.
+    /// Takes the counts of a frame.
     pub(super) fn note(&mut self, counted: CounterReading) {
         let CounterReading { resource, warning, count } = counted;
         let known = |word: &Word| (word.resource, word.warning) == (resource, warning);
@@ -39,7 +39,7 @@ impl CounterWarnings {
         self.0.retain(|word| word.none < GONE || !word.said);
     }
 
-    /// What was not said yet.
+    /// Warnings that were not reported yet.
     pub(super) fn take(&mut self, graph: &Graph) -> Vec<Diagnostic> {
         let say = |word: &mut Word| {
             let said = std::mem::replace(&mut word.said, true);
@@ -48,7 +48,7 @@ impl CounterWarnings {
         self.0.iter_mut().filter_map(say).collect()
     }
 
-    /// What is counted at the moment, with the count of the last frame that had any.
+    /// The present warnings, with the count of the last frame that had any.
     pub(super) fn current(&self, graph: &Graph) -> impl Iterator<Item = Diagnostic> {
         self.0.iter().filter_map(|word| word.diagnostic(graph, word.last))
     }

@@ -84,7 +84,7 @@ impl Session {
         self.playback.inputs.live.cursor = pixel.map(|pixel| self.viewport().to_output(pixel));
     }
 
-    /// What a person holds and turns, for the next frame. What a demo drives wins, until [`Session::take_over`].
+    /// The inputs that a person holds and turns, for the next frame. Inputs that a demo drives win, until [`Session::take_over`].
     pub fn inputs(&mut self) -> &mut Inputs {
         &mut self.playback.inputs.live
     }
@@ -107,8 +107,7 @@ impl Session {
         Ok(())
     }
 
-    /// Shows a debug target that a demo cannot change. At least one graph of the demo must have it. The other graphs show what they
-    /// present.
+    /// Shows a debug target that a demo cannot change. At least one graph of the demo must have it. The other graphs show their own target.
     pub fn hold_debug_target(&mut self, target: DebugTarget) -> Result<(), DebugTargetError> {
         let others = self.files.state.other_graphs.values().filter_map(|part| part.result.as_ref().ok());
         if !others.into_iter().any(|graph| target.resolve(graph).is_ok()) {
@@ -266,7 +265,7 @@ impl Session {
     }
 
     /// Lets the microphone hear a file of the project from the start of the session's time on, and silence after its end. None: it hears a
-    /// device again. The error says why the file cannot be read; the microphone then hears what it heard before.
+    /// device again. The error has the reason why the file cannot be read; the microphone then keeps its source.
     pub fn give_sound(&mut self, path: Option<&str>) -> Result<(), String> {
         let read = |path: &str| {
             let path = join("", path).ok_or_else(|| format!("`{path}` is not a path inside the project"))?;
@@ -349,7 +348,7 @@ impl Session {
         self.playback.demo.drives()
     }
 
-    /// What builds are to be made for.
+    /// The settings of builds.
     pub(super) fn build_settings(&self) -> BuildSettings {
         let shown = &self.renderer.shown;
         BuildSettings {

@@ -25,7 +25,7 @@ pub enum EditFailure {
     /// The device has no room for the edited world.
     #[error("{}", .diagnostics.first().map_or_else(String::new, |first| first.message.clone()))]
     TooLarge {
-        /// What the device refuses, one diagnostic for each buffer.
+        /// The refusals of the device, one diagnostic for each buffer.
         diagnostics: Vec<Diagnostic>,
     },
 }
@@ -199,7 +199,7 @@ impl Session {
         self.renderer.plans.forget();
         let made = self.plan_for(&self.renderer.graph.clone(), &self.selection_now());
         if made.is_err() {
-            // What was written of it already is not of the world before.
+            // The parts of it that were written already are not of the world before.
             self.renderer.context.sources.forget(&self.world.shown);
             self.world.shown = before;
             let _ = self.plan_for(&self.renderer.graph.clone(), &self.selection_now());

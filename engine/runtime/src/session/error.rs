@@ -27,7 +27,7 @@ pub enum OpenError {
 }
 
 impl OpenError {
-    /// What is wrong with files, and the texts that this points into.
+    /// Mistakes in files, and the texts that they point into.
     pub(super) fn of_files((diagnostics, texts): (Vec<Diagnostic>, SourceMap)) -> Self {
         Self::Project { diagnostics, texts: Box::new(texts) }
     }
@@ -66,7 +66,7 @@ pub enum FrameError {
     /// No plan can be made for a new size, debug target or condition. One frame returns this error; later frames run the old plan.
     #[error("{}", first(.diagnostics))]
     Plan {
-        /// What is wrong.
+        /// The mistakes.
         diagnostics: Vec<Diagnostic>,
         /// The texts that they point into.
         texts: Box<SourceMap>,

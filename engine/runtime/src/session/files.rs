@@ -1,4 +1,4 @@
-//! The files of a session: the project, what was loaded from it, and the thread that follows its edits.
+//! The files of a session: the project, the loaded files, and the thread that follows their edits.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,16 +11,16 @@ use crate::project::Project;
 use crate::reload::builder::{Outcome, Reloader};
 use crate::reload::project_state::{BuildSettings, ProjectFile, ProjectState};
 
-/// A project with what is loaded of it.
+/// A project with its loaded files.
 pub(super) struct ProjectFiles {
     pub project: Project,
     pub loader: Arc<Loader>,
     pub state: ProjectState,
-    /// Warnings of what runs.
+    /// Warnings of the running files.
     pub warnings: Vec<Diagnostic>,
-    /// The texts of what runs, which its warnings and places point into.
+    /// The texts of the running files, which their warnings and places point into.
     pub texts: SourceMap,
-    /// Rebuilds what edits change, where files are watched.
+    /// Rebuilds after edits, where files are watched.
     reloader: Option<Reloader>,
 }
 
@@ -31,7 +31,7 @@ impl ProjectFiles {
         Self { project, loader, state, warnings, texts, reloader: None }
     }
 
-    /// Watches the files from here on, and rebuilds what they change for these settings.
+    /// Watches the files from here on, and rebuilds for these settings.
     pub fn watch(&mut self, settings: BuildSettings, options: &Options) -> Result<(), OpenError> {
         let (root, waker) = (self.project.root(), options.waker.clone());
         let started = Reloader::start(root, self.loader.clone(), self.state.clone(), settings, options.poll, waker);
@@ -42,14 +42,14 @@ impl ProjectFiles {
         Ok(())
     }
 
-    /// What edits are to be built for from here on, if anything builds them.
+    /// Sets the settings of later builds, if anything builds them.
     pub fn set_settings(&self, settings: impl FnOnce() -> BuildSettings) {
         if let Some(reloader) = &self.reloader {
             reloader.set_settings(settings());
         }
     }
 
-    /// Loads another file in place of what runs. False where nothing builds it.
+    /// Loads another file in place of the running one. False where nothing builds it.
     pub fn open(&self, file: ProjectFile) -> bool {
         self.reloader.as_ref().map(|reloader| reloader.open(file)).is_some()
     }
@@ -74,7 +74,7 @@ impl ProjectFiles {
         (self.state, self.warnings, self.texts) = (state, warnings, texts);
     }
 
-    /// What is loaded cannot run.
+    /// The loaded files cannot run.
     pub fn open_error(&self, diagnostics: Vec<Diagnostic>) -> OpenError {
         OpenError::Project { diagnostics, texts: Box::new(self.texts.clone()) }
     }

@@ -1,4 +1,4 @@
-//! One frame, and what can be read of it.
+//! One frame, and reading its results.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -88,7 +88,7 @@ impl Session {
         self.renderer.executor.gpu_times()
     }
 
-    /// What each pass did in the last frame (ran, was skipped, and why), in the order of the plan's passes.
+    /// The outcome of each pass in the last frame (ran, was skipped, and why), in the order of the plan's passes.
     pub fn outcomes(&self) -> Vec<PassOutcome> {
         self.renderer.executor.outcomes(&self.renderer.off.passes)
     }
@@ -110,7 +110,7 @@ impl Session {
         self.recover(lost)
     }
 
-    /// Brings everything to the time of the next frame; gives what has changed with it.
+    /// Brings everything to the time of the next frame; returns the changes.
     fn begin(&mut self) -> Result<(FrameTime, Changes), FrameError> {
         let before = self.playback.clock.now();
         let time = self.playback.clock.tick(Instant::now());
@@ -170,7 +170,7 @@ impl Session {
         Ok((time, changes))
     }
 
-    /// Gives the frame the newest state of a streamed world; returns its version. A device that was lost is opened anew first.
+    /// Gives the frame the newest state of a streamed world; returns its version. A lost device is reopened first.
     fn begin_stream(&mut self, time: &FrameTime) -> Result<u64, FrameError> {
         let [width, height] = self.renderer.plans.running.output;
         let aspect = f64::from(width) / f64::from(height);
@@ -233,7 +233,7 @@ impl Session {
         }
     }
 
-    /// Makes the plan for what is wanted now, if the running one is for something else. What was refused is not tried again.
+    /// Makes the plan for the present settings, if the running one is for other ones. A refused plan is not tried again.
     fn replan(&mut self) -> Result<(), FrameError> {
         let wanted = self.selection_now();
         self.note_conditions();

@@ -26,7 +26,7 @@ impl Session {
         self.change_graph(&path)
     }
 
-    /// Lets another graph of the demo run. What no plan can be made for is said once, and the graph before runs on.
+    /// Lets another graph of the demo run. A graph without a possible plan is reported once, and the graph before runs on.
     fn change_graph(&mut self, path: &str) -> Result<bool, FrameError> {
         let graph = self.files.state.graph_at(path).and_then(|part| part.result.as_ref().ok()).cloned();
         let Some(graph) = graph else { return Ok(false) };

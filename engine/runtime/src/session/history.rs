@@ -1,4 +1,4 @@
-//! Whether what frames before left is there: `history.valid`.
+//! Whether the contents of earlier frames are there: `history.valid`.
 
 use raxel_execute::Histories;
 
@@ -14,7 +14,7 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Another frame begins: how far back the histories of what runs go, and whether one of them is cleared first.
+    /// Another frame begins: how far back the running histories go, and whether one of them is cleared first.
     pub fn begin(&mut self, known: Histories) {
         self.depth = known.depth;
         if known.cleared {
@@ -27,12 +27,12 @@ impl History {
         self.frames = self.frames.saturating_add(1);
     }
 
-    /// What is carried from frame to frame starts over.
+    /// Resources that are carried from frame to frame start over.
     pub fn reset(&mut self) {
         self.frames = 0;
     }
 
-    /// Whether every history holds what frames have left there; never in the first frame.
+    /// Whether every history holds contents of frames; never in the first frame.
     pub fn is_valid(&self) -> bool {
         self.frames >= self.depth.max(1)
     }

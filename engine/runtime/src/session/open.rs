@@ -58,7 +58,7 @@ impl Session {
         Self::start(options, ProjectFiles::new(project, loader, state), device)
     }
 
-    /// Runs what was loaded.
+    /// Runs the loaded files.
     pub(super) fn start(
         options: Options,
         mut files: ProjectFiles,
@@ -71,7 +71,7 @@ impl Session {
             _ => return Err(files.open_error(files.warnings.clone())),
         };
         let demo = files.state.demo.as_ref().and_then(|demo| demo.result.clone().ok());
-        // What was asked for by name must be there; later, after an edit, it may be missing.
+        // Resources that were asked for by name must be there; later, after an edit, they may be missing.
         options.debug_target.resolve(&graph)?;
         for name in &options.pinned {
             DebugTarget::resource(name).resolve(&graph)?;
@@ -79,7 +79,7 @@ impl Session {
 
         let mut editing = Editing::new(world.clone());
         match &demo {
-            // A demo shows the same everywhere, and so it begins with what the world's file builds.
+            // A demo shows the same everywhere, and so it begins with the voxels of the world's file.
             Some(demo) => editing.set_script(demo.script(editing.scene())),
             None => {
                 files.warnings.extend(editing.open_save(files.project.root(), &**files.loader.files(), options.saves));
@@ -151,7 +151,7 @@ fn load(
     device: Option<Arc<Device>>,
 ) -> Result<(ProjectState, Result<Arc<Device>, raxel_gpu::Error>), OpenError> {
     if options.demo.is_none() && (options.graph.is_none() || options.world.is_none()) {
-        // It says which they are.
+        // The mistakes come from there.
         project.manifest().map_err(OpenError::of_files)?;
     }
     let named = |path: &Option<std::path::PathBuf>| path.as_ref().map(|path| project.path_of(path)).transpose();
@@ -199,7 +199,7 @@ fn load(
     let named = Named { graph: options.graph.is_some(), world: options.world.is_some() };
     let other_graphs = BTreeMap::new();
     let mut state = ProjectState { graph_path, world_path, demo_path, graph, other_graphs, world, demo, named };
-    // The other graphs of the demo; what it names and is missing is pointed at where it is named.
+    // The other graphs of the demo; a missing one is reported at the place of its name.
     state.follow_demo(loader);
     Ok((state, device))
 }

@@ -1,4 +1,4 @@
-//! What a session opens, and how.
+//! The files of a session, and its settings.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::manifest::Manifest;
 use crate::project::Project;
 use crate::reload::Waker;
 
-/// What a session opens, and how. Start from [`Options::default`] and change what you need.
+/// The files of a session, and its settings. Start from [`Options::default`] and change some fields.
 #[derive(Clone)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own, named where it is set")]
 pub struct Options {
@@ -40,7 +40,7 @@ pub struct Options {
     pub debug_target: DebugTarget,
     /// Names of resources that stay readable at the end of a frame, besides the one shown.
     pub pinned: Vec<String>,
-    /// What else can be read: everything, or, for speed, only the resource shown. Frames compute the same either way.
+    /// Other resources that can be read: all, or, for speed, only the shown one. Frames compute the same either way.
     pub observe: Observe,
     /// How raxel reports a binding, a block or a member that the graph gives and the shader does not use. With a warning, you can comment
     /// out a term of a shader and put it back without a loss of state.
@@ -59,7 +59,7 @@ pub struct Options {
     pub alias: bool,
     /// Longest time in which the device may finish no pass before it counts as lost. A software device gets six times as long.
     pub watchdog: Duration,
-    /// What to do with the save of a world.
+    /// The use of the save of a world.
     pub saves: Saves,
     /// Which options the project's manifest may set; its mistakes are then errors. `None`: the manifest sets only the default graph and
     /// world.

@@ -1,4 +1,4 @@
-//! Which plan runs, which is wanted, and which cannot be made.
+//! The running plan, the selection that it should have, and the one that cannot be made.
 
 use std::sync::Arc;
 
@@ -14,14 +14,14 @@ const MOST_KEPT: usize = 16;
 
 /// The plans of one graph over one world.
 pub(super) struct Plans {
-    /// What the running plan was made for.
+    /// The inputs of the running plan.
     pub running: Selection,
     kept: Vec<(Selection, Arc<Plan>)>,
-    /// What no plan could be made for; said once, and not tried again unless the device refused it.
+    /// The selection that has no possible plan; reported once, and not tried again unless the device refused it.
     refused: Option<Selection>,
-    /// When what the device refused is tried again.
+    /// The time of the next try after a refusal of the device.
     retry: Retry,
-    /// The graph of the demo that no plan could be made for; said once, and not tried again until an edit.
+    /// The graph of the demo that has no possible plan; reported once, and not tried again until an edit.
     pub refused_graph: Option<String>,
     /// Something was changed that a plan depends on.
     pub stale: bool,
@@ -58,12 +58,12 @@ impl Plans {
         self.kept.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone())
     }
 
-    /// Plans that were made for other sizes of what they bind hold no longer.
+    /// Plans for other sizes of their bound resources are stale.
     pub fn forget(&mut self) {
         self.kept.clear();
     }
 
-    /// On another device, what was refused may be possible.
+    /// On another device, a refused plan may be possible.
     pub fn allow(&mut self) {
         self.refused = None;
     }
@@ -73,7 +73,7 @@ impl Plans {
         (self.refused, self.refused_graph) = (None, None);
     }
 
-    /// Whether no plan could be made for what is wanted.
+    /// Whether the present selection has no possible plan.
     pub fn is_refused(&self) -> bool {
         self.refused.is_some()
     }
@@ -113,7 +113,7 @@ impl Plans {
         (self.refused, self.retry) = (None, Retry::default());
     }
 
-    /// No plan can be made for what is wanted. True when that is to be said; memory may be free later.
+    /// The present selection has no possible plan. True if that must be reported; memory may be free later.
     pub fn refuse(&mut self, wanted: Selection, error: &BuildError) -> bool {
         let again = self.refused.as_ref() == Some(&wanted);
         let first = !matches!(error, BuildError::Device(_)) || self.retry.refused();

@@ -1,4 +1,4 @@
-//! What a frame is told apart from its world: the time, the camera, and the values of params, as the user and a demo want them.
+//! The inputs of a frame apart from its world: the time, the camera, and the values of params, as the user and a demo set them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::world::SessionWorld;
 
 use super::members::find_member;
 
-/// The clock, and what follows it.
+/// The clock, and everything that follows it.
 pub(super) struct Playback {
     pub clock: Clock,
     pub view: CameraView,
@@ -26,7 +26,7 @@ pub(super) struct Playback {
     pub microphone: Microphone,
     pub params: ParamValues,
     pub demo: DemoPlayback,
-    /// What notes the frames of a take.
+    /// Records the frames of a take.
     pub take: Option<Recorder>,
 }
 
@@ -57,15 +57,15 @@ pub(super) struct DemoPlayback {
     pub demo: Option<Arc<Demo>>,
     /// The user moved: the demo no longer drives.
     pub taken_over: bool,
-    /// What it wanted shown in the last frame.
+    /// The target that it asked for in the last frame.
     pub target: Option<DebugTarget>,
-    /// It does not change what is shown.
+    /// It does not change the shown target.
     pub target_held: bool,
     /// The param that it does not drive at the moment: somebody moves it.
     pub released: Option<String>,
 }
 
-/// What a demo changes from one frame to the next, besides camera and params.
+/// The changes that a demo makes from one frame to the next, besides camera and params.
 #[derive(Default)]
 pub(super) struct Followed {
     /// There is no way from the last picture to this one.
@@ -106,7 +106,7 @@ impl Playback {
             self.params.shown[id.0 as usize] = value;
         }
         followed.cut = before.is_some_and(|before| demo.cuts_between(before, time));
-        // A demo changes what is shown at its keys, not in between: a choice of the user's stays until the next key.
+        // A demo changes the shown target at its keys, not in between: a choice of the user's stays until the next key.
         let target = demo.debug_target(time);
         if self.demo.target.as_ref() != target && !self.demo.target_held {
             let target = target.cloned();
@@ -116,7 +116,7 @@ impl Playback {
         followed
     }
 
-    /// Brings the inputs to a time: what a demo drives, over what is held. `before` is the time of the last frame.
+    /// Brings the inputs to a time: the demo's, over the live ones. `before` is the time of the last frame.
     pub fn follow_inputs(&mut self, before: Option<Moment>, time: Moment, output: [u32; 2]) {
         let fixed = matches!(self.clock.pace(), Pace::Fixed(_)) || self.demo.drives();
         self.inputs.advance(fixed.then(|| time.seconds()));
@@ -131,7 +131,7 @@ impl Playback {
         inputs.lay_over(&mut self.inputs.shown, before, local, scale);
     }
 
-    /// Brings the microphone to a time: to the file of a demo that drives, or to what else it hears.
+    /// Brings the microphone to a time: to the file of a demo that drives, or to its other source.
     pub fn follow_microphone(&mut self, time: Moment) {
         let demo = self.demo.driving().and_then(|demo| Some((&demo.heard.as_ref()?.samples, demo.local_time(time))));
         self.microphone.follow(time.seconds(), demo);
@@ -221,7 +221,7 @@ impl CameraView {
         self.previous = self.camera;
     }
 
-    /// What shaders are told of the time, the view and the bounds of the world.
+    /// The shaders' inputs about time, view and the bounds of the world.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "shaders get 32-bit floats, and the number of the frame modulo 2³²"

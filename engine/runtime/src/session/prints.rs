@@ -1,5 +1,5 @@
-//! What passes print (`debugPrintfEXT`), assertions of shaders that fail (`rx_assert`), and accesses out of bounds: each an error that is said
-//! once, until it is gone.
+//! Prints of passes (`debugPrintfEXT`), assertions of shaders that fail (`rx_assert`), and accesses out of bounds: each an error that is
+//! reported once, until it is gone.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ const MOST_WAITING: usize = 65_536;
 /// Frames whose prints may still come.
 const MOST_FRAMES: usize = 8;
 
-/// What the passes of a session have printed.
+/// The prints of the passes of a session.
 pub(super) struct Prints {
     /// The numbers that the executor and the session have for the newest frames.
     frames: VecDeque<(u64, u64)>,
@@ -23,7 +23,7 @@ pub(super) struct Prints {
     since: u64,
     waiting: VecDeque<PassPrints>,
     waiting_lines: usize,
-    /// What each pass has printed when it ran last.
+    /// The prints of each pass when it ran last.
     latest: Vec<PassPrints>,
     failing: Vec<Failing>,
 }
@@ -41,7 +41,7 @@ struct Failing {
     said: bool,
 }
 
-/// What can fail.
+/// Things that can fail.
 #[derive(Clone, PartialEq)]
 enum Failed {
     Assertion(Call),
@@ -81,7 +81,7 @@ impl Prints {
         self.frames.push_back((executed, frame));
     }
 
-    /// Takes what a pass has printed in a frame.
+    /// Takes the prints of a pass in a frame.
     pub(super) fn note(&mut self, mut prints: PassPrints) {
         let executed = prints.frame;
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);
@@ -134,7 +134,7 @@ impl Prints {
         }
     }
 
-    /// The failures that were not said yet.
+    /// Failures that were not reported yet.
     pub(super) fn take_failed(&mut self) -> Vec<Diagnostic> {
         let say = |failing: &mut Failing| {
             let said = std::mem::replace(&mut failing.said, true);
@@ -143,13 +143,13 @@ impl Prints {
         self.failing.iter_mut().filter_map(say).collect()
     }
 
-    /// What waits to be taken.
+    /// The waiting prints.
     pub(super) fn take(&mut self) -> Vec<PassPrints> {
         self.waiting_lines = 0;
         std::mem::take(&mut self.waiting).into()
     }
 
-    /// What each pass has printed when it ran last.
+    /// The prints of each pass when it ran last.
     pub(super) fn latest(&self) -> &[PassPrints] {
         &self.latest
     }

@@ -1,4 +1,4 @@
-//! What can be read of the last frame.
+//! Reading the last frame.
 
 use std::ops::Range;
 

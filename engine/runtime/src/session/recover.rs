@@ -40,7 +40,7 @@ impl Budget {
 }
 
 impl Session {
-    /// Opens the device anew and switches off the pass that ran when it was lost. Contents of targets and buffers start at `init`.
+    /// Reopens the device and switches off the pass that ran when it was lost. Contents of targets and buffers start at `init`.
     pub(super) fn recover(&mut self, lost: ExecuteError) -> Result<(), FrameError> {
         let began = Instant::now();
         let suspect = match &lost {

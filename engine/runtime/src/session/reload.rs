@@ -30,18 +30,18 @@ impl Session {
         self.take_outcomes(outcomes)
     }
 
-    /// Opens another graph, world or demo of the project in place of what runs, on another thread: [`Session::poll_reload`] tells how that went,
-    /// as of an edit. Until the file is right, what ran before runs on, and edits of the new file are followed. A graph runs over the world
-    /// that is shown, a world under the graph that runs, and either ends the demo. False where files are not watched
+    /// Opens another graph, world or demo of the project in place of the running one, on another thread: [`Session::poll_reload`] reports
+    /// the result, as of an edit. Until the file is right, the old one runs on, and edits of the new file are followed. A graph runs over
+    /// the world that is shown, a world under the graph that runs, and either ends the demo. False where files are not watched
     /// ([`super::Options::watch`]): nothing is opened.
     pub fn open_file(&mut self, file: ProjectFile) -> bool {
         self.files.open(file)
     }
 
     /// Compiles all shaders again with checks of the bounds of their accesses to arrays and images, or without them, on another thread:
-    /// [`Session::poll_reload`] tells how that went, as of an edit. Passes compute the same either way; with checks they are slower, and
+    /// [`Session::poll_reload`] reports the result, as of an edit. Passes compute the same either way; with checks they are slower, and
     /// accesses out of bounds come with [`Session::take_messages`] and [`Session::counted`]. False where files are not watched
-    /// ([`super::Options::watch`]): then only [`super::Options::check_bounds`] says whether shaders have checks.
+    /// ([`super::Options::watch`]): then only [`super::Options::check_bounds`] decides whether shaders have checks.
     pub fn check_bounds(&mut self, on: bool) -> bool {
         self.files.check_bounds(on)
     }
@@ -67,7 +67,7 @@ impl Session {
         std::mem::take(&mut self.events)
     }
 
-    /// Makes an edit what runs.
+    /// Makes an edit the running state.
     fn adopt(&mut self, ready: Ready) -> ReloadEvent {
         let Ready { generation, changed, rebuilt, mut state, selection, context, prepared, since, stages } = ready;
         // The demo may have changed the graph since the build began.
@@ -151,8 +151,7 @@ impl Session {
         })
     }
 
-    /// The edits of the world that is to run, where they are others than those of the world that runs; the world with them, if there are any; and
-    /// what is to be said.
+    /// The edits of the next world, if they differ from those of the running one; the world with them, if there are any; and messages.
     fn editing_of(
         &mut self,
         state: &ProjectState,
@@ -164,7 +163,7 @@ impl Session {
             return (None, edited, found);
         }
         let mut editing = Editing::new(base.clone());
-        // A demo shows the same everywhere, and so it begins with what the world's file builds.
+        // A demo shows the same everywhere, and so it begins with the voxels of the world's file.
         let found = match &state.demo_path {
             Some(_) => Vec::new(),
             None => editing.open_save(self.files.project.root(), &**self.files.loader.files(), self.options.saves),

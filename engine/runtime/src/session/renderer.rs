@@ -1,4 +1,4 @@
-//! What runs on the device: a graph, its plan, and the part of it that is shown.
+//! The running part on the device: a graph, its plan, and the part of it that is shown.
 
 use std::sync::Arc;
 
@@ -32,17 +32,17 @@ pub(super) struct Renderer {
     pub off: SwitchedOff,
     pub history: History,
     pub still: ChangeTracker,
-    /// What passes count that should be 0.
+    /// Counts of passes that should be 0.
     pub counters: CounterWarnings,
     pub prints: Prints,
 }
 
-/// What of a graph is shown, and how large.
+/// The shown part of a graph, and its size.
 pub(super) struct Shown {
     pub viewport: Viewport,
-    /// What the user wants shown.
+    /// The resource that the user shows.
     pub debug_target: DebugTarget,
-    /// How, instead of as the graph says.
+    /// How, instead of the graph's way.
     pub display: Option<Display>,
     /// Which part of it.
     pub region: Region,
@@ -129,7 +129,7 @@ impl Renderer {
     }
 }
 
-/// How many times the watchdog's limit a device is given. A software device honestly takes as long for what would be a hang of a GPU.
+/// How many times the watchdog's limit a device is given. A software device may honestly take as long as a GPU that hangs.
 pub(super) fn patience(device: &raxel_gpu::Device) -> u32 {
     if device.capabilities().kind == raxel_gpu::DeviceKind::Cpu { 6 } else { 1 }
 }

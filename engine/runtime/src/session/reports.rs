@@ -1,4 +1,4 @@
-//! What passes report to the user: prints, counters that should be 0, and failed assertions.
+//! Reports of passes to the user: prints, counters that should be 0, and failed assertions.
 
 use raxel_diagnostics::Diagnostic;
 use raxel_execute::PassPrints;
@@ -7,14 +7,14 @@ use super::Session;
 use super::renderer::Renderer;
 
 impl Session {
-    /// What passes have printed in frames that the device has finished, since the last call; frame after frame. 65,536 lines wait for
-    /// this call; older ones are lost. Assertions that fail come with [`Session::take_messages`].
+    /// The prints of passes in frames that the device has finished, since the last call; frame after frame. 65,536 lines wait for this
+    /// call; older ones are lost. Assertions that fail come with [`Session::take_messages`].
     pub fn take_prints(&mut self) -> Vec<PassPrints> {
         self.renderer.note_reports();
         self.renderer.prints.take()
     }
 
-    /// What each pass of the running graph has printed when it ran last, if it printed something then.
+    /// The prints of each pass of the running graph when it ran last, if it printed something then.
     pub fn printed(&self) -> &[PassPrints] {
         self.renderer.prints.latest()
     }
@@ -24,14 +24,14 @@ impl Session {
         self.renderer.has_prints()
     }
 
-    /// What passes count at the moment that should be 0, with the count of the last frame that had any: each for as long as it has not been
-    /// 0 for 60 frames. Then the assertions of shaders that fail, for as long as they have not held for 60 frames.
+    /// Present counts of passes that should be 0, with the count of the last frame that had any: each for as long as it has not been 0 for
+    /// 60 frames. Then the assertions of shaders that fail, for as long as they have not held for 60 frames.
     pub fn counted(&self) -> Vec<Diagnostic> {
         let Renderer { counters, prints, graph, .. } = &self.renderer;
         counters.current(graph).chain(prints.failing()).collect()
     }
 
-    /// Has said what was counted and which assertions have failed, if it was not said yet.
+    /// Reports counts and failed assertions that were not reported yet.
     pub(super) fn say_reports(&mut self) {
         for message in self.renderer.take_reports() {
             self.world.editing.say(message);
@@ -40,7 +40,7 @@ impl Session {
 }
 
 impl Renderer {
-    /// Notes what finished frames have counted and printed. Waits for none.
+    /// Notes the counts and prints of finished frames. Waits for none.
     pub(super) fn note_reports(&mut self) {
         for counted in self.executor.take_counted() {
             self.counters.note(counted);
@@ -50,7 +50,7 @@ impl Renderer {
         }
     }
 
-    /// What was not said yet.
+    /// Reports that were not made yet.
     fn take_reports(&mut self) -> Vec<Diagnostic> {
         self.note_reports();
         let mut found = self.counters.take(&self.graph);
@@ -58,7 +58,7 @@ impl Renderer {
         found
     }
 
-    /// Another graph runs, or the session starts over: what passes still report is reported again.
+    /// Another graph runs, or the session starts over: present reports are made again.
     pub(super) fn forget_reports(&mut self) {
         self.counters.forget();
         self.prints.forget();

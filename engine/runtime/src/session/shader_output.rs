@@ -1,4 +1,4 @@
-//! What passes write for the runtime to take (`source = "world.edits"`, `source = "world.poses"`): copied at the end of the frame that wrote
+//! Buffers of passes that the runtime takes (`source = "world.edits"`, `source = "world.poses"`): copied at the end of the frame that wrote
 //! it, taken before the next frame but one.
 
 use std::collections::VecDeque;
@@ -16,17 +16,17 @@ use super::{FrameError, Session};
 use crate::sources::{EDITS, WrittenPoses, instance_frames};
 
 /// Frames from one that writes something to the first that can show it. A frame waits for the device to have finished the frame before the
-/// last in any case, so that the copy costs no further wait, and what a film shows does not depend on the time.
+/// last in any case, so that the copy costs no further wait, and the picture of a film does not depend on the time.
 const FRAMES: u64 = 2;
 
-/// What a buffer is for.
+/// The purpose of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
     Edits,
     Poses,
 }
 
-/// What frames have written and the world does not have yet, and the poses that they have written so far.
+/// Edits that frames have written and the world does not have yet, and the poses that they have written so far.
 #[derive(Default)]
 pub(super) struct ShaderOutput {
     /// Frames run.
@@ -44,12 +44,12 @@ struct Ticket {
     bytes: ReadTicket<Vec<u8>>,
 }
 
-/// What was said of the last records, that some are wrong and that some are lost: what goes on from frame to frame is said once.
+/// Reports about the last records, that some are wrong and that some are lost: a state that lasts from frame to frame is reported once.
 #[derive(Default)]
 struct Said([bool; 2]);
 
 impl ShaderOutput {
-    /// Another device: what is on its way is lost.
+    /// Another device: records on their way are lost.
     pub(super) fn forget(&mut self) {
         self.tickets.clear();
     }
@@ -60,7 +60,7 @@ impl ShaderOutput {
         self.poses.forget();
     }
 
-    /// After a frame: asks for what its passes have written.
+    /// After a frame: asks for the output of its passes.
     pub(super) fn request(&mut self, renderer: &mut Renderer) -> Result<(), ExecuteError> {
         let frame = self.frames;
         self.frames += 1;
@@ -90,7 +90,7 @@ impl ShaderOutput {
 }
 
 impl Said {
-    /// Messages that were not said of the records before.
+    /// Messages that the records before did not have.
     fn only_new(&mut self, found: [Option<Diagnostic>; 2]) -> impl Iterator<Item = Diagnostic> + use<> {
         let before = std::mem::replace(&mut self.0, found.each_ref().map(Option::is_some));
         found.into_iter().zip(before).filter_map(|(message, said)| message.filter(|_| !said))
@@ -98,13 +98,13 @@ impl Said {
 }
 
 impl Session {
-    /// Where the instances of the world stand in the last frame: by the world's file, params, and what passes have written.
+    /// The poses of the world's instances in the last frame: by the world's file, params, and records of passes.
     pub fn instance_frames(&self) -> Vec<Frame> {
         let (instances, values) = (self.world.shown.instances(), &self.playback.params.shown);
         instance_frames(instances, &self.renderer.graph, values, self.world.output.poses())
     }
 
-    /// Before a frame: takes what is due.
+    /// Before a frame: takes the due records.
     pub(super) fn take_output(&mut self) -> Result<(), FrameError> {
         while let Some(ticket) = self.world.output.due() {
             match self.renderer.executor.redeem(&ticket.bytes) {
@@ -149,7 +149,7 @@ impl WorldState {
     }
 }
 
-/// Whether a pass that writes a resource was dispatched in the last frame. One that was not would have written what it did before.
+/// Whether a pass that writes a resource was dispatched in the last frame. One that was not would have written the same as before.
 fn has_written(renderer: &Renderer, resource: ResourceId) -> bool {
     let Some(plan) = renderer.executor.plan() else { return false };
     let outcomes = renderer.executor.outcomes(&renderer.off.passes);

@@ -17,7 +17,7 @@ impl SwitchedOff {
         self.suspects.push(suspect);
     }
 
-    /// Finds the passes in the graph that runs: those that are still what they were when they were suspected.
+    /// Finds the passes in the running graph that are unchanged since they were suspected.
     pub fn find(&mut self, graph: &Graph, executor: &Executor) {
         self.suspects.retain(|suspect| runs(executor, suspect));
         self.passes = self.suspects.iter().flat_map(|suspect| graph.cases(&suspect.declared)).collect();
@@ -29,7 +29,7 @@ impl SwitchedOff {
     }
 }
 
-/// Whether a pass of the running plan is still what it was when it was suspected.
+/// Whether a pass of the running plan is unchanged since it was suspected.
 pub(super) fn runs(executor: &Executor, suspect: &Suspect) -> bool {
     let planned = executor.plan().map(|plan| &plan.graph);
     let pass = planned.and_then(|graph| Some((graph, graph.find_pass(&suspect.pass)?)));

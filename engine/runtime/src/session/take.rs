@@ -5,7 +5,7 @@ use crate::clock::FrameTime;
 use crate::take::{Ended, Recorder, Scene, Take, TakeError, Told};
 
 impl Session {
-    /// Starts over ([`Session::reset`]), and notes what each frame is told from then on.
+    /// Starts over ([`Session::reset`]), and records the inputs of each frame from then on.
     pub fn record(&mut self) -> Result<(), TakeError> {
         if self.playback.take.is_some() {
             return Err(TakeError::Recording);
@@ -23,7 +23,7 @@ impl Session {
         self.playback.take.as_ref().map(|take| (take.seconds(), take.ended()))
     }
 
-    /// The take so far, as the demo `NAME.demo.toml`. What its graph heard is the sound `NAME.wav` beside it.
+    /// The take so far, as the demo `NAME.demo.toml`. The sound that its graph heard is `NAME.wav` beside it.
     pub fn take(&self, name: &str) -> Result<Take, TakeError> {
         let recorder = self.playback.take.as_ref().ok_or(TakeError::NotRecording)?;
         recorder.finish(&self.renderer.graph, name)
@@ -34,7 +34,7 @@ impl Session {
         self.playback.take = None;
     }
 
-    /// Notes what the frame at this time is told.
+    /// Records the inputs of the frame at this time.
     pub(super) fn note_take(&mut self, time: &FrameTime) {
         let (size, hears) = (self.size(), self.hears_microphone());
         let Some(take) = &mut self.playback.take else { return };

@@ -17,7 +17,7 @@ use crate::reload::ReloadEvent;
 use crate::reload::mend::{Change, MendWatch};
 use crate::reload::project_state::ProjectState;
 
-/// What runs meanwhile: no pass, over the empty world.
+/// The graph that runs meanwhile: no pass, over the empty world.
 const NOTHING: &str = r#"
 name = "nothing"
 present = "nothing"
@@ -26,10 +26,10 @@ format = "rgba8"
 init = [0.0, 0.0, 0.0, 1.0]
 "#;
 
-/// What is to be opened, and why it is not.
+/// The files to open, and the reason why they are not open.
 pub(super) struct Waiting {
     options: Options,
-    /// What is wrong, as it was told last.
+    /// The mistakes, as reported last.
     found: Vec<Diagnostic>,
     watch: MendWatch,
 }
@@ -69,8 +69,8 @@ impl Session {
         Ok(session)
     }
 
-    /// Opens the files again if they have changed, and waits for that at most so long, or until there is something to tell. The window keeps
-    /// its size.
+    /// Opens the files again if they have changed, and waits for that at most `at_most`, or until there is something to report. The window
+    /// keeps its size.
     pub(super) fn try_again(&mut self, at_most: Duration) {
         let until = Instant::now() + at_most;
         while let Some(waiting) = self.waiting.as_ref().filter(|_| self.events.is_empty()) {

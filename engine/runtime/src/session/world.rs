@@ -1,4 +1,4 @@
-//! The world of a session: its newest voxels, its edits, and what passes make of it.
+//! The world of a session: its newest voxels, its edits, and the output of passes for it.
 
 use std::sync::Arc;
 
@@ -17,13 +17,13 @@ pub(super) struct WorldState {
     pub editing: Editing,
     /// Where it has changed since the last frame.
     pub changed: Changed,
-    /// What passes write for it.
+    /// The output of passes for it.
     pub output: ShaderOutput,
 }
 
-/// What a change of the world asks of its plan.
+/// The change of its plan that a change of the world requires.
 pub(super) enum Edited {
-    /// Nothing: what is bound stays.
+    /// Nothing: bound resources stay.
     InPlace,
     /// To look whether another one is needed.
     Checked,
@@ -46,7 +46,7 @@ impl WorldState {
             return Edited::InPlace;
         }
         if self.shown.streamed().is_some() {
-            // Its tiles have the edit already, and neither its size nor its materials change.
+            // Its tiles have the edit already, and its size and its materials stay the same.
             let chunks: Vec<ChunkPos> = changes.iter().map(|(pos, _)| *pos).collect();
             on_device.edit_streamed(&self.shown, &chunks);
             // Coarser tiles follow, and when, is not known here.

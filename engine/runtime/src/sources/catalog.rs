@@ -13,7 +13,7 @@ use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use super::SourceName;
 use super::file::FileSources;
 
-/// The name under which graphs declare what their passes do to the world.
+/// The name under which graphs declare their edits of the world.
 pub const EDITS: &str = "world.edits";
 
 /// The name under which graphs declare where their passes put instances.
@@ -79,12 +79,12 @@ fn described(name: &SourceName) -> SourceLayout {
     }
 }
 
-/// What passes write to edit the world.
+/// Records of passes that edit the world.
 fn edits() -> SourceLayout {
     written(EDITS, "RxEdits", records::HEADER_WORDS, records::BYTES)
 }
 
-/// What passes write to move instances.
+/// Records of passes that move instances.
 fn poses() -> SourceLayout {
     written(POSES, "RxPoses", poses::HEADER_WORDS, poses::BYTES)
 }

@@ -1,4 +1,4 @@
-//! What a graph wants of a world's file that is not there, as far as no device is needed to say it.
+//! A graph's needs that the file of its world lacks, as far as they show without a device.
 
 use raxel_diagnostics::names::{closest, list};
 use raxel_diagnostics::{Diagnostic, codes};

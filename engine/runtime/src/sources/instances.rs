@@ -1,4 +1,4 @@
-//! The instances of a world on the device: where they stand follows from params, and from what passes have written.
+//! The instances of a world on the device: their poses follow from params, and from records of passes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub struct WrittenPoses {
 }
 
 impl WrittenPoses {
-    /// Takes what a frame has written.
+    /// Takes the records of a frame.
     pub fn take(&mut self, poses: &[(usize, Option<Pose>)]) {
         for &(index, pose) in poses {
             if self.by_instance.len() <= index {
@@ -49,7 +49,7 @@ impl WrittenPoses {
     }
 }
 
-/// Where the instances of a world stand, by what passes have written and by the params of a graph.
+/// The poses of a world's instances, by records of passes and by the params of a graph.
 pub fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &WrittenPoses) -> Vec<Frame> {
     instances.frames_with(&written.by_instance, |param| {
         let id = graph.find_param(param)?;
@@ -62,7 +62,7 @@ pub fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &
 pub struct LiveInstances {
     instances: Instances,
     buffer: InstanceBuffer,
-    /// Where they stand in what was last written.
+    /// Their poses in the last write.
     shown: Vec<Frame>,
     /// The graph, the values of its params and the state of the written poses that this follows from; `None` before the first frame.
     followed: Option<(Arc<Graph>, Vec<Value>, u64)>,
@@ -110,7 +110,7 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// What is wrong with moving the instances of a world by the params of a graph that binds them as `resource`.
+/// The mistakes in moving the instances of a world by the params of a graph that binds them as `resource`.
 pub fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Diagnostic> {
     let motions = world.instances().list.iter().flat_map(|instance| &instance.motions);
     let needed: BTreeSet<&str> = motions.filter(|m| m.default.is_none()).map(|m| m.param.as_str()).collect();

@@ -37,7 +37,7 @@ impl SourceName {
         }
     }
 
-    /// The layout of the session's world, if that is what it names.
+    /// The layout of the session's world, if it names one.
     pub fn world_layout(text: &str) -> Option<Layout> {
         match Self::parse(text)? {
             Self::World(layout) => Some(layout),

@@ -1,5 +1,5 @@
-//! What is on a device of the sources. Each device has its own [`OnDevice`], so that nothing of a lost device is ever taken for
-//! something of the next one.
+//! The sources on a device. Each device has its own [`OnDevice`], so that nothing of a lost device is ever taken for something of the next
+//! one.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -24,7 +24,7 @@ use super::video::Player;
 use crate::build_error::BuildError;
 use crate::world::{SessionWorld, WorldIdentity};
 
-/// The sources of one device. What belongs to a world or a file goes when that does, as soon as no plan uses it any more.
+/// The sources of one device. Sources of a world or a file are dropped with it, as soon as no plan uses them any more.
 #[derive(Debug, Default)]
 pub struct OnDevice {
     entries: Mutex<Vec<Entry>>,
@@ -36,13 +36,13 @@ pub struct OnDevice {
 struct Entry {
     key: Key,
     source: Arc<ExternalResource>,
-    /// What brings it, if it is a streamed world.
+    /// The stream that fills it, if it is a streamed world.
     stream: Option<Arc<WorldStream>>,
-    /// What follows edits of the world, or its params.
+    /// The part that follows edits of the world, or its params.
     live: Option<Live>,
 }
 
-/// What a source follows between frames.
+/// The changes that a source follows between frames.
 #[derive(Debug)]
 enum Live {
     Edits(Box<LiveLayout>),
@@ -53,7 +53,7 @@ enum Live {
     Sound(Box<Listener>),
 }
 
-/// What a source on the device was made from.
+/// The origin of a source on the device.
 #[derive(Clone, Debug)]
 enum Key {
     /// Voxels of a world in a layout; those that fill copies apart from those that are only read.
@@ -90,7 +90,7 @@ impl OnDevice {
         Self { live, ..Self::default() }
     }
 
-    /// What brings a streamed world, if a plan has bound it.
+    /// The stream of a streamed world, if a plan has bound it.
     pub fn stream(&self, world: &SessionWorld) -> Option<Arc<WorldStream>> {
         world.streamed()?;
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
@@ -100,7 +100,7 @@ impl OnDevice {
         entries.iter().filter(of_world).find_map(|entry| entry.stream.clone())
     }
 
-    /// What supplies a resource, or fills a copy: encoded and uploaded at its first use. `None` for a resource of the graph's own.
+    /// The source of a resource, or of a copy: encoded and uploaded at its first use. `None` for a resource of the graph's own.
     pub fn supply(
         &self,
         resource: &Resource,
@@ -185,7 +185,7 @@ impl OnDevice {
     }
 
     /// Follows an edit, after which the world is `world`. Encodings that can are written in place, before the next frame; the others are
-    /// dropped, to be made anew. True when one was dropped.
+    /// dropped, to be made again. True when one was dropped.
     pub fn edit(&self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let before = entries.len();
@@ -233,8 +233,8 @@ impl OnDevice {
         }
     }
 
-    /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding takes.
-    /// `microphone` is what the frame hears. Gives a number that differs where other texels are shown, and what has gone wrong.
+    /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding
+    /// takes. `microphone` is the sound that the frame hears. Returns a number that differs where other texels are shown, and messages.
     pub fn play(&self, seconds: f64, waits: bool, microphone: &Heard<'_>) -> (u64, Vec<Diagnostic>) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut shown, mut wrong) = (0_u64, Vec::new());
@@ -256,13 +256,13 @@ impl OnDevice {
         (shown, wrong)
     }
 
-    /// Drops what there is of a world.
+    /// Drops everything of a world.
     pub fn forget(&self, world: &SessionWorld) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         entries.retain(|entry| !matches!(&entry.key, Key::Voxels { world: of, .. } if is(of, world)));
     }
 
-    /// Sizes of what is there of a world, by the names that the planner knows.
+    /// Sizes of a world's sources that are there, by the planner's names.
     pub fn sizes(&self, world: &SessionWorld) -> BTreeMap<String, SourceSize> {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let named = |entry: &Entry| match &entry.key {
@@ -275,7 +275,7 @@ impl OnDevice {
         entries.iter().filter_map(named).collect()
     }
 
-    /// What is there of a world under a name, e.g. `world.tree64`.
+    /// The part of a world that is there under a name, e.g. `world.tree64`.
     pub fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<ExternalResource>> {
         let wanted = SourceName::parse(name)?;
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
@@ -292,11 +292,11 @@ impl OnDevice {
 }
 
 impl Entry {
-    /// Writes what an edit changed, if that is possible before one frame.
+    /// Writes the changes of an edit, if that is possible before one frame.
     fn follow(&mut self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
         let Some(Live::Edits(live)) = &mut self.live else { return false };
         let Some(patches) = live.update(world.voxels(), changes.iter().cloned()) else { return false };
-        // A part of an edit alone must never be in a frame: its nodes would lead to what is not there yet.
+        // A part of an edit alone must never be in a frame: its nodes would lead to missing ones.
         let bytes: usize = patches.iter().map(|patch| 4 * patch.words.len()).sum();
         if self.source.waiting_bytes() + bytes > FRAME_BYTES {
             return false;
@@ -416,7 +416,7 @@ pub(super) fn write_image(image: &FileImage, source: &Arc<ExternalResource>) -> 
     })
 }
 
-/// What a device can hold of a layout.
+/// A device's limits for a layout.
 pub fn layout_limits(device: &raxel_gpu::Device) -> EncodingLimits {
     let capabilities = device.capabilities();
     EncodingLimits {

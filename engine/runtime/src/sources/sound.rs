@@ -26,7 +26,7 @@ const WINDOW: usize = 2048;
 const QUIETEST: f32 = -100.0;
 const LOUDEST: f32 = -30.0;
 
-/// Spectra are smoothed over so many earlier steps of time. Each earlier step counts for less.
+/// Spectra are smoothed over this many earlier steps of time. Each earlier step counts for less.
 const STEPS: u32 = 24;
 const STEP: u64 = SAMPLE_RATE as u64 / 60;
 const FADE: f32 = 0.8;
@@ -44,7 +44,7 @@ pub(super) struct Listener {
     sound: Sound,
     transform: Arc<dyn RealToComplex<f32>>,
     weights: Vec<f32>,
-    /// How many samples were over when the texels were made that the source holds, and what the microphone heard.
+    /// How many samples were over when the source's texels were made, and the version of the microphone's sound.
     heard: Option<(u64, u64)>,
     written: Vec<f32>,
     /// How often the source was written.
@@ -100,7 +100,7 @@ impl Listener {
         self.serial
     }
 
-    /// Both rows, once so many samples are over.
+    /// Both rows, once `over` samples are over.
     fn values(&self, over: u64, sample: impl Fn(u64) -> i16) -> Vec<f32> {
         // In [−1, 1).
         let sample = |at| f32::from(sample(at)) / 32_768.0;

@@ -1,4 +1,4 @@
-//! Videos that play: a thread decodes ahead, and each frame of the session takes what its time asks for.
+//! Videos that play: a thread decodes ahead, and each frame of the session takes the video's frame of its time.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
@@ -21,20 +21,20 @@ const PATIENCE: Duration = Duration::from_secs(30);
 #[derive(Debug)]
 pub(super) struct Player {
     video: Video,
-    /// What decodes; `None` before the first frame that is not the one that the source began with, and after a failure.
+    /// The decoder; `None` before the first frame that is not the one that the source began with, and after a failure.
     decoded: Option<Receiver<FileImage>>,
     /// The number of the next frame that arrives.
     next: u64,
     /// The number of the frame that the source holds.
     shown: u64,
-    /// A frame that found no room in what the next frame uploads.
+    /// A frame that found no room in the uploads of the next frame.
     unwritten: Option<(u64, FileImage)>,
     ended: bool,
     /// Nothing more is decoded.
     failed: bool,
-    /// It was said that there are fewer frames than the file says.
+    /// It was reported that there are fewer frames than the file claims.
     short: bool,
-    /// What has gone wrong and was not said yet.
+    /// An error that was not reported yet.
     problem: Option<String>,
 }
 
@@ -79,7 +79,7 @@ impl Player {
         reason = "the remainder is below the number of frames"
     )]
     fn frame_at(&self, seconds: f64) -> u64 {
-        // A frame begins at its time, whatever the product rounds to.
+        // A frame begins at its time, even if the product is rounded down.
         let frame = (seconds.max(0.0) * self.video.rate + 1e-6).floor();
         (frame % self.video.frames as f64) as u64
     }
@@ -114,7 +114,7 @@ impl Player {
         }
     }
 
-    /// No frame follows. What the file said of their number may be wrong.
+    /// No frame follows. The file's number of them may be wrong.
     fn end(&mut self) {
         self.ended = true;
         let Video { path, frames, .. } = &self.video;
@@ -140,7 +140,7 @@ impl Player {
             let Ok(mut frames) = Frames::decode(&video) else { return };
             while let Ok(Some(rgba)) = frames.next() {
                 let Ok(image) = frame(&video, rgba) else { return };
-                // Nobody listens once another beginning was made, or the video is gone.
+                // The receiver is gone once another beginning was made, or the video is gone.
                 if sender.send(image).is_err() {
                     return;
                 }
@@ -156,7 +156,7 @@ impl Player {
         self.shown
     }
 
-    /// What has gone wrong since the last call.
+    /// The error since the last call.
     pub(super) fn take_problem(&mut self) -> Option<Diagnostic> {
         let message = self.problem.take()?;
         Some(Diagnostic::warning(codes::graph::FILE_SOURCE, message).note("the last frame stays"))
@@ -171,7 +171,7 @@ mod tests {
 
     use super::*;
 
-    /// Three frames, of a file that says five.
+    /// Three frames, of a file that claims five.
     fn short(folder: &tempfile::TempDir) -> Player {
         let disk = folder.path().join("a.mkv");
         let mut ffmpeg = Command::new("ffmpeg");

@@ -1,4 +1,4 @@
-//! What the voxels below the edits are built from, as a hash.
+//! The source of the voxels below the edits, as a hash.
 
 use std::fmt::Write as _;
 
@@ -8,8 +8,8 @@ use raxel_worldfile::Loaded;
 /// Keys of a world file that change no voxel.
 const COSMETIC: [&str; 6] = ["name", "about", "camera", "cameras", "save", "stream"];
 
-/// A hash of everything that the voxels of a world are built from: its file without what changes no voxel, and the files of its models.
-/// Materials count by their names; how they look does not. Of tiles that come from a store, it is what the store says of them.
+/// A hash of everything that the voxels of a world are built from: its file without the keys that change no voxel, and the files of its
+/// models. Materials count by their names; how they look does not. Of tiles that come from a store, it is the store's own description.
 pub(super) fn hash(loaded: &Loaded, files: &dyn Files) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     if let Some(baked) = loaded.stream.as_ref().and_then(|streamed| streamed.generator.fingerprint()) {

@@ -28,7 +28,7 @@ struct Run {
     salt: u32,
     loads: u32,
     seed: u64,
-    /// What was done in this graph's run, for the message of a failure.
+    /// The actions of this graph's run, for the message of a failure.
     log: Vec<String>,
     files: String,
 }
@@ -169,7 +169,7 @@ impl Run {
                     (origin, since) = ((0, 1), 0);
                 }
                 8 | 9 => {
-                    // What no pass binds is part of no plan, until it is shown.
+                    // A resource that no pass binds is part of no plan, until it is shown.
                     let bound: Vec<usize> = graph.passes.iter().flat_map(Pass::bound).collect();
                     let resource = r.pick(&bound);
                     let declared = &graph.resources[resource];
@@ -215,7 +215,7 @@ impl Run {
     fn wait_shaders(&mut self) {
         let mut last = Vec::new();
         for _ in 0..4 {
-            // What a frame had to tell comes first.
+            // The reports of a frame come first.
             last = self.session.wait_reload(Duration::from_secs(60));
             if last.iter().any(|event| matches!(event, ReloadEvent::Reloaded(_))) {
                 return;
@@ -229,7 +229,7 @@ impl Run {
         self.session.set_param(name, value).expect("the graph has it");
     }
 
-    /// What is shown, and a few others where all can be read.
+    /// The shown target, and a few others where all can be read.
     fn compare(
         &mut self,
         graph: &Graph,

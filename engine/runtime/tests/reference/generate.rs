@@ -59,7 +59,7 @@ pub fn graph(r: &mut Random) -> Graph {
     for number in 0..count {
         let (ticks, in_loop) = (ticking.contains(&number), looped.contains(&number));
         let when = (!ticks && !in_loop && r.percent(12)).then(|| r.percent(50));
-        // What a pass that is switched off leaves is `init` or what it wrote before; what is cleared is the same either way.
+        // A pass that is switched off leaves `init` or its earlier output; a cleared resource is the same either way.
         let may_write = |at: usize| {
             (ticks || !resources[at].clock)
                 && (when.is_none() || (resources[at].clear.is_some() && resources[at].history == 0))
@@ -81,7 +81,7 @@ pub fn graph(r: &mut Random) -> Graph {
             let at = if written.is_empty() || r.percent(25) { r.below(resources.len()) } else { r.pick(&written) };
             let history = resources[at].history;
             let age = if history > 0 && r.percent(70) { 1 + r.below(history) } else { 0 };
-            // What only a pass that is off would find there is not kept for the frame in which it is on.
+            // Contents that only a pass that is off would read are not kept for the frame in which it is on.
             let declared = &resources[at];
             let kept = declared.keep || declared.clock || history > 0 || declared.init.or(declared.clear).is_some();
             if when.is_some() && !kept {

@@ -14,7 +14,7 @@ pub fn exact(decimal: &str) -> Exact {
     (format!("{whole}{part}").parse().expect("digits"), 10_u128.pow(part.len() as u32))
 }
 
-/// What a frame is given.
+/// The inputs of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Given {
     pub output: [u32; 2],

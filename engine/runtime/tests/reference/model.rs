@@ -58,7 +58,7 @@ pub struct Pass {
     pub name: String,
     pub reads: Vec<Read>,
     pub writes: Vec<Write>,
-    /// Takes the block `both`, with `u` of its own where it says so.
+    /// Takes the block `both`, with `u` of its own where it has one.
     pub common: Option<Common>,
     pub a: Int,
     pub b: Float,
@@ -72,7 +72,7 @@ pub struct Pass {
 /// The block `both` in a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Common {
-    /// What the pass says over the block's own.
+    /// The pass's own values over the block's.
     pub u: Option<u32>,
 }
 

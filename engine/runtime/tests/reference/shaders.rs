@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use crate::model::{Graph, How, Pass};
 
-/// What is included by every shader; a reload changes the salt.
+/// The file that every shader includes; a reload changes the salt.
 pub fn include(salt: u32) -> String {
     format!("uint mixed(uint h, uint x) {{ return ((h ^ x) * 0x9E3779B1u ^ (h >> 15)) + {salt}u; }}\n")
 }

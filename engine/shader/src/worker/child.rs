@@ -1,4 +1,4 @@
-//! The child's part: compiles what it is handed until its stdin ends.
+//! The child's part: compiles the requests on its stdin until that ends.
 
 use std::io::{self, Stdin, Stdout};
 use std::process::ExitCode;
@@ -33,7 +33,7 @@ fn compile(job: &Job, pipes: &mut (Stdin, Stdout)) -> io::Result<()> {
     write(&Reply::Done(outcome), &mut pipes.1)
 }
 
-/// Lets the kernel end this process when the next shader takes more than its limits. What the process took before does not count.
+/// Lets the kernel end this process when the next shader takes more than its limits. Time of the process before that does not count.
 #[cfg(unix)]
 fn restrict(limits: CompileLimits) {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

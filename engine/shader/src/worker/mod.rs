@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use parent::{Stopped, compile};
 
-/// What one shader may take. The largest shader of the repository takes a hundredth of the default.
+/// The limits of one shader. The largest shader of the repository takes a hundredth of the default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompileLimits {
     /// Seconds of processor time.
@@ -40,7 +40,7 @@ pub const MAX_WAIT: Duration = Duration::from_secs(120);
 /// The only argument of a child.
 const ARGUMENT: &str = "--raxel-shader-compiler";
 
-/// Which program the children are, and what they may take.
+/// The program of the children, and their limits.
 struct Isolation {
     program: PathBuf,
     limits: CompileLimits,

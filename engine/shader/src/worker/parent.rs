@@ -1,4 +1,4 @@
-//! The parent's part: children that wait for work, and what is done when one of them does not come back.
+//! The parent's part: children that wait for work, and the handling of one that does not come back.
 
 use std::io::{self, Read};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
@@ -120,7 +120,7 @@ impl Worker {
         let status = self.child.wait();
         let mut said = String::new();
         if let Some(stderr) = self.child.stderr.take() {
-            // Rust and C++ say why they give up; what cannot be read is no reason.
+            // Rust and C++ print their reason for giving up; an unreadable text is no reason.
             let _ = stderr.take(4096).read_to_string(&mut said);
         }
         if status.is_ok_and(out_of_time) {

@@ -1,4 +1,4 @@
-//! What parent and child say to each other, over the child's stdin and stdout: postcard, each message after its length in four bytes.
+//! The messages between parent and child, over the child's stdin and stdout: postcard, each message after its length in four bytes.
 
 use std::io::{self, Read, Write};
 

@@ -20,9 +20,9 @@ struct Reference {
     bounds: [[i32; 3]; 2],
     /// Tiles with solids that it reaches.
     live: usize,
-    /// The lamps of what it shows.
+    /// The lamps of the shown tiles.
     lights: Vec<LightGroup>,
-    /// What lies over the lamps of coarse tiles: their level, and the path of the child in whose place something finer is shown.
+    /// The overlays of the lamps of coarse tiles: their level, and the path of the child that a finer tile replaces.
     overlaid: HashSet<(u32, u128)>,
 }
 
@@ -153,7 +153,7 @@ const HEADER: usize = raxel_layouts::Tree64Header::WORDS as usize;
 const WORDS: u32 = 1 << 17;
 const TOP: u32 = 2;
 
-/// Compares what is reached from a node with the reference, and gives how many nodes that are.
+/// Compares the part that is reached from a node with the reference, and returns its number of nodes.
 fn compare(reference: &Reference, of: u32, words: &[u32], at: u32) -> usize {
     let node = |at: u32| TileNode(words[HEADER + 4 * at as usize..][..4].try_into().expect("four words"));
     let (wanted, found) = (reference.nodes[of as usize], node(at));
@@ -200,7 +200,7 @@ fn tile(random: &mut SplitMix64, level: u32) -> Arc<LiveTile> {
     Arc::new(LiveTile { node, cells, children, lights })
 }
 
-/// What a frame in flight reads.
+/// The state that a frame in flight reads.
 struct InFlight {
     version: u64,
     root: u32,
@@ -272,7 +272,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
             let nodes = compare(&reference, reference.root, &words, placed.root);
             assert_eq!(placed.nodes, nodes, "step {step}");
             in_flight.push_back(InFlight { version, root: placed.root, reference });
-            // Those before are what they were.
+            // Those before are unchanged.
             for InFlight { root, reference, .. } in &in_flight {
                 compare(reference, reference.root, &words, *root);
             }

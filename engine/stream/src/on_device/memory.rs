@@ -14,7 +14,7 @@ const COPY: Duration = Duration::from_secs(60);
 /// With the value `staged`, tiles go through staging memory on every device, also where the host could write them in place.
 const UPLOADS: &str = "RAXEL_UPLOADS";
 
-/// A buffer for a pool, and how words come to it, by a ring of so many bytes where it is staged.
+/// A buffer for a pool, and the way of words into it, by a ring of `ring` bytes where it is staged.
 pub(super) fn pool_memory(
     device: &Arc<Device>,
     name: &str,
@@ -46,7 +46,7 @@ fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer
     Ok(Arc::new(make(Location::Device)?))
 }
 
-/// What became of the words for the device.
+/// The fate of the words for the device.
 #[derive(Default)]
 pub(super) struct Uploads(Mutex<Arrived>);
 
@@ -165,7 +165,7 @@ mod tests {
         assert!(bytes == bytemuck::cast_slice::<u32, u8>(&host.0.lock().unwrap()), "the words differ");
         assert!(uploads.check().is_ok() && uploads.check().is_ok());
 
-        // Past the end of the buffer. What comes after it does not hide it.
+        // Past the end of the buffer. A later success does not hide it.
         staged.write(WORDS - 1, &[1, 2]);
         staged.write(0, &[1]);
         staged.flush();

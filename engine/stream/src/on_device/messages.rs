@@ -45,7 +45,7 @@ pub(super) fn stopped(error: &StreamError) -> Diagnostic {
     }
     diagnostic
         .note("the last picture stays; no edit and no move of the camera loads anything")
-        .help("this is a bug in raxel: please report it; save the world's file to load the world anew")
+        .help("this is a bug in raxel: please report it; save the world's file to load the world again")
 }
 
 pub(super) fn incomplete(error: &StreamError) -> Diagnostic {

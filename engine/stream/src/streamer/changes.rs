@@ -11,11 +11,11 @@ const WHOLE_EDIT: Duration = Duration::from_millis(100);
 /// Changes are numbered from 1.
 #[derive(Default)]
 pub(super) struct Changes {
-    /// Tiles that are to be made anew, each with the first change that is not in it.
+    /// Tiles to be rebuilt, each with the first change that is not in it.
     stale: BTreeMap<TileKey, u64>,
     /// The last change that was observed.
     last: u64,
-    /// Until when publications wait for chunks that are to be made anew, and the last change whose chunks they wait for.
+    /// The end of the time in which publications wait for chunks that are being rebuilt, and the last change whose chunks they wait for.
     held: Option<(Instant, u64)>,
 }
 
@@ -40,7 +40,7 @@ impl Changes {
         self.stale.is_empty()
     }
 
-    /// Tiles that are to be made anew, chunks first.
+    /// Tiles to be rebuilt, chunks first.
     pub(super) fn tiles(&self) -> impl Iterator<Item = TileKey> {
         self.stale.keys().copied()
     }

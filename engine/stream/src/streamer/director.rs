@@ -76,7 +76,7 @@ pub(super) struct Director {
     stats: Stats,
 }
 
-/// What has happened since the last turn of the director.
+/// The events since the last turn of the director.
 struct News {
     made: Vec<Made>,
     changed: BTreeMap<ChunkPos, u64>,
@@ -292,7 +292,8 @@ impl Director {
     /// tiles are wanted now.
     fn note_changes(&mut self, chunks: &BTreeMap<ChunkPos, u64>) -> bool {
         let wanted = self.whole.clone();
-        // The lamps of a chunk depend on the voxels beyond its faces, too. A worker that makes the chunk now says itself what it missed.
+        // The lamps of a chunk depend on the voxels beyond its faces, too. A worker that makes the chunk now notices by itself if it has
+        // missed it.
         let follows =
             |key: &TileKey, face: u32| self.tiles.get(key).is_some_and(|tile| tile.lamps.sides >> (face ^ 1) & 1 == 1);
         let beside = chunks
@@ -359,7 +360,7 @@ impl Director {
         }
     }
 
-    /// The pool is full: the workers get no more jobs until a block is freed, and the director gives up what it can do without.
+    /// The pool is full: the workers get no more jobs until a block is freed, and the director evicts dispensable tiles.
     fn on_pool_full(&mut self) {
         self.ask_again = false;
         self.shared.state().jobs.clear();

@@ -11,7 +11,7 @@ use crate::reach::TileKey;
 pub(super) struct LightTable {
     /// Blocks of lamps and of tables that no publication from this version on reaches.
     retired: VecDeque<(u64, PoolBlock)>,
-    /// The groups that are shown, their table, and what stands in front of the list.
+    /// The shown groups, their table, and the header in front of the list.
     groups: Vec<LightGroup>,
     table: Option<PoolBlock>,
     header: [u32; HEADER_WORDS],
@@ -19,9 +19,9 @@ pub(super) struct LightTable {
     no_table: bool,
     /// Tiles whose lamps there was no room for, with the words that these take.
     left_out: BTreeMap<TileKey, u32>,
-    /// Those of them that are made anew, since there is room for their lamps now. Nothing waits for them.
+    /// Those of them that are rebuilt, since there is room for their lamps now. Nothing waits for them.
     again: BTreeSet<TileKey>,
-    /// Lamps were refused since somebody was told.
+    /// Lamps were refused since the last message.
     refused: bool,
 }
 
@@ -50,18 +50,18 @@ impl LightTable {
         }
     }
 
-    /// A tile is no longer what it was.
+    /// A tile has changed.
     pub(super) fn forget(&mut self, key: TileKey) {
         self.left_out.remove(&key);
         self.again.remove(&key);
     }
 
-    /// A tile was to be made anew, and could not.
+    /// A tile could not be rebuilt.
     pub(super) fn unmade(&mut self, key: TileKey) {
         self.again.remove(&key);
     }
 
-    /// There was no room for the lamps of a tile, which take so many words.
+    /// There was no room for the lamps of a tile, which take `words` words.
     pub(super) fn leave_out(&mut self, key: TileKey, words: u32) {
         self.left_out.insert(key, words);
         self.refused = true;
@@ -87,12 +87,12 @@ impl LightTable {
         self.no_table
     }
 
-    /// The tiles that are made anew for their lamps.
+    /// The tiles that are rebuilt for their lamps.
     pub(super) fn again(&self) -> &BTreeSet<TileKey> {
         &self.again
     }
 
-    /// Notes which tiles are to be made anew, since so many words have room for their lamps. Says whether there are more of them than before.
+    /// Chooses the tiles to rebuild for their lamps, which fit into `room` words. Says whether there are more of them than before.
     pub(super) fn list_again(&mut self, mut room: u64) -> bool {
         let before = self.again.len();
         for (key, words) in &self.left_out {
@@ -104,7 +104,7 @@ impl LightTable {
         self.again.len() > before
     }
 
-    /// The next publication tries to find room for a table again, if the last one found none: then it says so.
+    /// The next publication tries to find room for a table again, if the last one found none: then it reports that.
     pub(super) fn try_table_again(&mut self) -> bool {
         let again = std::mem::take(&mut self.no_table);
         if again {
@@ -113,8 +113,8 @@ impl LightTable {
         again
     }
 
-    /// Writes the table of the groups that a publication shows, if they are not those of the last one, and gives the words that it took. What
-    /// was there before stays until that version is released.
+    /// Writes the table of the groups that a publication shows, if they are not those of the last one, and gives the words that it took.
+    /// The table before stays until that version is released.
     pub(super) fn publish(&mut self, pool: &Pool, groups: &[LightGroup], version: u64) -> u64 {
         if self.groups == groups {
             return 0;
@@ -136,7 +136,7 @@ impl LightTable {
         written
     }
 
-    /// What stands in front of the list.
+    /// The header in front of the list.
     pub(super) fn header(&self) -> [u32; HEADER_WORDS] {
         self.header
     }

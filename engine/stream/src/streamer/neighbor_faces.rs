@@ -43,8 +43,8 @@ impl Drop for Begun<'_> {
 }
 
 impl NeighborFaceCache {
-    /// The cached face of a chunk, or the one that `make` returns. `make` also says whether to cache it: a face that could not be loaded is not
-    /// cached.
+    /// The cached face of a chunk, or the one that `make` returns. `make` also decides whether to cache it: a face that could not be loaded
+    /// is not cached.
     pub(super) fn get(&self, pos: ChunkPos, face: u32, make: impl FnOnce() -> (Side, bool)) -> Arc<Side> {
         let begun = {
             let mut known = self.known();
@@ -102,7 +102,7 @@ mod tests {
         assert!(is_rock(faces.get(here, 2, || unreachable!())));
         assert!(!is_rock(faces.get(here, 3, || side(&air))) && !is_rock(faces.get(there, 2, || side(&air))));
         faces.changed(&[here]);
-        // What was made of the chunk as it was before a change is not kept.
+        // Faces of the chunk before a change are not kept.
         let before = faces.get(here, 2, || {
             faces.changed(&[here]);
             side(&rock)

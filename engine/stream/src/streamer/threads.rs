@@ -1,7 +1,7 @@
 //! The threads of a streamer. A thread that ends early reports why.
 //!
 //! A panic in the source of tiles is the outcome of one job. A panic anywhere else, and a thread that cannot start, end the streamer: its
-//! tiles may be half changed. Whoever waits for a thread then wakes up and gets the reason.
+//! tiles may be half changed. A caller that waits for a thread then wakes up and gets the reason.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,10 +11,10 @@ use std::thread::JoinHandle;
 
 use super::{Shared, StreamError};
 
-/// What a thread runs.
+/// The work of a thread.
 pub(super) type Run = Box<dyn FnOnce() + Send>;
 
-/// Starts a thread with a name: [`spawn`], or what a test has in its place.
+/// Starts a thread with a name: [`spawn`], or a test's function.
 pub(super) type Spawn<'s> = &'s dyn Fn(&str, Run) -> std::io::Result<JoinHandle<()>>;
 
 /// Starts a thread of the system.
@@ -50,7 +50,8 @@ pub(super) fn start(
     }
 }
 
-/// Runs code that may panic, and gives the words of the panic. What the code shares must be whole at every panic, or not be used after it.
+/// Runs code that may panic, and gives the words of the panic. State that the code shares must be whole at every panic, or not be used
+/// after it.
 pub(super) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(run)).map_err(|payload| format!("it panicked: {}", words(&*payload)))
 }
@@ -60,8 +61,8 @@ fn words(payload: &(dyn Any + Send)) -> &str {
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
 }
 
-/// Whether a test has asked for a fault at a place, so that what a user sees of a thread that fails can be tested from outside. Builds for users have no
-/// debug assertions, and nothing of this.
+/// Whether a test has planted a fault at a place, so that a user's view of a failing thread can be tested from outside. Builds for users
+/// have no debug assertions, and nothing of this.
 #[cfg(debug_assertions)]
 pub(super) fn planted(place: &str) -> bool {
     std::env::var_os("RAXEL_FAULT_STREAM").is_some_and(|planted| planted == place)

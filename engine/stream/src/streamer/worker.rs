@@ -112,7 +112,7 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes, outdated: None }
 }
 
-/// The lamps of a tile. What is beyond a face and cannot be had counts as air: a lamp too many costs a ray, one too few is missed.
+/// The lamps of a tile. A chunk beyond a face that is not to be had counts as air: a lamp too many costs a ray, one too few is missed.
 fn lights(shared: &Shared, key: TileKey, content: &Content) -> TileLights {
     let Some(lamps) = &shared.lamps else { return TileLights::default() };
     let beside = |face| {
@@ -138,7 +138,7 @@ fn place_lights(shared: &Shared, lights: &TileLights, stale: bool) -> (MadeLamps
     (MadeLamps { block: Some(place), ..made }, groups.into())
 }
 
-/// Waits until a frame may bring so many bytes; what was edited is brought at once.
+/// Waits until a frame may bring `bytes` bytes; edited tiles are brought at once.
 fn wait_for_frame(shared: &Shared, bytes: u64, stale: bool) {
     let mut state = shared.state();
     while !stale && !shared.stop.load(Ordering::Acquire) {

@@ -1,4 +1,4 @@
-//! A gamepad, as frames are told of it.
+//! A gamepad, as frames see it.
 
 /// Names of the buttons of a gamepad, in the order of their bits in `input.gamepad_buttons`. The four that lie in a diamond on the right have
 /// the names of their places, since each maker prints something else on them.
@@ -20,7 +20,7 @@ pub const GAMEPAD_BUTTONS: [&str; 15] = [
     "right",
 ];
 
-/// What is held on a gamepad. At rest, all is zero.
+/// The held buttons, sticks and triggers of a gamepad. At rest, all is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gamepad {
     /// The left stick to the right and up, then the right stick, each in [−1, 1].

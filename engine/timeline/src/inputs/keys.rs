@@ -1,7 +1,7 @@
 //! Keys of a keyboard: their names in files, and sets of them.
 
-/// Names of keys, as the W3C standard `uievents-code` has them, and their usages in USB HID, page 7. A key is a place on
-/// the keyboard, whatever is printed on it.
+/// Names of keys, as the W3C standard `uievents-code` has them, and their usages in USB HID, page 7. A key is a place on the keyboard,
+/// independent of its label.
 const NAMES: [(&str, u8); 105] = [
     ("KeyA", 4),
     ("KeyB", 5),

@@ -1,5 +1,5 @@
-//! Mouse, keyboard, gamepad, microphone and time of day, as frames are told of them. What a frame is told follows from what was held in the
-//! frame before and from what is held now, or from the tracks of a demo.
+//! Mouse, keyboard, gamepad, microphone and time of day, as frames see them. A frame's inputs follow from those of the frame before and
+//! from the live ones, or from the tracks of a demo.
 
 mod gamepad;
 mod keys;
@@ -31,7 +31,7 @@ pub fn button_named(name: &str) -> Option<u32> {
     BUTTONS.iter().position(|known| *known == name).map(|bit| 1 << bit)
 }
 
-/// What a person holds and turns. A button or a key that goes down and up between two frames is held in the next one.
+/// Inputs that a person holds and turns. A button or a key that goes down and up between two frames is held in the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inputs {
     /// The pixel of the output under the cursor, from the top left.
@@ -68,7 +68,7 @@ impl Inputs {
         }
     }
 
-    /// The wheel was turned by so many lines, to the right and away from the user. What is not finite turns nothing.
+    /// The wheel was turned by `lines` lines, to the right and away from the user. Numbers that are not finite turn nothing.
     pub fn turn(&mut self, lines: [f64; 2]) {
         if lines.iter().all(|lines| lines.is_finite()) {
             self.wheel = [0, 1].map(|axis| (self.wheel[axis] + lines[axis]).clamp(-1e6, 1e6));
@@ -91,14 +91,14 @@ impl Inputs {
         self.gamepad_button(buttons & !self.gamepad.buttons, true);
     }
 
-    /// Where the sticks of the gamepad are. What is not finite leaves them.
+    /// Where the sticks of the gamepad are. Numbers that are not finite leave them.
     pub fn set_gamepad_sticks(&mut self, sticks: [f64; 4]) {
         if sticks.iter().all(|axis| axis.is_finite()) {
             self.gamepad.sticks = sticks.map(|axis| axis.clamp(-1.0, 1.0));
         }
     }
 
-    /// Where the triggers of the gamepad are. What is not finite leaves them.
+    /// Where the triggers of the gamepad are. Numbers that are not finite leave them.
     pub fn set_gamepad_triggers(&mut self, triggers: [f64; 2]) {
         if triggers.iter().all(|axis| axis.is_finite()) {
             self.gamepad.triggers = triggers.map(|axis| axis.clamp(0.0, 1.0));
@@ -171,7 +171,7 @@ impl Inputs {
     }
 }
 
-/// What a frame is told.
+/// The inputs of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownInputs {
     /// The pixel of the output under the cursor, from the top left.
@@ -227,14 +227,14 @@ impl ShownInputs {
 /// Inputs of the person and of the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InputState {
-    /// What the person holds and turns now.
+    /// The inputs that the person holds and turns now.
     pub live: Inputs,
-    /// What the last frame was told.
+    /// The inputs of the last frame.
     pub shown: ShownInputs,
 }
 
 impl InputState {
-    /// The next frame is told what is held now. `time` are the seconds since the start where the clock has fixed steps.
+    /// The next frame gets the live inputs. `time` are the seconds since the start where the clock has fixed steps.
     pub fn advance(&mut self, time: Option<f64>) {
         let (live, last) = (&mut self.live, self.shown);
         let (buttons, keys) = (live.buttons | live.tapped, live.keys.or(live.tapped_keys));

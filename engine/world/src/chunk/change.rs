@@ -1,4 +1,4 @@
-//! Chunks after a few of their blocks have changed, made from what they were before.
+//! Chunks after a few of their blocks have changed, made from the chunks before.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use super::{BLOCKS, Bits, Chunk, Packed, firsts};
 use crate::material::{AIR, MaterialIndex};
 
-/// Materials that the indices of a chunk tell apart.
+/// Materials that the indices of a chunk can number.
 const MOST_INDEXED: usize = 256;
 
 /// The voxels of a 4³ block.
@@ -14,7 +14,7 @@ const MOST_INDEXED: usize = 256;
 pub struct BlockVoxels {
     /// Which are solid.
     pub mask: u64,
-    /// What they are made of; air where nothing is solid.
+    /// Their materials; air where nothing is solid.
     pub materials: [MaterialIndex; 64],
 }
 

@@ -1,4 +1,4 @@
-//! What can be wrong with a .vox file, and with a world that is to become one.
+//! Faults of a .vox file, and of a world that is to become one.
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
 

@@ -18,8 +18,8 @@ pub fn import(bytes: &[u8]) -> Result<World, VoxError> {
     import_frame(bytes, 0)
 }
 
-/// The same in another frame, from 0. Frames are the models of a file that has no scene graph, and what the keys of a scene graph
-/// say: at each frame the last key before it counts.
+/// The same in another frame, from 0. Frames are the models of a file without a scene graph, and the keys of a scene graph: at each frame
+/// the last key before it counts.
 pub fn import_frame(bytes: &[u8], frame: u32) -> Result<World, VoxError> {
     let file = reader::read(bytes)?;
     let frames = scene::frames(&file);

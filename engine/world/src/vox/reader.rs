@@ -1,4 +1,4 @@
-//! From bytes to chunks. Every length is checked against what is there before anything is allocated.
+//! From bytes to chunks. Every length is checked against the available bytes before anything is allocated.
 
 use std::collections::HashMap;
 

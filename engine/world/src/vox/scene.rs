@@ -33,7 +33,7 @@ pub(super) fn voxels(file: &VoxFile, frame: u32) -> Result<Vec<(IVec3, u8)>, Vox
     match file.root {
         Some(root) => scene.visit(root, &up, 0)?,
         None => {
-            // Files from before the scene graph: a model stands on the ground, about the middle; several are frames.
+            // Files from before the scene graph: a model stands on the ground, about its centre; several are frames.
             if let Some(model) = file.models.get(frame as usize) {
                 let lift = Placement { turn: Orientation::IDENTITY, to: [0, 0, i64::from(model.size[2] / 2)] };
                 scene.place(model, &up.after(&lift), 0)?;
@@ -129,7 +129,7 @@ fn key(attributes: &Attributes) -> u32 {
     attributes.get("_f").and_then(|f| f.trim().parse().ok()).unwrap_or(0)
 }
 
-/// What stands in a frame: that of the last key up to it, or of the first key if all come later; the first of several.
+/// The value in a frame: that of the last key up to it, or of the first key if all come later; the first of several.
 fn at_frame<'a, T>(frame: u32, keys: impl Iterator<Item = (&'a Attributes, T)>) -> Option<T> {
     let order = |attributes| match key(attributes) {
         key if key <= frame => (false, frame - key),

@@ -1,5 +1,5 @@
-// What the layouts `chunk_table` and `octree` have in common: 32^3 chunks, all of the same number of words, found by the hash table
-// of table.glsl. The value of a chunk's entry is the word where it begins. engine/layouts/src/hashed_chunks writes it.
+// The common part of the layouts `chunk_table` and `octree`: 32^3 chunks, all of the same number of words, found by the hash table of
+// table.glsl. The value of a chunk's entry is the word where it begins. engine/layouts/src/hashed_chunks writes it.
 layout(std430) RX_WORLD_ACCESS buffer RxWorld {
 #include "header.glsl"
     uint table_at;        // word of the hash table of chunks

@@ -1,5 +1,5 @@
-// What tiles of 16 x 16 pixels have in common, whose rays one subgroup of 32 invocations traces: rays of a camera (packet.glsl) and rays of one
-// direction (parallel.glsl). A shader defines these two, which are called for pixels of a tile, once for each that is decided:
+// The common part of tiles of 16 x 16 pixels, whose rays one subgroup of 32 invocations traces: rays of a camera (packet.glsl) and rays of
+// one direction (parallel.glsl). A shader defines these two, which are called for pixels of a tile, once for each that is decided:
 //
 //     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 //     void rx_tile_miss(ivec2 pixel);
@@ -20,7 +20,7 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 void rx_tile_miss(ivec2 pixel);
 
 #ifdef RX_TILE_BY_SHARED_MEMORY
-// The same through shared memory, whatever the width of a subgroup, by three barriers each: for tests on devices without subgroups of 32 or 64.
+// The same through shared memory, for any width of a subgroup, by three barriers each: for tests on devices without subgroups of 32 or 64.
 shared uint rx_tile_votes;
 
 uint rx_tile_ballot(bool vote) {
@@ -58,7 +58,7 @@ const int RX_TILE_REACH = 1 << 13;
 const float RX_TILE_ERROR = 9.5367431640625e-7;  // 2^-20, of a direction's length and of a time, see docs/exactness.md
 const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projection of a voxel is off, below
 
-// What a node is: its index, the height of its children above bit 28, or that all of it is full and has no node.
+// A node: its index, and the height of its children above bit 28; or this, if all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
 // Every index into shared memory ends with a mask, by which raxel sees that it is inside and compiles no bound for it. No mask

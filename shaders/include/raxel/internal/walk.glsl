@@ -3,9 +3,9 @@
 // Everything is mirrored so that the ray never moves down: cell c of the cube is q = c, or 2^k - 1 - c on an axis of negative
 // direction. Along each axis the ray crosses planes n = 1, 2, 3, ... after its origin, at
 //     t(n) = (n * 2^24 - G) / D        (units: lattice steps)
-// with G in [0, 2^24] the mirrored fraction and D in [0, 2^31) the size of the direction, both integers. Which of two crossings
-// comes first is a comparison of integer products. Floating point proposes; when it cannot tell (its error is bounded by
-// RX_WALK_ERROR, a few times the sum of Vulkan's guaranteed roundings), integers decide. See docs/exactness.md.
+// with G in [0, 2^24] the mirrored fraction and D in [0, 2^31) the size of the direction, both integers. Which of two crossings comes first
+// is a comparison of integer products. Floating point proposes; when it cannot decide (its error is bounded by RX_WALK_ERROR, a few times
+// the sum of Vulkan's guaranteed roundings), integers do. See docs/exactness.md.
 //
 // Ties: a ray that crosses several planes at once steps over all of them at once; the cells it only touches are not visited.
 #ifndef RAXEL_WALK_GLSL
@@ -41,7 +41,7 @@ struct RxExact {
     uvec3 g, d;    // G and D
 };
 
-// What turns a mirrored cell around: c = q ^ flip. `last` is the largest coordinate in the cube.
+// The flip that turns a mirrored cell around: c = q ^ flip. `last` is the largest coordinate in the cube.
 uvec3 rx_walk_flip(RxWalk w, uint last) {
     return uvec3((w.down & 1u) != 0u ? last : 0u, (w.down & 2u) != 0u ? last : 0u, (w.down & 4u) != 0u ? last : 0u);
 }
@@ -55,7 +55,7 @@ RxExact rx_walk_exact(RxWalk w, RxRay ray, ivec3 corner, uint last) {
     e.d = uvec3(w.d * 1073741824.0);
     bvec3 down = rx_walk_down(w);
     uvec3 fixed_frac = uvec3(clamp(ray.frac, 0.0, 1.0) * 16777216.0);
-    // In the middle of the cell on an axis that the ray does not move along, where rx_walk_step is sure of it.
+    // At the centre of the cell on an axis that the ray does not move along, where rx_walk_step is sure of it.
     e.g = mix(mix(fixed_frac, uvec3(16777216u) - fixed_frac, down), uvec3(8388608u), equal(e.d, uvec3(0u)));
     uvec3 relative = uvec3(ray.cell) - uvec3(corner);
     e.origin = mix(relative, uvec3(last) - relative, down);
@@ -306,7 +306,7 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
 }
 
 // Goes to the time `t` since the frame: that one of `times`, one for each axis, at which the ray enters cell `to` of its axis. False, and
-// nothing done, if floating point cannot tell the cell on the other two.
+// nothing done, if floating point cannot decide the cell on the other two.
 //
 // The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
 bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
@@ -325,7 +325,7 @@ bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
 }
 
 // Leaves the aligned block that holds the current cell; `block` is the largest coordinate within it, one less than a power of two for each
-// axis. False, and nothing done, if floating point cannot tell where to: then rx_walk_settle must be called. They are two functions so
+// axis. False, and nothing done, if floating point cannot decide where to: then rx_walk_settle must be called. They are two functions so
 // that tracers can keep the second one out of their inner loop: it is rarely needed, but a group of threads takes as long as its slowest,
 // and some drivers run both sides of an `if`.
 bool rx_walk_step(inout RxWalk w, uvec3 block) {

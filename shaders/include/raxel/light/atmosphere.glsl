@@ -1,7 +1,7 @@
 // The air of the Earth: Rayleigh and Mie scattering and ozone, by tables (Hillaire, "A scalable and production ready sky and atmosphere
 // rendering technique", 2020). Distances are in km, radiance is for sunlight with an irradiance of 1 above the air.
 //
-// Three tables depend on the height of the sun alone, so that they are made anew only when it moves:
+// Three tables depend on the height of the sun alone, so that they are filled only when it moves:
 //
 //     transmittance   256 x 64, rgba16f    from a height, towards an angle, to the end of the air
 //     scattered        32 x 32, rgba16f    all light that was scattered more than once, the same from all sides
@@ -20,7 +20,7 @@ const float RX_AIR_MIE_G = 0.8;
 const vec3 RX_AIR_GROUND_ALBEDO = vec3(0.20, 0.19, 0.15);
 const float RX_AIR_PI = 3.14159265358979;
 
-// Scattering by both kinds and what is lost in all, per km.
+// Scattering by both kinds and the whole loss, per km.
 struct RxAir {
     vec3 rayleigh;
     float mie;

@@ -54,13 +54,14 @@ bool rx_instance_in_body(RxSceneRay ray, float most, out RxHit hit) {
 #define rx_instance_in_body(ray, most, hit) false
 #endif
 
-// Loss of light in a body per voxel: what is coloured takes away the other colours, and the clearer it is, the less.
+// Loss of light in a body per voxel: a coloured body takes away the other colours, and the clearer it is, the less.
 vec3 rx_body_loss(RxMaterial material) {
     return -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
 }
 
-// Goes straight on through clear bodies that a ray has met, such as panes of glass, if it comes out into the air within `most` cells of each and at most four
-// of them. Then `ray` begins behind them and ends where it ended, and `share` is less what they take. Their surfaces mirror nothing here.
+// Goes straight on through clear bodies that a ray has met, such as panes of glass, if it comes out into the air within `most` cells of
+// each and at most four of them. Then `ray` begins behind them and ends where it ended, and `share` is less their loss. Their surfaces
+// mirror nothing here.
 bool rx_pass_body(RxHit hit, uint most, inout RxRay ray, inout vec3 share) {
     if (hit.face == RX_FACE_INSIDE) return false;
     // From the same place, but into the voxel.

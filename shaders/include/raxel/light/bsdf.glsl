@@ -51,8 +51,8 @@ float rx_fresnel_dielectric(float cosine, float eta) {
     return 0.5 * a * a * (1.0 + b * b);
 }
 
-// What a white GGX surface sends back of the light along a sampled normal, as a share: its mean over rx_ggx_visible_normal is the share of
-// all light that single reflections keep, seen along v. `l` is v mirrored about h.
+// The share of the light along a sampled normal that a white GGX surface reflects: its mean over rx_ggx_visible_normal is the share of all
+// light that single reflections keep, seen along v. `l` is v mirrored about h.
 float rx_ggx_kept(vec3 l, vec3 v, float alpha) {
     if (l.z <= 0.0) return 0.0;
     float a2 = alpha * alpha;

@@ -4,11 +4,11 @@
 //
 // or has `face_keys` beside other tables in one buffer, with the length from face_slots.glsl.
 //
-// A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are
-// mixed by a permutation. 20 of the mixed bits choose the slot where the search for a key begins; the other 26 and one more than the distance from
-// that slot, 6 bits, are what the slot keeps. One 32-bit word thus names its key without doubt and is taken by one atomic operation:
-// no fingerprint that two keys may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear
-// probing", 1984). With RX_FACE_WHOLE, keys are those of whole faces alone: 45 bits are enough for them, and the table has half the slots.
+// A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are mixed by a permutation.
+// 20 of the mixed bits choose the slot where the search for a key begins; the slot keeps the other 26 and one more than the distance from
+// that slot, 6 bits. One 32-bit word thus names its key without doubt and is taken by one atomic operation: no fingerprint that two keys
+// may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear probing", 1984). With RX_FACE_WHOLE,
+// keys are those of whole faces alone: 45 bits are enough for them, and the table has half the slots.
 #ifndef RAXEL_LIGHT_FACE_TABLE_GLSL
 #define RAXEL_LIGHT_FACE_TABLE_GLSL
 
@@ -18,7 +18,7 @@
 
 const uint RX_FACE_PROBES = 63u;        // slots that a key may lie in: of a table that is 60 % full, one key in a million finds none
 const uint RX_NO_FACE = 0xffffffffu;    // in place of a slot
-const uint RX_FACE_FREED = 1u;          // a slot that was given back: free to take, but the search goes on behind it
+const uint RX_FACE_FREED = 1u;          // a freed slot: it can be taken, but the search continues behind it
 
 // A key, mixed: `home` has RX_FACE_HOME_BITS bits, `rest` 26.
 struct RxFaceKey {
@@ -32,7 +32,7 @@ const uint RX_FACE_REST = (1u << 26) - 1u;
 const uint RX_FACE_Z_HOME = RX_FACE_HOME_BITS - 14u;
 const uint RX_FACE_Z_REST = 14u - RX_FACE_Z_HOME;
 
-// Keys hold what the sides of the box leave over of the coordinates: a voxel has the same key wherever the box is that it lies in.
+// Keys hold the remainders of the coordinates by the sides of the box: a voxel has the same key for any place of the box around it.
 const uvec3 RX_FACE_LEFT = uvec3(16383u, 4095u, 16383u);
 
 // Whether a voxel lies in the box. `origin` is the smallest corner of the box: that of all solid voxels, or one that goes along with the camera.
@@ -43,7 +43,7 @@ bool rx_face_fits(ivec3 voxel, ivec3 origin) {
 
 // The key of RX_FACE_HOME_BITS and 26 bits.
 RxFaceKey rx_face_mixed(uint home, uint rest) {
-    // Three rounds of a Feistel network, which is a permutation whatever the hash is.
+    // Three rounds of a Feistel network, which is a permutation for every hash.
     home ^= rx_hash(rest) >> 32u - RX_FACE_HOME_BITS;
     rest ^= rx_hash(home) >> 6;
     home ^= rx_hash(rest + 0x9e3779b9u) >> 32u - RX_FACE_HOME_BITS;
@@ -57,8 +57,8 @@ void rx_face_unmix(inout RxFaceKey key) {
     key.home ^= rx_hash(key.rest) >> 32u - RX_FACE_HOME_BITS;
 }
 
-// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter), and up to 9 for what else a table tells apart, such as cells of several
-// sizes; always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
+// `part` is 0 for a whole face, 1 to 4 for its quarters (rx_face_quarter), and up to 9 for further keys of a table, such as cells of
+// several sizes; always 0 with RX_FACE_WHOLE. The face is not RX_FACE_INSIDE.
 RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
     uvec3 p = uvec3(voxel) & RX_FACE_LEFT;
     uint home = p.x | (p.z & (1u << RX_FACE_Z_HOME) - 1u) << 14;
@@ -66,7 +66,7 @@ RxFaceKey rx_face_key(ivec3 voxel, uint face, uint part) {
     return rx_face_mixed(home, rest);
 }
 
-// What the key was made of; of all voxels with this key, the one in the box whose smallest corner is `origin`.
+// The parts of a key; of all voxels with this key, the one in the box whose smallest corner is `origin`.
 void rx_face_of(RxFaceKey key, ivec3 origin, out ivec3 voxel, out uint face, out uint part) {
     rx_face_unmix(key);
     uvec3 p = uvec3(key.home & 16383u, key.rest >> RX_FACE_Z_REST & 4095u, key.home >> 14 | (key.rest & (1u << RX_FACE_Z_REST) - 1u) << RX_FACE_Z_HOME);
@@ -121,13 +121,13 @@ uint rx_face_find(RxFaceKey key) {
 #ifdef RX_FACE_INSERT
 
 // The slot of a key, taken for it if it has none; RX_NO_FACE if all that it may lie in are taken. Threads may insert the same key at once
-// and get the same slot, as long as no slot is given back in the same dispatch.
+// and get the same slot, as long as no slot is freed in the same dispatch.
 uint rx_face_insert(RxFaceKey key) {
     uint found = rx_face_find(key);
     for (uint probe = 0u; found == RX_NO_FACE && probe < RX_FACE_PROBES; ++probe) {
         uint slot = rx_face_slot(key, probe), mine = rx_face_word(key, probe);
         uint word = face_keys[slot];
-        // What was free when it was looked at may be taken by now, perhaps for this very key.
+        // A slot that was free at the look may be taken by now, perhaps for this very key.
         for (uint turn = 0u; turn < 2u && (word == 0u || word == RX_FACE_FREED); ++turn) {
             uint before = atomicCompSwap(face_keys[slot], word, mine);
             if (before == word) before = mine;

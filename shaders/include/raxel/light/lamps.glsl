@@ -46,7 +46,7 @@ RxLampSample rx_sample_lamp(RxLight lamp, vec2 uv, RxRay from, vec3 normal) {
 bool rx_takes(float share, inout float sum, inout float keep) {
     if (!(share > 0.0)) return false;
     sum += share;
-    // One number decides all draws: what is left of it is uniform again.
+    // One number decides all draws: its remainder is uniform again.
     float odds = share / sum;
     bool takes = keep < odds;
     keep = takes ? keep / odds : (keep - odds) / (1.0 - odds);
@@ -55,13 +55,13 @@ bool rx_takes(float share, inout float sum, inout float keep) {
 
 // A point on a lamp, drawn in proportion to the lamp's power: its index, and the place on its face. There are lamps. Draws a pair.
 void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
-    // The pick takes numbers of 32 bits: those of `u` are the upper 24, and what the pick leaves of them is the place.
+    // The pick takes numbers of 32 bits: those of `u` are the upper 24, and the remainder is the place.
     vec2 u = rx_next2(s);
     uint more = rx_hash(s.seed ^ rx_hash(s.index + 0x10001u * s.pair)), part, spacing;
     uint bits = uint(u.x * 16777216.0) << 8 | more & 255u;
     index = rx_pick_light(uvec2(bits, more), part, spacing);
     if (lights.groups > 0u) {
-        // Of many groups with many lamps little is left: what is between the steps is drawn anew.
+        // With many groups of many lamps, few bits of the number remain: the part between the steps is drawn again.
         uint between, low;
         umulExtended(rx_hash(more), spacing, between, low);
         part += between;
@@ -69,8 +69,9 @@ void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
     uv = vec2(float(part >> 8) * 5.9604644775390625e-8, u.y);
 }
 
-// What of a lamp's light is left to points that are drawn on lamps, where a cosine ray from the place counts the rest: lamps that it meets, by
-// rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with other noise.
+// The share of a lamp's light that is left to points drawn on lamps, if a cosine ray from the place counts the rest: lamps that it meets,
+// by rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with
+// other noise.
 float rx_drawn_lamp_weight(RxLampSample lamp, float points, vec3 normal) {
     return rx_power_weight(points * lamp.density, max(dot(normal, normalize(lamp.to)), 0.0) / RX_PI);
 }
@@ -81,9 +82,10 @@ float rx_met_lamp_weight(vec3 radiance, float cosine, float facing, float t, flo
     return rx_power_weight(max(cosine, 0.0) / RX_PI, points * rx_light_probability(radiance) * t * t / max(facing, 1e-6));
 }
 
-// One of `candidates` points on lamps, chosen by what each would give without shadows (resampled importance sampling: Talbot, Cline and
-// Egbert, "Importance resampling for global illumination", 2005). Without bias if light counts only where rx_lamp_ray meets nothing.
-// With `points` above 0, light is only what rx_drawn_lamp_weight leaves. No light where there are no lamps. Draws `candidates` + 1 pairs.
+// One of `candidates` points on lamps, chosen by the light that each would give without shadows (resampled importance sampling: Talbot,
+// Cline and Egbert, "Importance resampling for global illumination", 2005). Without bias if light counts only where rx_lamp_ray meets
+// nothing. With `points` above 0, light is only the share of rx_drawn_lamp_weight. No light where there are no lamps. Draws `candidates` +
+// 1 pairs.
 RxLampSample rx_resample_lamps(uint candidates, inout RxSampler s, RxRay from, vec3 normal, float points) {
     RxLampSample chosen = RxLampSample(vec3(0.0), vec3(0.0), 0.0);
     if (rx_lights_count() == 0u) return chosen;

@@ -44,7 +44,7 @@ bool rx_is_on_light(RxLight light, ivec3 voxel, uint face) {
     return face == light.face && all(greaterThanEqual(from, ivec3(0))) && all(lessThan(from, ivec3(light.edge)));
 }
 
-// The index of a light, drawn in proportion to power; `random` are two numbers of 32 random bits. `rest` is what is left of the first one:
+// The index of a light, drawn in proportion to power; `random` are two numbers of 32 random bits. `rest` is the remainder of the first one:
 // 32 random bits again, in steps of `spacing`.
 uint rx_pick_light(uvec2 random, out uint rest, out uint spacing) {
     uint first = 0u, index;
@@ -57,7 +57,7 @@ uint rx_pick_light(uvec2 random, out uint rest, out uint spacing) {
         uvec4 group = lights.quads[lights.groups_at + number];
         float threshold = uintBitsToFloat(group.z);
         bool stays = keep < threshold;
-        // What decided is evenly spread again over what it decided for.
+        // The number that decided is spread evenly again over the range that led to this decision.
         keep = stays ? keep / threshold : (keep - threshold) / (1.0 - threshold);
         if (!stays) group = lights.quads[lights.groups_at + group.w];
         first = group.x;

@@ -4,7 +4,7 @@
 
 #include "sobol.glsl"
 
-// The first pairs are those of Sobol sequences over `index`, later ones are hashed: what is drawn late on a path gains little by order.
+// The first pairs are those of Sobol sequences over `index`, later ones are hashed: late draws on a path gain little by order.
 struct RxSampler {
     uint index;  // of the path among those of this pixel or face
     uint seed;   // of the pixel or face

@@ -8,8 +8,7 @@
 //     RX_MARCH_STACK = "1"              the same, each level kept on a stack
 //     RX_MARCH_RAYMASK = "1"            rx_trace with a table of masks that rules out whole 4^3 blocks (in internal/trace.glsl)
 //
-// They are what other renderers do, kept to be measured: most are inexact, each in the way its file
-// says. See docs/rivals/marchers.md.
+// They are the methods of other renderers, kept to be measured: most are inexact, each as its file describes. See docs/rivals/marchers.md.
 #ifndef RAXEL_MARCH_GLSL
 #define RAXEL_MARCH_GLSL
 

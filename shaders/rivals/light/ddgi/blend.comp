@@ -1,4 +1,4 @@
-// The new rays go into what probes keep: a thread for each of a probe's 64 directions, the first six of which also take a kind of face.
+// The new rays go into the probes: a thread for each of a probe's 64 directions. The first six also take one face direction each.
 #version 460
 #include <raxel/ray.glsl>
 #include <raxel/thread.glsl>

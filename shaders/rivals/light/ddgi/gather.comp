@@ -1,4 +1,4 @@
-// What falls on each pixel: lamplight, and from the probes around it all that has bounced and what the sky sends.
+// The light on each pixel: lamplight, and from the probes around it all bounced light and that of the sky.
 #version 460
 #include <raxel/ray.glsl>
 #include "light/scene.glsl"

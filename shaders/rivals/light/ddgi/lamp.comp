@@ -1,4 +1,4 @@
-// Light of the lamps on what each pixel sees, by one shadow ray.
+// Light of the lamps on each pixel's first hit, by one shadow ray.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"

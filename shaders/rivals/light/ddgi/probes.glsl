@@ -21,7 +21,7 @@ ivec3 probe_counts() {
     return max((grid.world_max - grid.world_min + PROBE_SPACING - 1) / PROBE_SPACING, ivec3(1));
 }
 
-// A probe stands in the middle of its cube of 16 voxels.
+// A probe stands at the centre of its cube of 16 voxels.
 ivec3 probe_of(int index) {
     ivec3 n = probe_counts();
     return ivec3(index % n.x, index / n.x % n.y, index / (n.x * n.y));
@@ -52,7 +52,7 @@ vec2 depth_towards(int probe, vec3 d) {
 // Irradiance / pi at a place of a face, from the eight probes around it. `cell` and `frac` are where a ray that leaves the face starts.
 vec3 probe_light(ivec3 cell, vec3 frac, uint face) {
     vec3 normal = rx_normal(face);
-    // From the middle of the first probe, in steps of the grid; a little away from the face.
+    // From the centre of the first probe, in steps of the grid; a little away from the face.
     vec3 place = (vec3(cell - grid.world_min) + frac + 0.5 * normal) / float(PROBE_SPACING) - 0.5;
     ivec3 base = ivec3(floor(place)), last = probe_counts() - 1;
     vec3 part = place - vec3(base), sum = vec3(0.0);

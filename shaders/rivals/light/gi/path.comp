@@ -1,5 +1,5 @@
-// One path from what each pixel sees; with HASH_CACHE it ends where a cell knows the rest, with LAMPS_APART another pass
-// has lamps that are drawn.
+// One path from each pixel's first hit; with HASH_CACHE it ends where a cell knows the rest, with LAMPS_APART another pass has lamps that
+// are drawn.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"

@@ -1,6 +1,6 @@
-// What smoothing begins with: the mean light and the variance of its luminance. With few frames nothing is known of that, and much is smoothed.
-// A pixel that no path has found much light from knows too little of its variance, and would keep to its darkness beside bright ones: the variance is that of
-// 3 x 3 pixels of the plane (Schied et al., "Spatiotemporal variance-guided filtering", 2017, section 4.3).
+// The input of smoothing: the mean light and the variance of its luminance. With few frames nothing is known of that, and much is smoothed.
+// A pixel that no path has found much light from knows too little of its variance, and would keep to its darkness beside bright ones: the
+// variance is that of 3 x 3 pixels of the plane (Schied et al., "Spatiotemporal variance-guided filtering", 2017, section 4.3).
 #version 460
 #include <raxel/ray.glsl>
 
@@ -10,7 +10,7 @@ layout(rgba32f) uniform readonly image2D mean;       // light, frames
 layout(rg32f) uniform readonly image2D moments;      // mean and mean square of luminance
 layout(rgba32f) uniform writeonly image2D outLight;
 
-// Variance of a pixel's mean by what it has seen itself.
+// Variance of a pixel's mean by its own samples.
 float seen(ivec2 pixel, float frames) {
     vec2 m = imageLoad(moments, pixel).xy;
     return frames < 4.0 ? m.y + 1e-4 : max(m.y - m.x * m.x, 0.0) / frames;

@@ -4,7 +4,7 @@ RxRay ray_of(ivec2 pixel, ivec2 size) {
     return rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
 }
 
-// Stores what a pixel's ray hits, which `free` voxels along its steepest axis are known to be clear of.
+// Stores the hit of a pixel's ray, which is known to pass `free` voxels along its steepest axis freely.
 void trace_behind(ivec2 pixel, RxRay ray, float free) {
     RxHit hit;
     bool found = free < RX_BUNDLE_EMPTY && rx_trace_from(ray, rx_bundle_time(ray, free), hit);

@@ -1,4 +1,4 @@
-// What the cells of the last frame know of the light on a face, for path.glsl. The shader has `push.ready` and `push.cell`. Needs
+// The light of the last frame's cells on a face, for path.glsl. The shader has `push.ready` and `push.cell`. Needs
 // light/face_cache/cache.glsl.
 #include "cell.glsl"
 
@@ -9,7 +9,7 @@ vec4 kept(RxHit hit) {
     uint level = cell_level(hit.voxel, push.cell, height);
     // A cell that has no light yet is looked for one level up, where cells fill earlier.
     for (uint up = 0u; up < 2u && level < CELL_LEVELS; ++up, ++level) {
-        // Nearby, a cell is too coarse: its middle may lie in the dark where the place is lit.
+        // Nearby, a cell is too coarse: its centre may lie in the dark where the place is lit.
         if (level > 0u && hit.t < 1.7320508 * float(1u << level)) break;
         if (!cell_fits(hit.voxel, hit.face, level)) continue;
         uint slot = rx_face_find(cell_key(hit.voxel, hit.face, level));

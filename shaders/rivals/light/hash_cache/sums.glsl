@@ -1,4 +1,4 @@
-// Sums of light in 64-bit whole numbers of 2^-20: exact, whatever the order of threads.
+// Sums of light in 64-bit whole numbers of 2^-20: exact, in any order of threads.
 struct CellSum {
     uint light[6];  // red, green, blue, each by its low and its high word
     uint samples;

@@ -1,5 +1,5 @@
-// A path from a random pixel of each tile. What falls on each of its first places goes into the cells there, and a cell that has light already
-// ends it. Sums are of whole numbers, so the order of threads does not matter.
+// A path from a random pixel of each tile. The light on each of its first places goes into the cells there, and a cell that has light
+// already ends it. Sums are of whole numbers, so the order of threads does not matter.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

@@ -1,4 +1,4 @@
-// Each pixel chooses a point on a lamp: the best of some candidates, against what the same face of the same voxel has chosen before.
+// Each pixel chooses a point on a lamp: the best of some candidates, against the earlier choice of the same face of the same voxel.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"
@@ -14,7 +14,7 @@ layout(rgba32ui) uniform readonly uimage2D before;
 layout(rgba32ui) uniform writeonly uimage2D outChosen;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int candidates; vec3 frac; int reused; bool discard_hidden; } push;
 
-// What the pixel that saw this place in the last frame has chosen; empty if that was another face.
+// The choice of the pixel that saw this place in the last frame; empty if that was another face.
 RxReservoir earlier(ivec4 hit, ivec2 pixel, ivec2 size) {
     vec2 at;
     vec3 from_camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac)
@@ -43,7 +43,7 @@ void main() {
             if (rx_trace(rx_lamp_ray(from, rx_reservoir_light(chosen, from, normal, points).to), block)) chosen.weight = 0.0;
         }
         // A lamp that one place of a face sees from before, all of its places do: planes of lamps lie between voxels. So the counts are the
-        // right weights, and nothing is wrong by what is used again.
+        // right weights, and reuse adds no bias.
         RxReservoir old = earlier(hit, pixel, size);
         old.count = min(old.count, float(push.reused));
         float target = rx_reservoir_target(chosen, from, normal, points), old_target = rx_reservoir_target(old, from, normal, points);

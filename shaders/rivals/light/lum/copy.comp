@@ -1,4 +1,4 @@
-// Keeps the field for the next frame, so that no probe reads what another writes.
+// Keeps the field for the next frame, so that no probe reads the output of another.
 #version 460
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(PROBES) uniform readonly image3D probes;

@@ -5,7 +5,7 @@ layout(std140) uniform Grid {
     ivec3 world_max;
 } grid;
 
-// Half the side of the sun's map, a square across the sunlight around the middle of the world, and half its depth: all of the world.
+// Half the side of the sun's map, a square across the sunlight around the centre of the world, and half its depth: all of the world.
 float map_half() {
     return 0.5 * length(vec3(grid.world_max - grid.world_min)) + 1.0;
 }

@@ -1,4 +1,4 @@
-// What voxels are made of. In a world that moves (LIVE), voxels of two more kinds are among them that no world's file knows.
+// The materials of voxels. In a world that moves (LIVE), voxels of two more kinds are among them that no world's file knows.
 #ifdef LIVE
 const uint GRASS_CELL = 0xfff0u;    // air in which blades of grass stand
 const uint SPARK = 0xfff1u;

@@ -62,7 +62,7 @@ void main() {
         vec3 normal = rx_normal(hit.face), place = place_in_world(hit.voxel, hit.face, hit.uv);
         vec3 falls = field(before, place, normal, 16.0);
 #if !FAITHFUL
-        // Sunlight on what is hit; without this all sun comes from rays that meet its cone.
+        // Sunlight on the hit; without this all sun comes from rays that meet its cone.
         float facing = dot(normal, sun);
         if (facing > 0.0 && lit(place + 0.5 * normal, sun)) falls += sun_irradiance(sun) * (facing / RX_PI);
 #endif

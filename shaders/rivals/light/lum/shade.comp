@@ -29,7 +29,7 @@ float sunlit(vec3 place, vec3 sun) {
     return sum;
 }
 
-// Nearness of what lies around on the picture.
+// Nearness of the surroundings on the picture.
 float occlusion(ivec2 pixel, float depth) {
     ivec2 size = imageSize(places);
     float radius = 0.5 * float(size.y) * 3.0 / (frame.tan_half_fov.y * depth), sum = 0.0;
@@ -70,7 +70,8 @@ void main() {
         vec3 at = place_in_world(hit.xyz, face, place.xy);
         if (hit_material(hit.w) == GRASS_CELL) material.albedo *= mix(0.45, 1.35, finer.w);
         else if (face == RX_FACE_POS_Y && rx_material(hit.xyz + ivec3(0, 1, 0)) == GRASS_CELL) {
-            // The field and the sun's map take a cell of blades for a full one: ground below it has the light that comes to their tips, less what they take.
+            // The field and the sun's map take a cell of blades for a full one: ground below it has the light that comes to their tips,
+            // less their loss.
             at.y += 1.0;
             material.albedo *= 0.8;
         }

@@ -25,7 +25,7 @@ float kept_share(float cosine, float roughness) {
     return mix(bottom, mix(imageLoad(kept, ivec2(low.x, high.y)).x, imageLoad(kept, high).x, part.x), part.y);
 }
 
-// What a matt surface, or the matt part of one, gets from the sky.
+// The light that a matt surface, or the matt part of one, gets from the sky.
 vec3 skylight(RxHit hit) {
     return rx_openness(hit) * ambient[hit.face].rgb;
 }
@@ -43,7 +43,7 @@ vec3 surface(RxHit hit, vec3 dir, float falls, inout RxSampler numbers) {
     vec3 v = vec3(dot(-dir, t), dot(-dir, b), max(dot(-dir, normal), 1e-3));
     vec3 l = vec3(dot(to_sun, t), dot(to_sun, b), dot(to_sun, normal));
     float alpha = rx_ggx_alpha(material.roughness), one = kept_share(v.z, material.roughness);
-    // A matt body under a coat gets what the coat does not mirror; the roughest have none.
+    // A matt body under a coat gets the light that the coat does not mirror; the roughest have none.
     bool coated = material.roughness < 0.9;
     vec3 mirrors = mix(coated ? rx_fresnel(vec3(0.04), v.z) : vec3(0.0), vec3(1.0), material.metallic);
     vec3 light = glow + (1.0 - mirrors) * matt;

@@ -24,7 +24,7 @@ vec3 depth_upwards(vec3 at, vec3 dir) {
     return vec3(density * (way.xy - along), way.w - way.z);
 }
 
-// The same for any direction. A way that goes down first has the lowest point of its line in the middle: twice from there, less what lies behind.
+// The same for any direction. A way that goes down first has the lowest point of its line halfway: twice from there, less the part behind.
 vec3 optical_depth(vec3 at, vec3 dir) {
     float along = dot(at, dir);
     return along > 0.0 ? depth_upwards(at, dir) : 2.0 * depth_upwards(at - along * dir, dir) - depth_upwards(at, -dir);

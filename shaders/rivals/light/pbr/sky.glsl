@@ -16,7 +16,7 @@ float stars(vec3 dir) {
     return 0.5 * smoothstep(0.98, 1.0, chance) * dir.y;
 }
 
-// What the camera sees where it sees no voxel. The disc has a thousandth of its radiance, as much as a screen can show.
+// The camera's view where it sees no voxel. The disc has a thousandth of its radiance, as much as a screen can show.
 vec3 sky_seen(vec3 dir, vec3 sun, uint sky, bool judged) {
     vec3 light = sky_from(dir, sun);
     if (judged) return light;

@@ -1,4 +1,4 @@
-// The new samples of each item go into its mean. A sum in floats over all samples: it neither stops short nor clips.
+// The new samples of each item go into its mean. A sum in floats over all samples: it never stops short and never clips.
 #version 460
 #include <raxel/thread.glsl>
 

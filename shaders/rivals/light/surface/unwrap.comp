@@ -1,5 +1,6 @@
-// First stage: each face in sight gets texels if it is wide enough, as the original unwraps voxels. What falls on the whole face goes on as the mean of
-// its texels, for rays that meet it and for when it is far away again. Light of before a change counts as far as the change was small.
+// First stage: each face in sight gets texels if it is wide enough, as the original unwraps voxels. The light on the whole face continues
+// as the mean of its texels, for rays that meet it and for when it is far away again. Light of before a change counts as far as the change
+// was small.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

@@ -1,4 +1,4 @@
-// What gets new light in a frame: texels of wide faces, and the others whole. WORK_ACCESS is empty where the shader writes it.
+// The receivers of new light in a frame: texels of wide faces, and the others whole. WORK_ACCESS is empty where the shader writes it.
 #ifndef WORK_ACCESS
 #define WORK_ACCESS readonly
 #endif

@@ -1,4 +1,4 @@
-// What each path meets.
+// The hit of each path.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

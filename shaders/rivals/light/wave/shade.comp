@@ -1,4 +1,4 @@
-// What comes from where each path has arrived, what it asks for there, and the way on. The paths that go on close up; which place each
+// The light from the place that each path has reached, its requests there, and the way on. The paths that go on close up; which place each
 // gets depends on the order of threads, its light does not.
 #version 460
 #include <raxel/world.glsl>

@@ -32,7 +32,7 @@ pub(super) fn judge(graph: &Path, device: &Arc<Device>, options: &DeviceOptions,
             let passes = counted(plan.passes.len(), "pass", "passes");
             (plan, Ok(format!("runs: {passes}, the first picture after {milliseconds:.0} ms")))
         }
-        // What does not run has needs all the same.
+        // A graph that does not run has needs all the same.
         Err(failure) => (read.on_paper(console)?, Err(failure)),
     };
     for need in needs(&planned, &raxel_execute::limits(device)) {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use raxel_bake::{BakeError, BakePart, DEFAULT_EDGE, Plan, PlanError, Report};
+use raxel_diagnostics::names::grouped;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -15,7 +16,7 @@ use raxel_terminal::offline::OfflineProject;
 use raxel_world::{Bounds, ChunkProvider};
 use serde_json::json;
 
-use super::info::{bytes, grouped};
+use super::info::bytes;
 
 /// Bakes the voxels of a world into Zarr v3 arrays, in a folder or an S3-compatible store.
 ///

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use raxel_diagnostics::names::grouped;
 use raxel_diagnostics::{Diagnostic, SourceMap, codes};
 use raxel_edit::save::{self, Compacted, Report, SaveError};
 use raxel_output::{Pending, shown};
@@ -13,7 +14,7 @@ use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 use serde_json::json;
 
-use super::info::{bytes, grouped};
+use super::info::bytes;
 
 /// Writes the journals of a world's save into its chunks, and prints the sizes.
 ///
@@ -35,7 +36,7 @@ pub(crate) struct Verify {
     of: Of,
 }
 
-/// Writes a world's save anew, without replaced chunks and broken records.
+/// Rewrites a world's save, without replaced chunks and broken records.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel world compact worlds/quarry.toml")]
 pub(crate) struct Compact {
@@ -163,7 +164,7 @@ impl Of {
     }
 }
 
-/// What is in a save that is there.
+/// Reads a save that must exist.
 fn read(folder: &std::path::Path, console: &Console) -> Result<Report> {
     let report = save::verify(folder).map_err(|error| stop(&error, console))?;
     if report.files.is_empty() {
@@ -172,7 +173,7 @@ fn read(folder: &std::path::Path, console: &Console) -> Result<Report> {
     Ok(report)
 }
 
-/// Says what was broken, where a save is written without it.
+/// Reports the broken parts that a rewritten save leaves out.
 fn leaves_out(report: &Report, console: &Console) {
     let broken: Vec<Diagnostic> = (report.damages.iter().filter(|damage| !damage.unfinished))
         .map(|damage| Diagnostic::warning(codes::world::SAVE_DAMAGED, format!("left out: {damage}")))

@@ -18,7 +18,7 @@ impl Slot {
     }
 }
 
-/// What must be ordered, in terms of slots.
+/// A required order, in terms of slots.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need {
     pub kind: NeedKind,
@@ -29,7 +29,7 @@ pub(super) struct Need {
     pub by: (u32, u32),
 }
 
-/// What must be ordered.
+/// The kinds of required orders.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NeedKind {
     /// One kind of access before another.
@@ -52,7 +52,7 @@ fn behind(dependency: &Dependency) -> Stages {
     if stages.contains(Stages::DRAW_INDIRECT) { stages | Stages::COMPUTE_SHADER } else { stages }
 }
 
-/// The slots that order what `need` asks for, counted from its first one; `None` when they do not.
+/// The slots that give the order of `need`, counted from its first one; `None` when they do not.
 pub(super) fn covered(slots: &[Slot], need: &Need) -> Option<(u32, u32)> {
     let (from, target, to, start) = match need.kind {
         NeedKind::Pair(from, to) => (Some(from), None, Some(to), None),
@@ -118,7 +118,8 @@ mod tests {
         Slot { memory: Dependency { src, dst }, ..Slot::default() }
     }
 
-    /// The frames after the first go through the same slots, and a chain may take one slot of each: what waits between two that help is no end.
+    /// The frames after the first go through the same slots, and a chain may take one slot of each: slots that wait between two that help
+    /// do not end the search.
     #[test]
     fn slots_that_do_nothing_end_the_search_only_after_a_whole_frame_of_them() {
         let store = (Stages::COMPUTE_SHADER, AccessMask::SHADER_STORAGE_WRITE);

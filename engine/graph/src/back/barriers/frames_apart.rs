@@ -19,7 +19,7 @@ pub(super) fn frames_apart(graph: &Graph, copies: u32, from: &ResourceAccess, to
     frames_apart_by_ticks(graph.clock(clock).most.into(), copies, from, to)
 }
 
-/// The same for a resource whose clock ticks at most so many times in a frame.
+/// The same for a resource whose clock ticks at most `most` times in a frame.
 fn frames_apart_by_ticks(most: i64, copies: u32, from: &ResourceAccess, to: &ResourceAccess) -> u32 {
     // One tick more in each frame reaches every copy, in as many frames as there are copies.
     let first = u32::from(to.action <= from.action);
@@ -27,7 +27,7 @@ fn frames_apart_by_ticks(most: i64, copies: u32, from: &ResourceAccess, to: &Res
     (first..=first + copies).find(meet).unwrap_or(first + copies)
 }
 
-/// The least and the largest number of ticks from the copy of `from` to that of `to`, so many frames later; `None` when no frame runs
+/// The least and the largest number of ticks from the copy of `from` to that of `to`, `frames` frames later; `None` when no frame runs
 /// both.
 fn ticks_apart(most: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> Option<(i64, i64)> {
     let ages = i64::from(from.age) - i64::from(to.age);
@@ -36,7 +36,7 @@ fn ticks_apart(most: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u3
         _ => 0,
     };
     if frames == 0 {
-        // Both are counted from the ticks before the frame, which runs at least as many as its later access says.
+        // Both are counted from the ticks before the frame, which runs at least as many as its later access requires.
         let least = ran(from).max(ran(to));
         let at = |access: &ResourceAccess, due: i64| match access.selector {
             CopySelector::Tick(_, tick) => i64::from(tick),
@@ -72,7 +72,7 @@ mod tests {
     use crate::ir::plan::AccessMask;
     use crate::ir::subresources::SubresourceRange;
 
-    /// Whether two accesses, so many frames apart, are to one copy for some numbers of ticks: every number of each frame is tried.
+    /// Whether two accesses, `frames` frames apart, are to one copy for some numbers of ticks: every number of each frame is tried.
     fn meet(most: i64, copies: i64, from: &ResourceAccess, to: &ResourceAccess, frames: u32) -> bool {
         // The tick of an access whose frame begins behind `begun` ticks and runs `ticks`; none if it does not run.
         let tick = |access: &ResourceAccess, begun: i64, ticks: i64| match access.selector {
@@ -120,7 +120,7 @@ mod tests {
                 selectors(most).flat_map(|from| selectors(most).map(move |to| (from, to)))
             {
                 for (from_age, to_age) in (0..copies).flat_map(|from| (0..copies).map(move |to| (from, to))) {
-                    // Behind `from` in its frame stands what belongs to the same tick or a later one.
+                    // Behind `from` in its frame stand accesses of the same tick or a later one.
                     let behind =
                         [0, 1].into_iter().take(if order(from_selector) <= order(to_selector) { 2 } else { 1 });
                     for to_action in behind {

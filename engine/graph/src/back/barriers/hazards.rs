@@ -13,7 +13,7 @@ use crate::ir::index::index32;
 use crate::ir::plan::{AccessMask, Hazard, HazardKind, ResourceDesc};
 use crate::ir::subresources::SubresourcePartition;
 
-/// Gaps in a row: `count` of them, the last of which is `end`. They may begin in an earlier frame.
+/// Gaps in a row: `count` of them, ending at `end`. They may begin in an earlier frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gaps {
     pub end: u32,
@@ -50,7 +50,7 @@ pub(super) struct Hazards {
     pub pairs: Vec<Pair>,
     /// Take-overs of shared memory.
     pub alias_transitions: Vec<AliasTransition>,
-    /// What to print: of each access, the nearest hazards.
+    /// Reasons to print: of each access, the nearest hazards.
     pub reasons: Vec<(Hazard, Gaps)>,
 }
 
@@ -81,7 +81,7 @@ fn same_resource(
 ) {
     let n = index32(frame.order.actions.len());
     let plan = &frame.resources[resource];
-    // A placed image is taken over anew in each frame: see `shared_memory`.
+    // A placed image is taken over again in each frame: see `shared_memory`.
     let within_frame = frame.alias.places[resource].is_some() && matches!(plan.desc, ResourceDesc::Image(_));
     let parts = SubresourcePartition::new(accesses.iter().map(|access| access.range));
     let mut earlier: Vec<(u32, &ResourceAccess)> = Vec::new();
@@ -103,7 +103,7 @@ fn same_resource(
     }
 }
 
-/// Of the hazards of one access, keeps those with nothing in between: a store hides what came before it on the same parts.
+/// Of the hazards of one access, keeps those with nothing in between: a store hides earlier accesses of the same parts.
 fn explain(
     frame: &Frame,
     parts: &SubresourcePartition,
@@ -162,7 +162,7 @@ fn shared_memory(
             users.push((access.mask, access.action));
         }
     }
-    // An image follows itself too: what it held in the last frame was stored to the same memory.
+    // An image follows itself too: its contents of the last frame were stored to the same memory.
     let itself = image.then_some(index32(resource));
     let mut previous_users: Vec<(AccessMask, u32)> = Vec::new();
     let mut nearest: Option<(u32, u32)> = None;

@@ -50,8 +50,8 @@ pub(crate) fn barriers(frame: &Frame) -> Vec<Option<Barrier>> {
     let hazards = hazards::find(frame);
     // The fewest gaps that hit every interval.
     let gaps = place::place(index32(frame.order.actions.len()), &hazards);
-    // Every hazard asks its bits of the last barrier in its interval; then what is covered otherwise is taken away again.
+    // Every hazard asks its bits of the last barrier in its interval; then bits that other barriers cover are taken away again.
     let scopes = prune::prune(frame, &hazards, &gaps);
-    // Say what each is for.
+    // Add the reason of each.
     scopes.into_barriers(frame, &hazards)
 }

@@ -1,5 +1,6 @@
-//! Fits the scopes: gives every barrier what its hazards ask for, then takes away each stage and access without which all hazards
-//! stay covered (but for the stores before the transition of an image, which it names itself). Removing a bit never covers anything, so one try for each is enough, and what stays is needed.
+//! Fits the scopes: gives every barrier the bits of its hazards, then takes away each stage and access without which all hazards stay
+//! covered (but for the stores before the transition of an image, which it names itself). Removing a bit never covers anything, so one try
+//! for each is enough, and the remaining ones are needed.
 
 use super::Frame;
 use super::cover::{Need, NeedKind, Slot, covered};
@@ -50,7 +51,7 @@ impl Scopes {
         (first + count - 1) as usize % self.slots.len()
     }
 
-    /// Gives each hazard its bits in the last slot that can serve it, and lists what must stay covered.
+    /// Gives each hazard its bits in the last slot that can serve it, and lists the needs that must stay covered.
     fn ask(&mut self, hazards: &Hazards) -> Vec<Need> {
         let mut needs = Vec::new();
         for pair in &hazards.pairs {
@@ -88,7 +89,7 @@ impl Scopes {
 
     fn take_away(&mut self, needs: &mut [Need]) {
         let count = self.slots.len();
-        // By slot, the needs that rely on it: only they can miss what is taken from it.
+        // By slot, the needs that rely on it: only they can miss a bit of it.
         let mut relying: Vec<Vec<u32>> = vec![Vec::new(); count];
         let rely = |relying: &mut Vec<Vec<u32>>, id: usize, need: &Need| {
             for at in need.by.0..=need.by.1.min(need.by.0 + index32(count) - 1) {

@@ -1,4 +1,4 @@
-//! What the files say of one pass, to find out whether an edit has changed it.
+//! The files' declaration of one pass, to find out whether an edit has changed it.
 
 use std::fmt::Write as _;
 

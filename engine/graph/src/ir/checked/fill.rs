@@ -54,7 +54,7 @@ pub enum ValueOrigin {
     Clock(ClockId, ClockValue),
 }
 
-/// What a clock knows: the last word of `clock.NAME.tick`.
+/// The values of a clock: the last word of `clock.NAME.tick`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum ClockValue {
     /// `tick`, u32: the number of the tick, from 0 at the start. In a pass of the clock the one that runs, elsewhere the last one
@@ -87,7 +87,7 @@ macro_rules! builtins {
                 match self { $(Builtin::$variant => $name),* }
             }
 
-            /// What it is, in one sentence.
+            /// Its description, in one sentence.
             pub const fn about(self) -> &'static str {
                 match self { $(Builtin::$variant => $about),* }
             }
@@ -133,6 +133,6 @@ builtins! {
     WorldVoxels = "world.voxels", U32, (1, 1), "Number of solid voxels, at most the largest `u32`.";
     WorldSerial = "world.serial", U32, (1, 1), "Number of changes of the world since the start.";
     WorldEdited = "world.edited", U32, (1, 1), "Number of edits and of changes of the world file since the start; chunks that a streamed world loads and drops do not count.";
-    WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that changed since the last frame. The box is empty if none changed, and everything if raxel cannot tell.";
+    WorldChangedMin = "world.changed_min", I32, (3, 1), "Smallest coordinate of a box around the voxels that changed since the last frame. The box is empty if none changed, and holds all voxels if the change is unknown.";
     WorldChangedMax = "world.changed_max", I32, (3, 1), "Largest coordinate of this box, plus one.";
 }

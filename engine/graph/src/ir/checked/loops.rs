@@ -1,4 +1,4 @@
-//! Loops of a checked graph, and what their passes take from the round.
+//! Loops of a checked graph, and the inputs of their passes from the round.
 
 use raxel_diagnostics::Span;
 use serde::Serialize;
@@ -32,13 +32,13 @@ pub struct Loop {
 pub enum Rounds {
     /// So often.
     Fixed(u32),
-    /// As an integer param says, whose range has a whole number from 0 to [`MOST_ROUNDS`] at both ends.
+    /// The value of an integer param, whose range has a whole number from 0 to [`MOST_ROUNDS`] at both ends.
     Param(ParamId),
     /// Once for each step from a mip of this target to the next: its mips less one.
     Mips(ResourceId),
 }
 
-/// The number of rounds that a param's value says; `None` for values that count nothing.
+/// The number of rounds for a param's value; `None` for values that count nothing.
 pub fn count_of(value: Value) -> Option<u32> {
     match value {
         Value::U32(count) => Some(count.min(MOST_ROUNDS)),
@@ -68,7 +68,7 @@ impl RoundIndex {
         }
     }
 
-    /// What it is, in one sentence.
+    /// Its description, in one sentence.
     pub const fn about(self) -> &'static str {
         match self {
             RoundIndex::Index => "Round of the loop that the pass is in: from 0 up, or down to 0.",
@@ -85,14 +85,14 @@ impl RoundIndex {
     }
 }
 
-/// What a pass of a loop takes from the round.
+/// The values that a pass of a loop takes from the round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InLoop {
     /// The loop.
     pub of: LoopId,
-    /// Accesses (indices into [`Pass::accesses`](super::Pass::accesses)) of the mip that the round says.
+    /// Accesses (indices into [`Pass::accesses`](super::Pass::accesses)) of the mip of the round.
     pub mips: Vec<(u32, RoundIndex)>,
-    /// The dispatch covers the mip that the round says.
+    /// The dispatch covers the mip of the round.
     pub dispatch_mip: Option<RoundIndex>,
 }
 

@@ -1,4 +1,4 @@
-//! Targets and buffers of a checked graph: what they are, and where their contents come from.
+//! Targets and buffers of a checked graph: their kinds, and the origin of their contents.
 
 use std::sync::Arc;
 
@@ -58,12 +58,12 @@ impl Resource {
         self.kind.supplied_by().filter(|_| !matches!(self.origin, Origin::Copy))
     }
 
-    /// What it is filled with when that changes, e.g. `world.tree64`.
+    /// The source that it is filled from when that changes, e.g. `world.tree64`.
     pub fn copied_from(&self) -> Option<&str> {
         self.kind.supplied_by().filter(|_| matches!(self.origin, Origin::Copy))
     }
 
-    /// What the runtime takes out of it after each frame, e.g. `world.edits`.
+    /// The kind of records that the runtime takes out of it after each frame, e.g. `world.edits`.
     pub fn collected_as(&self) -> Option<&str> {
         match &self.origin {
             Origin::Collected(name) => Some(name),
@@ -81,16 +81,16 @@ impl Resource {
     }
 }
 
-/// A warning while a word of a buffer is not 0. Passes count there what should not happen, for example elements that found no room.
+/// A warning while a word of a buffer is not 0. Passes count unwanted events there, for example elements that found no room.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
     /// Byte offset of the `uint`, a multiple of 4.
     pub offset: u64,
-    /// What it counts and what that means, as a part of a sentence.
+    /// The counted thing and its meaning, as a part of a sentence.
     pub says: String,
-    /// What can be done about it.
+    /// Advice, if there is any.
     pub help: Option<String>,
-    /// Where the file says so.
+    /// The place of the warning in the file.
     #[serde(skip)]
     pub place: Span,
 }
@@ -107,11 +107,11 @@ pub enum Origin {
     File(Arc<FileContents>),
     /// It is a copy of a source that passes may write: filled when the source changes, at creation and on reset.
     Copy,
-    /// From the graph, zero when a frame begins; what passes write goes outside under this name, e.g. `world.edits`.
+    /// From the graph, zero when a frame begins; the output of passes goes outside under this name, e.g. `world.edits`.
     Collected(String),
 }
 
-/// What a resource is.
+/// The kinds of resources.
 #[derive(Clone, Debug, Serialize)]
 pub enum ResourceKind {
     /// An image.
@@ -129,7 +129,7 @@ impl ResourceKind {
         }
     }
 
-    /// Who supplies it from outside, or supplies what it is a copy of, e.g. `world.tree64`.
+    /// The name of the source that supplies it from outside, or supplies the original of this copy, e.g. `world.tree64`.
     pub fn supplied_by(&self) -> Option<&str> {
         match self {
             ResourceKind::Target(target) => target.source.as_deref(),
@@ -138,7 +138,7 @@ impl ResourceKind {
         }
     }
 
-    /// What the file writes into it, if it does.
+    /// The values that the file writes into it, if it does.
     pub fn values(&self) -> Option<&Values> {
         match self {
             ResourceKind::Buffer(Buffer { size: BufferSize::Values(values), .. }) => Some(values),
@@ -146,7 +146,7 @@ impl ResourceKind {
         }
     }
 
-    /// Whether the file says what it holds at creation.
+    /// Whether the file has its contents at creation.
     pub fn is_initialised(&self) -> bool {
         match self {
             ResourceKind::Target(target) => target.init.is_some(),
@@ -343,7 +343,7 @@ impl BufferSize {
         }
     }
 
-    /// Bytes of an element, where the file says how many elements there are.
+    /// Bytes of an element, where the file has a number of elements.
     pub fn stride(&self) -> Option<u32> {
         match self {
             BufferSize::Elements { stride, .. } | BufferSize::Of { stride, .. } | BufferSize::World { stride, .. } => {

@@ -8,7 +8,7 @@ use raxel_world::random::{SplitMix64, mix};
 pub(super) struct Draw(SplitMix64);
 
 impl Draw {
-    /// Of an attempt at a scene of a kind.
+    /// The numbers of an attempt at a scene.
     pub(super) fn new(parts: [u64; 4]) -> Self {
         Self(SplitMix64::new(parts.into_iter().fold(0, |state, part| mix(state.wrapping_add(part).wrapping_add(1)))))
     }
@@ -43,7 +43,7 @@ impl Draw {
     }
 }
 
-/// What a world file is written from.
+/// The text of a world file.
 #[derive(Default)]
 pub(super) struct Text {
     materials: String,
@@ -75,7 +75,7 @@ impl Text {
         self.op(&format!("op = \"box\", min = {min:?}, max = {max:?}, material = \"{material}\""));
     }
 
-    /// A box of a material that lights what is around it.
+    /// A box of a material that lights its surroundings.
     pub(super) fn light(&mut self, material: &str, min: [i32; 3], max: [i32; 3]) {
         self.cuboid(material, min, max);
         self.lamps.push(std::array::from_fn(|axis| f64::midpoint(f64::from(min[axis]), f64::from(max[axis]))));
@@ -86,7 +86,7 @@ impl Text {
         self.op(&format!("op = \"box\", mode = \"subtract\", min = {min:?}, max = {max:?}"));
     }
 
-    /// Another material on what is solid.
+    /// Another material on solid voxels.
     pub(super) fn paint(&mut self, material: &str, min: [i32; 3], max: [i32; 3]) {
         self.op(&format!("op = \"box\", mode = \"paint\", min = {min:?}, max = {max:?}, material = \"{material}\""));
     }

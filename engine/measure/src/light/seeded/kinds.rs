@@ -1,4 +1,4 @@
-//! What is in a random room, street, cave and land.
+//! The contents of a random room, street, cave and land.
 
 use super::draw::{Draw, Text};
 
@@ -19,7 +19,7 @@ pub(super) struct Draft {
     pub scattered: bool,
 }
 
-/// What lights a world besides its lamps.
+/// The light of a world besides its lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Light {
     pub azimuth: f64,

@@ -30,7 +30,7 @@ const SLIDE: &str = "judge_slide";
 /// Worlds that are drawn for one scene until a camera is found in one. Most have one at once.
 const WORLDS: u64 = 64;
 
-/// What a scene is.
+/// The kinds of scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SceneKind {
     /// Walls all around, lamps, sometimes windows.
@@ -70,7 +70,7 @@ impl SceneKind {
 /// A scene with the files that it is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seeded {
-    /// What is judged.
+    /// The scene to judge.
     pub scene: Scene,
     /// The world file, and its model if it has one: names in [`FOLDER`], and bytes.
     pub files: Vec<(String, Vec<u8>)>,
@@ -91,7 +91,7 @@ pub struct NoView {
     pub name: String,
 }
 
-/// So many scenes of a seed, the kinds in turn. The scene of a kind and number is the same, whichever others are asked for.
+/// So many scenes of a seed, the kinds in turn. The scene of a kind and number is the same, independent of the others that are asked for.
 ///
 /// # Errors
 /// When no camera is found for one of them.
@@ -155,7 +155,7 @@ fn params(draft: &Draft) -> Vec<(String, f32)> {
     all.map(|(name, value)| (name.to_owned(), value as f32)).to_vec()
 }
 
-/// What moves: the models, the sun, the camera. Something always does.
+/// Everything that moves: the models, the sun, the camera. Something always does.
 #[expect(clippy::cast_possible_truncation, reason = "multiples of 1/64 below 1000 are exact")]
 fn motion(draft: &Draft, instances: bool, draw: &mut Draw) -> Motion {
     let mut params = Vec::new();
@@ -239,7 +239,7 @@ fn model(draw: &mut Draw) -> Vec<u8> {
     vox::export(&World::from_voxels(materials, voxels)).unwrap_or_default()
 }
 
-/// The first lines of a world file: what moves, how to look at it, its name.
+/// The first lines of a world file: its motions, its camera, its name.
 fn head(scene: &Scene) -> String {
     let mut set = String::new();
     for (name, value) in &scene.params {

@@ -20,8 +20,8 @@ fn world(seeded: &Seeded) -> Arc<SessionWorld> {
     part.result.unwrap_or_else(|found| panic!("{}: {found:#?}\n{}", seeded.scene.name, seeded.text()))
 }
 
-/// What is drawn depends on seed, kind and number alone. A change of what is drawn makes figures of random scenes incomparable with earlier ones:
-/// it needs another digest here, and a line in docs/lab/judge.md.
+/// A scene depends on seed, kind and number alone. A change of the scenes makes figures of random scenes incomparable with earlier ones: it
+/// needs another digest here, and a line in docs/lab/judge.md.
 #[test]
 fn a_seed_gives_the_same_files_bit_for_bit() {
     let all = scenes(7, 8, &SceneKind::ALL).unwrap();
@@ -55,7 +55,7 @@ fn a_hundred_seeds_have_valid_scenes() {
             let hit = cast(world.newest(), &ray, 1e4).unwrap();
             assert!(hit.is_none_or(|hit| hit.exact.face < 6), "{name}: the camera is in rock");
             assert_eq!(world.name(), name);
-            // Something moves, and what moves the instances is in the world.
+            // Something moves, and the params that move the instances are in the world.
             let Scene { motion, instance_params, .. } = &seeded.scene;
             assert!(motion.camera != CameraMotion::By([0.0; 3]) || !motion.params.is_empty(), "{name}");
             assert_eq!(world.has_instances(), !instance_params.is_empty(), "{name}");

@@ -1,4 +1,4 @@
-//! The camera of a random world: in air, before things at several distances, and some of what it sees is lit.
+//! The camera of a random world: in air, before things at several distances, with some lit voxels in view.
 
 use glam::{DVec3, Vec2};
 use raxel_edit::Base;
@@ -32,7 +32,7 @@ pub(super) struct View {
     pub yaw: f64,
     pub pitch: f64,
     pub fov: f64,
-    /// Voxels to what is in the middle of the picture.
+    /// Voxels to the voxel at the centre of the picture.
     pub depth: f64,
 }
 
@@ -135,7 +135,7 @@ fn along(ray: &Ray, distance: f64) -> DVec3 {
     DVec3::new(at(0), at(1), at(2)) + DVec3::from_array(ray.dir.map(f64::from)).normalize() * distance
 }
 
-/// What a ray from a point meets first. A chunk that is unavailable counts as air.
+/// The first hit of a ray from a point. A chunk that is unavailable counts as air.
 fn first(base: &dyn Base, from: DVec3, dir: DVec3, reach: f64) -> Option<CastHit> {
     let eye = Camera::at(from.to_array());
     let ray = Ray::new(eye.cell.to_array(), eye.frac.to_array(), dir.as_vec3().to_array());

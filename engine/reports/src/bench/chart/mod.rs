@@ -1,5 +1,5 @@
-//! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. What is exact has no
-//! place on a logarithmic axis and stands below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
+//! The chart of one view as SVG: time a ray against wrong rays, both logarithmic, the better the further down and left. Exact graphs have
+//! no place on a logarithmic axis and stand below it, a line a graph. Dots of one graph on the layouts it ran over hang together.
 
 mod strand;
 #[cfg(test)]
@@ -102,7 +102,7 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     Some(svg)
 }
 
-/// Breaks the foot of the page between words into two lines at most; what has no room there is left out.
+/// Breaks the foot of the page between words into two lines at most; the rest is left out.
 pub(super) fn foot_lines(foot: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in foot.split_whitespace() {
@@ -245,7 +245,7 @@ impl Path {
     }
 }
 
-/// What is wrong, by how much. Gives the end of the panel.
+/// The size of the error. Gives the end of the panel.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "casts of floats saturate, and powers that are not shown are left out"

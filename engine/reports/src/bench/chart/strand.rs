@@ -14,8 +14,8 @@ const APART: f64 = 17.0;
 /// Pixels between a dot and its name.
 const STALK: f64 = 12.0;
 
-/// Colours that tell graphs apart where their threads cross, the clearest first also for the colour-blind (after M. Okabe and K. Ito, "Color
-/// Universal Design", and P. Tol, "Colour Schemes"); none is the red of the front.
+/// Colours that distinguish graphs where their threads cross, the clearest first also for the colour-blind (after M. Okabe and K. Ito,
+/// "Color Universal Design", and P. Tol, "Colour Schemes"); none is the red of the front.
 const COLORS: [&str; 13] = [
     "#0072b2", "#d98f00", "#009e73", "#cc79a7", "#332288", "#999933", "#56b4e9", "#882255", "#7a7a7a", "#8a5a2b",
     "#9b5fe0", "#14532d", "#1f2933",
@@ -43,7 +43,7 @@ pub(super) struct Strand<'d, 'r> {
 }
 
 impl<'d, 'r> Strand<'d, 'r> {
-    /// `y` says how high a dot stands; `graphs` are all there are, in order of name, for their colours.
+    /// `y` is the height of a dot; `graphs` are all there are, in order of name, for their colours.
     pub fn new(dots: Vec<&'d Dot<'r>>, scale: &Scale, y: impl Fn(&Dot<'_>) -> f64, graphs: &[&str]) -> Self {
         let points = dots.iter().map(|dot| [scale.x(dot.time), y(dot)]).collect();
         let graph = dots.first().map_or("", |dot| dot.row.case.graph.as_str());

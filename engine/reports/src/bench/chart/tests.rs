@@ -1,4 +1,4 @@
-//! What the chart shows, read back from its SVG.
+//! The contents of the chart, read back from its SVG.
 
 use raxel_measure::bench::{Case, Effort, Measured, Refusal, Spread};
 use raxel_oracle::metrics::Errors;

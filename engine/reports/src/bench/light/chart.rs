@@ -16,7 +16,7 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = 170.0;
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 96.0;
-/// Lines that follow each other are told apart by hue, then by lightness.
+/// Consecutive lines differ by hue, then by lightness.
 const COLORS: [&str; 10] =
     ["#1f2933", "#c8452f", "#2f6db3", "#3b8a4a", "#8a4fa8", "#c78a1e", "#1d8f94", "#b03a78", "#6b7d1f", "#5a63c7"];
 /// Pixels between the names at the right edge.

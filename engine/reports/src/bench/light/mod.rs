@@ -83,7 +83,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
 
-    /// What moves, besides what scenes move: a param by so much a second, or `camera=X,Y,Z` by so many voxels a second; may be repeated.
+    /// Moves something besides the scenes' own motion: a param by that much a second, or `camera=X,Y,Z` by that many voxels a second; may
+    /// be repeated.
     #[arg(long = "move", value_name = "NAME=RATE", allow_hyphen_values = true)]
     moves: Vec<String>,
 
@@ -176,7 +177,7 @@ struct Judgement {
 }
 
 impl Judgement {
-    /// Error times milliseconds of the path tracer, by its last picture: what every system must beat.
+    /// Error times milliseconds of the path tracer, by its last picture: every system must beat it.
     fn brute_force(&self) -> Option<f64> {
         let last = self.rows.first()?.outcome.as_ref().ok()?.still.last()?;
         Some(last.judged.error * last.ms).filter(|product| *product > 0.0)
@@ -229,7 +230,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
             table::print_last(&judgement, console);
         }
         all.push(judgement);
-        // A run that is broken off leaves what it has measured.
+        // A run that is broken off keeps the figures so far.
         if let Some(folder) = &args.output {
             let written = files::write(folder, &bench, &all, &summary::summaries(&all, random))?;
             console.detail(&format!("wrote {}", written.join(", ")));
@@ -258,7 +259,7 @@ fn reference_failure(error: LightError, scene: &Scene) -> Failure {
     }
 }
 
-/// What is run for how long, by the kind of the device where nothing is said.
+/// The runs and their lengths, with defaults by the kind of the device.
 fn effort(args: &Args, device: &DeviceOptions, project: &Project) -> Result<Effort> {
     let software = Device::new(device)?.capabilities().kind == DeviceKind::Cpu;
     let or = |given: Option<u32>, gpu: u32, cpu: u32| given.unwrap_or(if software { cpu } else { gpu });

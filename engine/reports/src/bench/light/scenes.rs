@@ -18,7 +18,7 @@ use raxel_terminal::session::{assigned, named_camera};
 
 use super::Args;
 
-/// A scene that has a name: world, camera (position and what it looks at) where it is not the world's, params.
+/// A scene that has a name: world, camera (position and target) where it is not the world's, params.
 type Known = (&'static str, &'static str, Option<[[f64; 3]; 2]>, &'static [(&'static str, f32)]);
 
 /// Open land by day, the same at eye level, a closed room with one lamp, streets with ten thousand, bars of all sizes, and a dark room under a light as bright as can be.
@@ -89,7 +89,7 @@ fn write(random: &[Seeded], project: &Project) -> Result {
     Ok(())
 }
 
-/// What `--set` and `--move` say.
+/// The values of `--set` and `--move`.
 struct Changes {
     set: Vec<(String, String)>,
     moves: Vec<(String, f32)>,
@@ -125,12 +125,12 @@ impl Changes {
         Ok(changes)
     }
 
-    /// Names must be params of a system, of the path tracer, or of what moves the instances of a world. Those that move must be numbers.
+    /// Names must be params of a system, of the path tracer, or of the motions of a world's instances. Those that move must be numbers.
     fn check(&mut self, systems: &[String], scenes: &[Scene], offline: &OfflineProject) -> Result {
         if self.set.is_empty() && self.moves.is_empty() {
             return Ok(());
         }
-        // A graph that is not right is told when it is run.
+        // The run of a broken graph reports its mistakes.
         let graphs: Vec<_> = systems.iter().filter_map(|path| offline.loader.graph(path).result.ok()).collect();
         let params = || graphs.iter().flat_map(|graph| &graph.params);
         let instances = || scenes.iter().flat_map(|scene| &scene.instance_params).map(String::as_str);

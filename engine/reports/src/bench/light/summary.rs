@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::labels::three;
 use super::Judgement;
 
-/// Over so many scenes.
+/// Over a number of scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Figure {
     /// The worst value, and the scene that has it.
@@ -64,7 +64,7 @@ pub(super) fn summaries(all: &[Judgement], is_random: impl Fn(&Judgement) -> boo
             let moving = outcome.pan.as_ref().map(|pan| (pan.judged, pan.frame_ms, judgement.brute_force_moving()));
             for (which, found) in [still, moving].into_iter().enumerate() {
                 let Some((judged, ms, brute)) = found else { continue };
-                // An estimate below its own standard error says no more than that.
+                // An estimate below its own standard error is no better than that.
                 let error = judged.error.max(judged.error_se);
                 if error > 0.0 {
                     errors[which].push((error, scene));

@@ -1,4 +1,4 @@
-//! What is printed: a line for each reference, and a line for each system under the head of its scene.
+//! The printed table: a line for each reference, and a line for each system under the head of its scene.
 
 use raxel_measure::light::Point;
 use raxel_measure::light::reference::About;
@@ -110,7 +110,7 @@ fn line(judgement: &Judgement, row: &Row) -> String {
     )
 }
 
-/// The error after so many milliseconds, between the points on either side as a straight line in logarithms; `None` outside.
+/// The error after `ms` milliseconds, between the points on either side as a straight line in logarithms; `None` outside.
 pub(super) fn at(points: &[Point], ms: f64) -> Option<f64> {
     let pair = points.windows(2).find(|pair| (pair[0].ms..=pair[1].ms).contains(&ms))?;
     let [(x0, y0), (x1, y1)] = [&pair[0], &pair[1]].map(|point| (point.ms.ln(), point.judged.error.max(1e-12).ln()));

@@ -1,4 +1,4 @@
-//! Which frames of a flight are long: by part of the path, and one by one with what they did.
+//! The long frames of a flight: by part of the path, and one by one with their work.
 
 use std::fmt::Write as _;
 
@@ -39,7 +39,7 @@ pub(super) fn parts(live: &Flown, resident: &Flown) -> String {
     text
 }
 
-/// The longest frames: where they were, what came in them, and the passes that took most of them on the device, each with its median.
+/// The longest frames: their places, the arrivals in them, and their longest passes on the device, each with its median.
 pub(super) fn frames(what: &str, flown: &Flown) -> String {
     if flown.frames.is_empty() {
         return String::new();

@@ -15,7 +15,7 @@ const CHANNELS: [&[&str]; 5] = [&["R"], &["R", "G"], &["R", "G", "B"], &["R", "G
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let text = |error: exr::error::Error| error.to_string();
-    // The header first: it says what the rest would take.
+    // The header first: it has the size of the rest.
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(text)?;
     let header = meta.headers.first().ok_or("it has no layer")?;
     if header.deep {

@@ -9,14 +9,14 @@ use std::time::Duration;
 /// How long a file may take until it is decoded.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Most bytes that ffprobe says.
+/// Longest answer of ffprobe, in bytes.
 const MOST_SAID: u64 = 1 << 16;
 
-/// What files are read by: no file leads to another one or to the network, as a list of files would.
+/// Options that read a file: no file leads to another one or to the network, as a list of files would.
 pub(super) const LOCAL: [&str; 4] =
     ["-protocol_whitelist", "file", "-format_whitelist", "mov,matroska,avi,gif,wav,w64,mp3,ogg,flac,aac,aiff,asf"];
 
-/// What ffprobe says of a stream, a line for each entry: `name=value`.
+/// ffprobe's answer about a stream, a line for each entry: `name=value`.
 pub(super) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> Result<String, String> {
     let mut command = Command::new("ffprobe");
     command.args(["-v", "error"]).args(LOCAL).args(["-select_streams", stream]).args(more);
@@ -48,14 +48,14 @@ pub(super) fn missing(program: &str, error: &std::io::Error) -> String {
     }
 }
 
-/// What a program has written.
+/// The output of a program.
 struct Output {
     bytes: Vec<u8>,
-    /// The end of the first line on stderr, without what stands before its last colon.
+    /// The end of the first line on stderr, behind its last colon.
     error: String,
 }
 
-/// Runs a program until it ends, has written so many bytes, or has taken too long.
+/// Runs a program until it ends, has written `most` bytes, or has taken too long.
 fn run(program: &str, mut command: Command, most: u64, patience: Duration) -> Result<Output, String> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|error| missing(program, &error))?;
@@ -71,7 +71,7 @@ fn run(program: &str, mut command: Command, most: u64, patience: Duration) -> Re
         });
         let mut bytes = Vec::new();
         let read = stdout.map_or(Ok(0), |pipe| pipe.take(most).read_to_end(&mut bytes));
-        // What listened may have given up.
+        // The listener may be gone.
         let _ = sender.send(read.map(|_| bytes));
         errors.join().ok().flatten().unwrap_or_default()
     };
@@ -80,7 +80,7 @@ fn run(program: &str, mut command: Command, most: u64, patience: Duration) -> Re
         Ok(_) => received.recv_timeout(patience),
         Err(_) => Err(RecvTimeoutError::Disconnected),
     };
-    // It has ended by itself, or nobody wants the rest.
+    // It has ended by itself, or the rest is not needed.
     let _ = child.kill();
     let _ = child.wait();
     let bytes = match read {

@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn odd_sides_lose_nothing_and_move_nothing() {
-        // Three texels under one, five under two: 1 + 1 + half of the middle one, each.
+        // Three texels under one, five under two: 1 + 1 + half of the central one, each.
         let mut mips = vec![vec![30, 60, 90]];
         append(&mut mips, [3, 1, 1], Channel::Unorm8, 1, 2);
         assert_eq!(mips[1], [60]);

@@ -57,7 +57,7 @@ impl FileSources {
         })
     }
 
-    /// What a microphone brings; the same each time.
+    /// The texels of a microphone; the same each time.
     pub(super) fn microphone(&self, request: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
         self.kept(MICROPHONE, Some(request), blake3::hash(b""), || sound::microphone(request).map(FileContents::Image))
     }

@@ -27,7 +27,7 @@ const FORMATS: [(Channel, [Format; 3]); 7] = [
 ];
 
 impl Channel {
-    /// The format of so many of these channels; three are four with 1 as the last.
+    /// The format of `channels` of these channels; three are four with 1 as the last.
     pub(super) fn format(self, channels: usize) -> Format {
         let index = match channels {
             1 => 0,
@@ -56,7 +56,7 @@ impl Channel {
         }
     }
 
-    /// Appends a number; what it cannot hold is clamped. Of unorm channels, 1 is the largest number.
+    /// Appends a number; one out of range is clamped. Of unorm channels, 1 is the largest number.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

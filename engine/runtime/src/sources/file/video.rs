@@ -1,4 +1,4 @@
-//! Video files: what ffprobe says of them, and a process that decodes their frames.
+//! Video files: ffprobe's description of them, and a process that decodes their frames.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;

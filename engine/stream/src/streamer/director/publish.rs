@@ -61,7 +61,7 @@ impl Director {
         }
     }
 
-    /// Whether a tile is shown. The world ends where its file says, also where tiles beyond are loaded.
+    /// Whether a tile is shown. The world ends where its file ends it, also where tiles beyond are loaded.
     fn is_shown(&self, key: TileKey) -> bool {
         key.level == 0 || key.level < self.whole.top() || self.shown.wants(self.view.cell, key, 0)
     }

@@ -1,4 +1,4 @@
-//! What the director knows about room in the pool: whether something was refused, whether blocks were freed since, and whether it still
+//! The director's knowledge of the room in the pool: whether something was refused, whether blocks were freed since, and whether it still
 //! asks for tiles.
 //!
 //! | from | event | to |
@@ -22,7 +22,7 @@ pub(super) enum Room {
     Starved(Refusal),
 }
 
-/// What the pool refused.
+/// A refusal of the pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
     /// Nothing: the last directory found a block, and so did every tile since the last reaction.
@@ -35,7 +35,7 @@ pub(super) enum Refusal {
     Directory,
 }
 
-/// What the director does about a refusal.
+/// The director's reaction to a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reaction {
     /// It asks again: blocks were freed while the refused tile was made.
@@ -87,7 +87,7 @@ impl Room {
         });
     }
 
-    /// What to do about the refusals since the last call; `None` if there were none.
+    /// The reaction to the refusals since the last call; `None` if there were none.
     pub(super) fn react(&mut self) -> Option<Reaction> {
         if !self.is_unanswered() {
             return None;
@@ -100,7 +100,7 @@ impl Room {
         Some(if may_fit_now { Reaction::AskAgain } else { Reaction::MakeRoom })
     }
 
-    /// Less is wanted from now on, and no block has to be freed first: the director asks again.
+    /// The wanted set has shrunk, and no block has to be freed first: the director asks again.
     pub(super) fn want_less(&mut self) {
         if let Self::Starved(refusal) = *self {
             *self = Self::Asking(refusal);

@@ -29,7 +29,7 @@ impl ChunkProvider for Rock {
     }
 }
 
-/// Memory that panics when a directory is flushed, once it is told to.
+/// Memory that panics when a directory is flushed, on request.
 #[derive(Default)]
 struct Nowhere {
     panics: AtomicBool,
@@ -72,7 +72,7 @@ fn until_ended(streamer: &Streamer) -> Option<Arc<Publication>> {
     last
 }
 
-/// Takes publications until all that is wanted is shown.
+/// Takes publications until all wanted tiles are shown.
 fn settle(streamer: &Streamer) {
     let began = Instant::now();
     while !streamer.is_settled() || streamer.has_pending() {

@@ -1,5 +1,5 @@
-//! The line from a device to a session. The thread of the device writes to it, and a frame takes what has come. Neither waits for the other
-//! longer than a copy takes.
+//! The line from a device to a session. The thread of the device writes to it, and a frame takes the samples that have come. Neither waits
+//! for the other longer than a copy takes.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -19,7 +19,7 @@ const RATES: std::ops::RangeInclusive<u32> = 1000..=1_000_000;
 /// Channels that a device may have.
 const CHANNELS: std::ops::RangeInclusive<u16> = 1..=256;
 
-/// Where a device feeds what it captures.
+/// Where a device feeds its samples.
 #[derive(Clone, Debug, Default)]
 pub struct Line(Arc<Mutex<Waiting>>);
 
@@ -33,7 +33,8 @@ struct Waiting {
 }
 
 impl Line {
-    /// Begins to feed what a device captures, in the place of any other. The error names a rate or a number of channels that no device has.
+    /// Begins to feed the samples of a device, in the place of any other. The error names a rate or a number of channels that no device
+    /// has.
     pub fn feed(&self, rate: u32, channels: u16) -> Result<Feed, String> {
         if !RATES.contains(&rate) || !CHANNELS.contains(&channels) {
             return Err(format!(
@@ -52,7 +53,7 @@ impl Line {
         self.waiting().fed
     }
 
-    /// The oldest samples that wait, so many at most.
+    /// The oldest waiting samples, at most `wanted`.
     pub(super) fn take(&self, wanted: usize) -> Vec<i16> {
         let samples = &mut self.waiting().samples;
         // The device is faster than the clock of the session, or the clock stood still.
@@ -68,7 +69,7 @@ impl Line {
     }
 }
 
-/// Takes what a device captures, as it gives it. The device is gone when this is dropped.
+/// Takes the samples of a device, in its own form. The device is gone when this is dropped.
 #[derive(Debug)]
 pub struct Feed {
     line: Line,
@@ -82,7 +83,8 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Hears samples, in [−1, 1] and with the channels next to each other. Channels are mixed to one. What is not finite is silence.
+    /// Hears samples, in [−1, 1] and with the channels next to each other. Channels are mixed to one. Samples that are not finite are
+    /// silence.
     pub fn hear(&mut self, samples: &[f32]) {
         self.samples.clear();
         for frame in samples.chunks_exact(self.channels) {
@@ -124,7 +126,7 @@ fn stored(sample: f32) -> i16 {
 mod tests {
     use super::*;
 
-    /// What a device gives that captures a second of a tone, in pieces of so many bytes.
+    /// The samples of a device that captures a second of a tone, in pieces of `piece` bytes.
     fn tone(rate: u32, channels: u16, hertz: f64, amplitude: f64, piece: usize) -> Vec<i16> {
         let line = Line::default();
         let mut feed = line.feed(rate, channels).unwrap();
@@ -137,7 +139,7 @@ mod tests {
         line.take(MOST_WAITING)
     }
 
-    /// The amplitude of a frequency in the middle of a second.
+    /// The amplitude of a frequency in the central part of a second.
     fn amplitude(samples: &[i16], hertz: f64) -> f64 {
         let middle = &samples[12_000..36_000];
         let part = |of: fn(f64) -> f64| {
@@ -156,7 +158,7 @@ mod tests {
             let [heard, other] = [1000.0, 3500.0].map(|hertz| amplitude(&samples, hertz));
             assert!((heard - 0.5).abs() < 0.001 && other < 0.0005, "{rate} Hz: {heard} {other}");
         }
-        // What 48,000 samples a second cannot hold must not sound as another tone.
+        // A tone that 48,000 samples a second cannot hold must not sound as another one.
         let samples = tone(192_000, 1, 45_000.0, 0.5, 1000);
         assert!(amplitude(&samples, 3000.0) < 0.0005, "{}", amplitude(&samples, 3000.0));
         // A tone of a device with few samples has no image above them.
@@ -186,7 +188,7 @@ mod tests {
             feed.hear(&vec![f32::from(piece) / 32_767.0; 30_000]);
         }
         assert_eq!(line.waiting().samples.len(), MOST_WAITING);
-        // A frame takes its part, and what is left is not old.
+        // A frame takes its part, and the rest is not old.
         assert_eq!(line.take(800).len(), 800);
         assert_eq!(line.waiting().samples.len(), MOST_LEFT / 2);
         feed.hear(&vec![1.0; 3 * MOST_WAITING]);

@@ -1,5 +1,5 @@
-//! The microphone, as frames hear it. What a frame hears is a function of positions in time: what a device captures is put there as it comes,
-//! and what a file has is there from the beginning.
+//! The microphone, as frames hear it. A frame's sound is a function of positions in time: captured sound gets a position as it comes, and
+//! that of a file has one from the beginning.
 
 mod line;
 mod resample;
@@ -19,7 +19,7 @@ pub const HISTORY: usize = SAMPLE_RATE as usize / 2;
 /// Seconds without a sample after which a device that captures is stuck.
 const PATIENCE: u64 = 2;
 
-/// What a microphone hears in place of a device.
+/// A file that a microphone hears in place of a device.
 #[derive(Clone)]
 pub struct SoundFile {
     /// Its project path.
@@ -34,7 +34,7 @@ impl fmt::Debug for SoundFile {
     }
 }
 
-/// What frames hear: the file of a demo, else a file that was given, else what a device captures.
+/// The sound of frames: that of a demo's file, else of a given file, else of a device.
 #[derive(Debug, Default)]
 pub struct Microphone {
     line: Line,
@@ -49,7 +49,7 @@ pub struct Microphone {
 }
 
 impl Microphone {
-    /// Where a device feeds what it captures.
+    /// Where a device feeds its samples.
     pub fn line(&self) -> Line {
         self.line.clone()
     }
@@ -88,13 +88,13 @@ impl Microphone {
         (self.file, self.over) = (file, over);
     }
 
-    /// What the frame hears.
+    /// The sound that the frame hears.
     pub fn heard(&self) -> Heard<'_> {
         Heard { microphone: self, over: self.over, changes: self.changes }
     }
 }
 
-/// What a frame hears.
+/// The sound that a frame hears.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
     microphone: &'a Microphone,
@@ -115,8 +115,8 @@ impl Heard<'_> {
     }
 }
 
-/// What a device has captured, at the positions where frames first heard it. A frame gets as many samples as have passed. If there are too
-/// few, the rest is silence: from then on, later samples are there in time.
+/// The captured sound of a device, at the positions where frames first heard it. A frame gets as many samples as have passed. If there are
+/// too few, the rest is silence: from then on, later samples are there in time.
 #[derive(Debug, Default)]
 struct Captured {
     samples: VecDeque<i16>,
@@ -153,7 +153,7 @@ impl Captured {
 /// How many samples are over at a time.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast of a float saturates")]
 pub fn samples_before(seconds: f64) -> u64 {
-    // A sample is over at its end, whatever the product rounds to.
+    // A sample is over at its end, even if the product is rounded down.
     ((seconds.max(0.0) * f64::from(SAMPLE_RATE) + 1e-6).floor() as u64).min(u64::MAX / 2)
 }
 
@@ -161,7 +161,7 @@ pub fn samples_before(seconds: f64) -> u64 {
 mod tests {
     use super::*;
 
-    /// What a frame hears of the samples before it.
+    /// The samples before a frame.
     fn last<const N: usize>(microphone: &Microphone) -> [i16; N] {
         let heard = microphone.heard();
         std::array::from_fn(|at| (heard.over + at as u64).checked_sub(N as u64).map_or(0, |at| heard.sample(at)))

@@ -24,7 +24,7 @@ pub(super) struct Resampler {
     filter: Vec<f32>,
     /// The newest samples: as many after the one that is made as before it.
     samples: VecDeque<f32>,
-    /// How far the next sample lies behind the one in the middle, in parts of which one sample has `SAMPLE_RATE`.
+    /// The distance of the next sample behind the central one, in parts of which one sample has `SAMPLE_RATE`.
     ahead: u32,
 }
 
@@ -53,7 +53,7 @@ impl Resampler {
         self.ahead -= SAMPLE_RATE;
     }
 
-    /// The sound so far behind the sample in the middle.
+    /// The sound at that distance behind the central sample.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -56,8 +56,9 @@ bool rx_occupied(ivec3 cell, uint level) {
 #include "../trace.glsl"
 
 #ifdef RX_WRITE
-// Sets a voxel to a material, or to air (0). False if the copy does not have the chunk of the voxel. Bits of children stay set when the last
-// voxel below goes, and a node is not marked as of one material again. Rays then look deeper than they need to, until the copy is filled anew.
+// Sets a voxel to a material, or to air (0). False if the copy does not have the chunk of the voxel. Bits of children stay set when the
+// last voxel below goes, and a node is not marked as of one material again. Rays then look deeper than they need to, until the copy is
+// filled again.
 bool rx_set(ivec3 cell, uint material) {
     if (!rx_in_world(cell)) return false;
     uvec3 c = uvec3(cell) - uvec3(world.origin);

@@ -1,8 +1,8 @@
 // Layout `tree64`: a sparse tree in which every node splits its cube into 4 x 4 x 4.
 //
-// A node of 16^3 voxels or more is four words, read at once: a mask of its occupied children (two words; child x + 4z + 16y), the
-// address of the first of them, packed without gaps in the order of the mask, and what its voxels are made of. The children of a
-// node of 16^3 are leaves, which are nothing but a mask of their 4^3 voxels (two words). The last word of a node is
+// A node of 16^3 voxels or more is four words, read at once: a mask of its occupied children (two words; child x + 4z + 16y), the address
+// of the first of them, packed without gaps in the order of the mask, and the materials of its voxels. The children of a node of 16^3 are
+// leaves, which are nothing but a mask of their 4^3 voxels (two words). The last word of a node is
 //
 //     RX_FILLED | material     every occupied child is full, and of that material: there are no children in the buffer
 //     RX_FILLED | RX_LINKED    the same of several materials: in place of the address is a link to them, as a leaf has one

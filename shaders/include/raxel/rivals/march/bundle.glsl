@@ -1,8 +1,8 @@
 // How far rays of one origin get through empty space together, conservatively, so that each of them can start from there. For
 // every layout that can look at a cell.
 //
-// A bundle goes along the axis along which its rays are steepest, cube by cube: the box around what its rays pass on the way through
-// a cube's depth, widened by all that rounding can add, must lie in cubes that are empty.
+// A bundle goes along the axis along which its rays are steepest, cube by cube: the box around its rays on the way through a cube's depth,
+// widened by all rounding errors, must lie in empty cubes.
 #ifndef RAXEL_MARCH_BUNDLE_GLSL
 #define RAXEL_MARCH_BUNDLE_GLSL
 

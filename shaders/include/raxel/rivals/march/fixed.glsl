@@ -1,4 +1,4 @@
-// Steps of fixed length, a look at each. What lies between two samples is not seen: corners are cut, and thin walls have holes.
+// Steps of fixed length, a look at each. Voxels between two samples are missed: corners are cut, and thin walls have holes.
 #ifndef RAXEL_MARCH_FIXED_GLSL
 #define RAXEL_MARCH_FIXED_GLSL
 

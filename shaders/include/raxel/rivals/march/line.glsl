@@ -1,13 +1,12 @@
-// A ray as the marchers in plain f32 have it: a line, in voxels from world.origin, cut to the bounds of what is solid. Its
-// rounding errors grow with the distance from the camera to world.origin, which is one of the reasons why those marchers are
-// inexact.
+// A ray of the marchers in plain f32: a line, in voxels from world.origin, cut to the bounds of all solids. Its rounding errors grow with
+// the distance from the camera to world.origin, which is one of the reasons why those marchers are inexact.
 #ifndef RAXEL_MARCH_LINE_GLSL
 #define RAXEL_MARCH_LINE_GLSL
 
 #include <raxel/internal/look.glsl>
 
-// A marcher looks at no more cells than this and then misses: what it was given may be a world of 2^30 voxels, and software
-// drivers of the llvmpipe family end every loop after 65,535 rounds.
+// A marcher looks at no more cells than this and then misses: its world may have 2^30 voxels, and software drivers of the llvmpipe family
+// end every loop after 65,535 rounds.
 const uint RX_MARCH_ROUNDS = 60000u;
 
 // A ray as a line in f32.

@@ -6,7 +6,7 @@
 
 #if !defined(RX_LAYOUT_OCTREE) && !defined(RX_LAYOUT_TEXTURE3D)
 // Whether the cube of 2^level voxels that holds `cell` may have a solid voxel; at level 0, whether it is one. Layouts that keep a pyramid
-// answer by themselves. For the others, it follows from what is free around the cell.
+// answer by themselves. For the others, it follows from the free space around the cell.
 bool rx_occupied(ivec3 cell, uint level) {
     uint log2_free;
     return rx_look(cell, log2_free) != 0u || log2_free < level;

@@ -1,6 +1,6 @@
-// The exact walk with an early-out: a block of 4^3 in which no cell is both solid and on the line, by a table of masks, is left
-// at once. With a conservative table no hit changes; with one of lines between the middles of squares, which is how it was first
-// done, voxels at the edge of what a line passes are lost.
+// The exact walk with an early-out: a block of 4^3 in which no cell is both solid and on the line, by a table of masks, is left at once.
+// With a conservative table no hit changes; with one of lines between the centres of squares, which is the original method, voxels at the
+// edge of a line's way are lost.
 #ifndef RAXEL_MARCH_RAYMASK_GLSL
 #define RAXEL_MARCH_RAYMASK_GLSL
 

@@ -5,11 +5,11 @@
 #ifndef RAXEL_RAYMASK_TABLE_GLSL
 #define RAXEL_RAYMASK_TABLE_GLSL
 
-// A face is split into so many squares a side.
+// A face is split into this many squares a side.
 const uint RX_RAYMASK_SIDE = 16u;
 const uint RX_RAYMASK_SQUARES = RX_RAYMASK_SIDE * RX_RAYMASK_SIDE;
 
-// Voxels by which a conservative mask is wider than its squares: what the places on the faces may be off by.
+// Voxels by which a conservative mask is wider than its squares: the largest error of the places on the faces.
 const float RX_RAYMASK_MARGIN = 0.03125;
 
 // `enter`: axis of the low face by which the line comes in; `leave`: axis of the high face by which it goes out; squares count
@@ -25,7 +25,7 @@ uint rx_raymask_square(vec3 place, uint axis) {
     return square.x + RX_RAYMASK_SIDE * square.y;
 }
 
-// The middle of a square on the low (0) or high (4) face.
+// The centre of a square on the low (0) or high (4) face.
 vec3 rx_raymask_middle(uint axis, float plane, uint square) {
     vec2 on_face = (vec2(square % RX_RAYMASK_SIDE, square / RX_RAYMASK_SIDE) + 0.5) * (4.0 / float(RX_RAYMASK_SIDE));
     return axis == 0u ? vec3(plane, on_face) : axis == 1u ? vec3(on_face.x, plane, on_face.y) : vec3(on_face, plane);

@@ -1,6 +1,6 @@
-// DDA over the levels of a pyramid, recursion without a stack: an occupied cube is gone into, an empty one is left, and where
-// that leaves larger cubes too, the march goes on in the largest one left. Each step finds its place from t anew, so nothing is
-// kept of the level above, and errors do not add up; but a place within rounding of an edge may be taken for the wrong side.
+// DDA over the levels of a pyramid, recursion without a stack: an occupied cube is gone into, an empty one is left, and where that leaves
+// larger cubes too, the march goes on in the largest one left. Each step computes its place from t, so nothing is kept of the level above,
+// and errors do not add up; but a place within rounding of an edge may be taken for the wrong side.
 #ifndef RAXEL_MARCH_STACKLESS_GLSL
 #define RAXEL_MARCH_STACKLESS_GLSL
 

@@ -1,4 +1,4 @@
-// The model's voxel at a cell of the world, 0 for none: the cell's middle, turned back. Needs <raxel/world/model.glsl>.
+// The model's voxel at a cell of the world, 0 for none: the cell's centre, turned back. Needs <raxel/world/model.glsl>.
 uint model_cell(Placed placed, ivec3 cell) {
     vec3 d = transpose(placed.axes) * (vec3(cell) + 0.5 - placed.at);
     vec3 floor_middle = vec3(0.5 * vec3(model.bounds_min + model.bounds_last + 1));

@@ -1,14 +1,14 @@
 // Render requests: where the model is to be drawn in this frame. Every pass that reads them works on the boxes that the models cover.
 
-// Two vectors each: the middle of the circle that it sails (voxels) and its radius; its speed (radians a second), where it starts and how far it leans
-// to its sides (radians).
+// Two vectors each: the centre of the circle that it sails (voxels) and its radius; its speed (radians a second), where it starts and how
+// far it leans to its sides (radians).
 layout(std430) readonly buffer Requests { vec4 requests[]; };
 
 int request_count() {
     return requests.length() / 2;
 }
 
-// A model in the world: the place of the middle of its floor, and its axes.
+// A model in the world: the place of the centre of its floor, and its axes.
 struct Placed {
     vec3 at;
     uint drawn;     // 0 before the first frame

@@ -1,5 +1,5 @@
-// Takes the models of the last frame out of the world: every voxel that one of them covered is what it is without them. Lum has the same by copying
-// blocks: those that a model touches are copied before it is drawn, and given back afterwards.
+// Takes the models of the last frame out of the world: every voxel that one of them covered is as without them. Lum has the same by copying
+// blocks: those that a model touches are copied before it is drawn, and restored afterwards.
 #version 460
 #define RX_WRITE_world
 #define LIVE

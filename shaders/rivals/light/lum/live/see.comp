@@ -1,5 +1,5 @@
-// What each pixel sees, with what is finer than a voxel: blades of grass in the cells that are marked for them, and waves on water. A ray that
-// passes between the blades of a cell, or over its wave, goes on behind the cell.
+// The first hit of each pixel, with details finer than a voxel: blades of grass in the cells that are marked for them, and waves on water.
+// A ray that passes between the blades of a cell, or over its wave, goes on behind the cell.
 #version 460
 #define LIVE
 #include <raxel/world.glsl>

@@ -6,10 +6,10 @@
 // x + 4z + 16y), and a link: with the top bit set, the material of all its voxels; otherwise the halfword where their materials
 // begin, packed in the order of the mask.
 //
-// The traversal with a stack, near child first, is the classical one (Pharr, Jakob, Humphreys, "Physically Based Rendering", 3rd
-// edition, 4.3.4). What makes it exact: a ray never turns, so of two voxels on it the one with the smaller mirrored coordinates is
-// the earlier one, and "is this box behind the hit?" is a comparison of integers. Floating point only skips boxes that the ray
-// misses by more than its error; blocks are walked by walk.glsl.
+// The traversal with a stack, near child first, is the classical one (Pharr, Jakob, Humphreys, "Physically Based Rendering", 3rd edition,
+// 4.3.4). The reason that it is exact: a ray never turns, so of two voxels on it the one with the smaller mirrored coordinates is the
+// earlier one, and "is this box behind the hit?" is a comparison of integers. Floating point only skips boxes that the ray misses by more
+// than its error; blocks are walked by walk.glsl.
 #include <raxel/internal/walk.glsl>
 
 #ifdef RX_WRITE
@@ -108,7 +108,7 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
 }
 
 // Takes a walk from its frame to the first cell of the block at `near` (mirrored), which the ray may touch. False, and nothing done, if
-// floating point cannot tell which cell that is: an axis whose crossing is nearly as late as the last one is nearly between two cells
+// floating point cannot decide which cell that is: an axis whose crossing is nearly as late as the last one is nearly between two cells
 // then.
 bool rx_bvh_enter(inout RxWalk w, uvec3 near) {
     bvec3 ahead = greaterThan(near, w.entry);
@@ -128,11 +128,25 @@ void rx_bvh_enter_exactly(inout RxWalk w, RxRay ray, float t_free, ivec3 corner,
     w.t = exact.base + exact.t - w.base;
 }
 
+// Walks through the block at word `block`, whose mirrored corner is `near`, up to its first solid voxel. True if it has one on the walk. `sure` is false if
+// floating point cannot decide a step; the walk stands before it then.
+bool rx_bvh_cross(inout RxWalk w, uint block, uvec3 near, uvec3 flip, inout uint steps, out bool sure) {
+    uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
+    bool solid = false;
+    sure = true;
+    while (sure && !solid && (((w.q.x ^ near.x) | (w.q.y ^ near.y) | (w.q.z ^ near.z)) & ~3u) == 0u) {
+        ++steps;
+        solid = rx_block_solid(mask, rx_block_voxel((w.q ^ flip) & 3u));
+        if (!solid) sure = rx_walk_step(w, 0u);
+    }
+    return solid;
+}
+
 // The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
 //
-// Rounds of the outer loop do what is rare; each round of the next searches the tree for a block, and walks through it. A group of
-// threads takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray
-// traversal on GPUs", 2009).
+// Rounds of the outer loop do the rare work; each round of the next searches the tree for a block, and walks through it. A group of threads
+// takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray traversal on
+// GPUs", 2009).
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk start;
@@ -209,19 +223,12 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
                 }
             }
             walking = false;
-            // Through the block, voxel by voxel.
-            uvec2 mask = uvec2(world.words[block + 3u], world.words[block + 4u]);
-            bool sure = true;
-            while (sure && (((walk.q.x ^ near.x) | (walk.q.y ^ near.y) | (walk.q.z ^ near.z)) & ~3u) == 0u) {
-                ++steps;
-                if (rx_block_solid(mask, rx_block_voxel((walk.q ^ flip) & 3u))) {
-                    // The ray is in this block at or before the limit, and blocks share no voxel: this one is earlier.
-                    limit = walk.q;
-                    found = block;
-                    found_axes = walk.axes;
-                    break;
-                }
-                sure = rx_walk_step(walk, 0u);
+            bool sure;
+            if (rx_bvh_cross(walk, block, near, flip, steps, sure)) {
+                // The ray is in this block at or before the limit, and blocks share no voxel: this one is earlier.
+                limit = walk.q;
+                found = block;
+                found_axes = walk.axes;
             }
             if (!sure) todo = STEP;
         }

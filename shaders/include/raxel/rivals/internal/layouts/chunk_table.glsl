@@ -1,7 +1,7 @@
 // Layout `chunk_table`: flat 32^3 chunks as in the layout `chunks`, found by hash in place of a search, with masks in front.
 //
-// A chunk is sixteen words of masks, one of 64 bits for each of its 16^3 nodes (node x + 2y + 4z), which tell the 4^3 blocks with
-// solids; then its voxels, two a word, x + 32y + 1024z. Header and table are those of hashed_chunks.glsl.
+// A chunk is sixteen words of masks, one of 64 bits for each of its 16^3 nodes (node x + 2y + 4z), which mark the 4^3 blocks with solids;
+// then its voxels, two a word, x + 32y + 1024z. Header and table are those of hashed_chunks.glsl.
 #include <raxel/internal/hashed_chunks.glsl>
 #include <raxel/internal/mask.glsl>
 
@@ -43,8 +43,8 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 #ifdef RX_WRITE
 #include "../store.glsl"
 
-// A voxel of a chunk that the copy has. The bit of its 4^3 block stays set when the last voxel in there is taken away: then rays look
-// at the block's voxels one by one, until the copy is filled anew.
+// A voxel of a chunk that the copy has. The bit of its 4^3 block stays set when the last voxel in there is taken away: then rays look at
+// the block's voxels one by one, until the copy is filled again.
 bool rx_set(ivec3 cell, uint material) {
     if (!rx_in_world(cell)) return false;
     uvec3 c = uvec3(cell) - uvec3(world.origin);

@@ -1,4 +1,4 @@
-// Layout `svdag`: a sparse octree with leaves of 4^3 voxels in which equal subtrees are stored once, whatever they are made of.
+// Layout `svdag`: a sparse octree with leaves of 4^3 voxels in which equal subtrees are stored once, even if their materials differ.
 //
 // Inside 64^3 chunks, a leaf is the 64-bit mask of its voxels (two words). A node is one word, with the mask of its children in bits
 // 0 to 7 (child x + 2y + 4z) and its number of solid voxels above; then the word of each of them in turn. From the root down to the

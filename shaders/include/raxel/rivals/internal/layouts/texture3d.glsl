@@ -16,7 +16,7 @@ uniform usampler3D world_voxels;
 
 #include <raxel/internal/material.glsl>
 
-// Whether the cube of 2^mip voxels that holds cell c has a texel, and it says that it is empty.
+// Whether the cube of 2^mip voxels that holds cell c has a texel, and it is empty.
 bool rx_mip_free(uvec3 c, uint mip) {
     uvec3 texel = c >> mip;
     // Far ends that do not fill a cube have no texel.
@@ -47,7 +47,8 @@ uint rx_look(ivec3 cell, out uint log2_free) {
     return 0u;
 }
 
-// Whether the cube of 2^level voxels around a cell may have a solid voxel, for rivals/march/pyramid.glsl: one texel of its mip says so.
+// Whether the cube of 2^level voxels around a cell may have a solid voxel, for rivals/march/pyramid.glsl: one texel of its mip answers
+// that.
 bool rx_occupied(ivec3 cell, uint level) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     if (any(greaterThanEqual(c, uvec3(world.size)))) {
@@ -63,7 +64,7 @@ bool rx_occupied(ivec3 cell, uint level) {
 #ifdef RX_WRITE
 layout(r16ui) uniform uimage3D world_texels;
 
-// A voxel of mip 0. The mips are to be made anew, by shaders/voxel_mip.comp, before rays are traced.
+// A voxel of mip 0. shaders/voxel_mip.comp must fill the mips again before rays are traced.
 bool rx_set(ivec3 cell, uint material) {
     uvec3 c = uvec3(cell) - uvec3(world.origin);
     if (any(greaterThanEqual(c, uvec3(world.size)))) return false;
