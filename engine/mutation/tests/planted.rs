@@ -152,7 +152,10 @@ fn a_fault_that_takes_more_memory_than_it_may_is_noticed_and_an_ignored_test_is_
     let gate = |memory| Gate::new(&program, &arguments, folder.path(), memory);
     let gate_of_256 = gate(256 << 20).expect("it passes without a fault");
     // The fault's number is how many MiB the test takes.
-    assert_eq!([16, 64, 300, 1000].map(|mebibytes| gate_of_256.notices(mebibytes).unwrap()), [false, false, true, true]);
+    assert_eq!(
+        [16, 64, 300, 1000].map(|mebibytes| gate_of_256.notices(mebibytes).unwrap()),
+        [false, false, true, true]
+    );
     let error = gate(1 << 12).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("--exact` fails without a fault, or needs more than 4096 bytes"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! 32³ chunks in a hash table, in a buffer with blocks to spare: an edit writes the 4³ parts of chunks that it changed, and the slots of
 //! chunks that come, go or become others.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use raxel_world::Chunk;
@@ -54,10 +54,10 @@ impl Held {
 /// What an edit did to blocks.
 #[derive(Default)]
 struct Changed {
-    /// Those that hold something else altogether.
-    filled: Vec<usize>,
-    /// Words of others, from the first of all blocks.
-    patches: Vec<Patch>,
+    /// Those that are written as a whole.
+    filled: BTreeSet<usize>,
+    /// Those of which parts are written: the words, from the first of all blocks.
+    parts: BTreeMap<usize, Vec<Patch>>,
 }
 
 impl LiveHashedChunks {
@@ -125,9 +125,10 @@ impl LiveHashedChunks {
         if world.materials().len() != self.materials {
             return None;
         }
-        let Changed { filled, mut patches } = self.change(changes)?;
+        let Changed { filled, parts } = self.change(changes)?;
         let (table_at, chunks_at) = (self.table_at(), self.chunks_at());
-        patches.iter_mut().for_each(|patch| patch.at += chunks_at);
+        let parts = parts.into_values().flatten();
+        let mut patches: Vec<Patch> = parts.map(|patch| Patch { at: chunks_at + patch.at, ..patch }).collect();
         let words = self.form.chunk_words;
         let fill = |&block: &usize| {
             let mut patch = Patch { at: chunks_at + words * block, words: vec![0; words] };
@@ -166,7 +167,7 @@ impl LiveHashedChunks {
             }
         }
         // One that was filled and given up again holds nothing.
-        changed.filled.retain(|&block| self.blocks[block].is_some());
+        changed.filled.retain(|block| self.blocks[*block].is_some());
         self.free.append(&mut released);
         Some(changed)
     }
@@ -196,7 +197,7 @@ impl LiveHashedChunks {
             let block = self.free.pop()?;
             self.known.insert(next.key(), block);
             self.blocks[block] = Some(next);
-            changed.filled.push(block);
+            changed.filled.insert(block);
             block
         };
         if let Some(before) = before {
@@ -211,15 +212,15 @@ impl LiveHashedChunks {
     fn rewrite(&mut self, block: usize, next: Held, changed: &mut Changed) -> Option<()> {
         let held = self.blocks[block].as_mut()?;
         let different = held.octant().different_blocks(&next.octant());
-        if changed.filled.contains(&block) || different.len() > self.form.most_parts {
-            // Written as a whole.
-            if !changed.filled.contains(&block) {
-                changed.filled.push(block);
-            }
+        // Parts that an earlier change of the same edit wrote would overlap with these.
+        let again = changed.parts.remove(&block).is_some();
+        if again || different.len() > self.form.most_parts || changed.filled.contains(&block) {
+            changed.filled.insert(block);
         } else {
             let patches = (self.form.rewrite)(&next.octant(), &different);
             let at = self.form.chunk_words * block;
-            changed.patches.extend(patches.into_iter().map(|patch| Patch { at: at + patch.at, ..patch }));
+            let patches = patches.into_iter().map(|patch| Patch { at: at + patch.at, ..patch });
+            changed.parts.insert(block, patches.collect());
         }
         self.known.remove(&held.key());
         self.known.insert(next.key(), block);
