@@ -105,7 +105,8 @@ fn is(reason: &Explained, path: &Path, fault: &Fault) -> bool {
 
 fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
     let memory = (setting("MEMORY", 8)? as u64).saturating_mul(1 << 30);
-    let by = text("BY").unwrap_or_default();
+    let (by, named) = (text("BY").unwrap_or_default(), text("TESTS").unwrap_or_default());
+    let is_named = |test: &String| named.split(',').any(|name| test.contains(name));
     let mut gates = Vec::new();
     for tests in group.tests.iter().filter(|tests| by.split(',').any(|by| tests.join(" ").contains(by))) {
         let (messages, built) = cargo(root, &[&["test", "--no-run", "--message-format", "json"], *tests].concat())?;
@@ -118,7 +119,7 @@ fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
             {
                 let folder = Path::new(manifest).parent().ok_or("a manifest without a folder")?;
                 // One by one, so that a fault that a quick test notices meets no slow one.
-                for test in tests_of(Path::new(program))? {
+                for test in tests_of(Path::new(program))?.into_iter().filter(is_named) {
                     gates.push(Gate::new(Path::new(program), &[&test, "--exact"], folder, memory)?);
                 }
             }

@@ -202,6 +202,11 @@ fn what_does_not_fit_is_said_before_it_is_made() {
 }
 
 #[test]
+fn addresses_of_32_bits_reach_every_word_of_the_largest_buffer() {
+    assert_eq!(raxel_layouts::ADDRESSABLE, 4 * (u64::from(u32::MAX) + 1));
+}
+
+#[test]
 fn equal_chunks_are_stored_once() {
     let one = filled([5; 3], [30; 3], |c| 1 + (c[0] & 1) as u16);
     let mut many = Voxels::new();

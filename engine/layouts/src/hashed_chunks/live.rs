@@ -13,7 +13,7 @@ use crate::header::{Extent, MATERIAL_WORDS, buffer};
 use crate::live::{Patch, roomy};
 use crate::parts::{Octant, child_of};
 use crate::table::{LiveTable, Table};
-use crate::{LayoutError, check_size};
+use crate::{ADDRESSABLE, LayoutError, check_size};
 
 /// Blocks of room besides a quarter of what the world takes.
 const ROOM: usize = 64;
@@ -77,8 +77,7 @@ impl LiveHashedChunks {
             let front = HashedChunksHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
             (front + table.words() + form.chunk_words * blocks) as u64
         };
-        // Addresses are 32 bits wide and count words.
-        let limit = limit.min(4 << 32);
+        let limit = limit.min(ADDRESSABLE);
         check_size(form.layout, 4 * words(distinct), limit)?;
         let room = ((limit / 4 - words(distinct)) / form.chunk_words as u64).min((distinct / 4 + ROOM) as u64);
         let blocks = distinct + room as usize;
@@ -93,14 +92,12 @@ impl LiveHashedChunks {
             known: HashMap::new(),
             places: HashMap::new(),
         };
-        let bytes = 4 * words as u64;
         let changed = live.change(world.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone()))));
-        let changed = changed.ok_or(LayoutError::TooLarge { layout: form.layout.name(), bytes, limit })?;
+        let changed = changed.expect("there are as many blocks and slots as the world needs, and more");
         let mut words = buffer(&live.header(world), world.materials(), words);
         let chunks_at = live.chunks_at();
-        for patch in live.table.take_changes() {
-            let at = live.table_at() + patch.at;
-            words[at..at + patch.words.len()].copy_from_slice(&patch.words);
+        for slots in live.take_slots() {
+            words[slots.at..][..slots.words.len()].copy_from_slice(&slots.words);
         }
         let mut filled: Vec<Option<Octant>> = vec![None; blocks];
         for &block in &changed.filled {
@@ -126,7 +123,7 @@ impl LiveHashedChunks {
             return None;
         }
         let Changed { filled, parts } = self.change(changes)?;
-        let (table_at, chunks_at) = (self.table_at(), self.chunks_at());
+        let chunks_at = self.chunks_at();
         let parts = parts.into_values().flatten();
         let mut patches: Vec<Patch> = parts.map(|patch| Patch { at: chunks_at + patch.at, ..patch }).collect();
         let words = self.form.chunk_words;
@@ -136,8 +133,7 @@ impl LiveHashedChunks {
             Some(patch)
         };
         patches.extend(filled.par_iter().filter_map(fill).collect::<Vec<_>>());
-        let slots = self.table.take_changes().into_iter().map(|patch| Patch { at: table_at + patch.at, ..patch });
-        patches.extend(slots);
+        patches.extend(self.take_slots());
         let header = self.header(world);
         patches.push(Patch { at: 0, words: bytemuck::cast_slice(std::slice::from_ref(&header)).to_vec() });
         Some(patches)
@@ -238,6 +234,12 @@ impl LiveHashedChunks {
         self.known.remove(&held.key());
         self.blocks[block] = None;
         Some(block)
+    }
+
+    /// The slots of the table that were written since the last call.
+    fn take_slots(&mut self) -> impl Iterator<Item = Patch> + use<> {
+        let table_at = self.table_at();
+        self.table.take_changes().into_iter().map(move |patch| Patch { at: table_at + patch.at, ..patch })
     }
 
     /// Index of the first word of the table in the buffer.
