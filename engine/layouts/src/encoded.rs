@@ -108,6 +108,9 @@ impl EncodedImage {
     }
 }
 
+/// Bytes that addresses of 32 bits reach, where they count words.
+pub const ADDRESSABLE: u64 = 4 << 32;
+
 /// `bytes`, unless they are over the limit.
 pub fn check_size(layout: Layout, bytes: u64, limit: u64) -> Result<u64, LayoutError> {
     if bytes > limit { Err(LayoutError::TooLarge { layout: layout.name(), bytes, limit }) } else { Ok(bytes) }

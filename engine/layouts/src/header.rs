@@ -9,7 +9,7 @@ use super::{Layout, LayoutError};
 pub const MATERIAL_WORDS: u32 = 8;
 
 /// Largest cube: 2³⁰ voxels a side.
-const MAX_LOG2_SIZE: u32 = 30;
+pub(super) const MAX_LOG2_SIZE: u32 = 30;
 
 /// The cube that a layout puts a world in, and the box of its solid voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -26,7 +26,7 @@ mod tile_block;
 mod tree64;
 
 pub use block::{BlockMember, GlslType, QUADS_STRIDE, WORDS_STRIDE};
-pub use encoded::{Access, Encoded, EncodedImage, EncodingLimits, LayoutError, check_size};
+pub use encoded::{ADDRESSABLE, Access, Encoded, EncodedImage, EncodingLimits, LayoutError, check_size};
 pub use flat64::Flat64Header;
 pub use hashed_chunks::{HashedChunksHeader, LiveHashedChunks};
 pub use header::{Extent, MATERIAL_WORDS, buffer};

@@ -6,7 +6,7 @@ use raxel_world::Chunk;
 use raxel_world::{ChunkPos, World};
 
 use super::hashed_chunks::LiveHashedChunks;
-use super::header::Extent;
+use super::header::{Extent, MAX_LOG2_SIZE};
 use super::{Edits, Layout, LayoutError, LiveTree64};
 
 /// Voxels around the world that edits can reach without another buffer.
@@ -63,7 +63,7 @@ pub(super) fn roomy(world: &World, layout: Layout) -> Result<Extent, LayoutError
     let Some(bounds) = world.bounds() else { return Ok(Extent { origin: [-512; 3], log2_size: 10, ..tight }) };
     let low = bounds.min.map(|min| (min - MARGIN).max(-(1 << 31)) & !63);
     let span = (0..3).map(|i| bounds.max[i] + MARGIN - low[i]).max().unwrap_or(1);
-    let Some(log2_size) = (6..=30).step_by(2).find(|log2| span <= 1 << log2) else { return Ok(tight) };
+    let Some(log2_size) = (6..=MAX_LOG2_SIZE).step_by(2).find(|log2| span <= 1 << log2) else { return Ok(tight) };
     let origin = low.map(|low| low.min((1 << 31) - (1 << log2_size)) as i32);
     Ok(Extent { origin, log2_size, ..tight })
 }

@@ -1,6 +1,6 @@
 //! Runs the tests with one fault after the other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
@@ -25,17 +25,27 @@ pub struct Gate {
     pub folder: PathBuf,
     /// How long it may take. One that takes longer has noticed.
     pub limit: Duration,
+    /// Bytes of data that it may allocate. One that asks for more ends with an error, and has noticed.
+    pub memory: u64,
 }
 
 impl Gate {
-    /// A program, with the time that it takes without faults.
-    pub fn new(program: &Path, arguments: &[&str], folder: &Path) -> Result<Self> {
-        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
-        let mut gate =
-            Self { program: program.to_owned(), arguments, folder: folder.to_owned(), limit: Duration::from_secs(600) };
+    /// A program that may allocate `memory` bytes, with the time that it takes without faults.
+    ///
+    /// # Errors
+    /// Fails if the program fails without a fault.
+    pub fn new(program: &Path, arguments: &[&str], folder: &Path, memory: u64) -> Result<Self> {
+        let mut gate = Self {
+            program: program.to_owned(),
+            arguments: arguments.iter().map(|&argument| argument.to_owned()).collect(),
+            folder: folder.to_owned(),
+            limit: Duration::from_secs(600),
+            memory,
+        };
         let start = Instant::now();
         if gate.notices(usize::MAX)? {
-            return Err(format!("{} fails without a fault", program.display()).into());
+            let command = [&[program.to_string_lossy().into_owned()][..], &gate.arguments].concat().join(" ");
+            return Err(format!("`{command}` fails without a fault, or needs more than {memory} bytes").into());
         }
         // Other faults run beside it.
         gate.limit = 10 * start.elapsed() + Duration::from_secs(20);
@@ -44,7 +54,11 @@ impl Gate {
 
     /// Whether it notices a fault.
     pub fn notices(&self, number: usize) -> Result<bool> {
-        let child = Command::new(&self.program)
+        // The shell sets the limit before the program begins. It is one of data, not of addresses: a GPU driver reserves more addresses than
+        // there is memory.
+        let child = Command::new("sh")
+            .args(["-c", r#"ulimit -d "$0" && exec "$@""#, &(self.memory >> 10).to_string()])
+            .arg(&self.program)
             .args(&self.arguments)
             .current_dir(&self.folder)
             .env("RAXEL_MUTANT", number.to_string())
@@ -56,6 +70,20 @@ impl Gate {
         let mut child = Running(child);
         Ok(!child.0.wait_timeout(self.limit)?.is_some_and(|status| status.success()))
     }
+}
+
+/// The names of the tests that a test program runs. An ignored test notices nothing, so it is none of them.
+///
+/// # Errors
+/// Fails if the program does not list its tests.
+pub fn tests_of(program: &Path) -> Result<Vec<String>> {
+    let list = |which: &[&str]| -> Result<Vec<String>> {
+        let output = Command::new(program).args(["--list", "--format", "terse"]).args(which).output()?;
+        let text = String::from_utf8(output.stdout)?;
+        Ok(text.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect())
+    };
+    let ignored: BTreeSet<String> = list(&["--ignored"])?.into_iter().collect();
+    Ok(list(&[])?.into_iter().filter(|test| !ignored.contains(test)).collect())
 }
 
 /// A child that does not outlive its run.

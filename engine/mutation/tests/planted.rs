@@ -2,12 +2,13 @@
 #![allow(missing_docs, reason = "a test")]
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use raxel_mutation::build::{Copy, SWITCH};
 use raxel_mutation::groups::Group;
 use raxel_mutation::plant::{Planted, origin};
+use raxel_mutation::run::{Gate, tests_of};
 
 /// It says all that a fault could change.
 const PROGRAM: &str = r#"
@@ -38,7 +39,7 @@ fn main() {
 }
 "#;
 
-fn compiled(text: &str, folder: &Path) -> std::path::PathBuf {
+fn compiled(text: &str, folder: &Path) -> PathBuf {
     let (source, program) = (folder.join("main.rs"), folder.join("main"));
     std::fs::write(&source, text).expect("a temporary folder");
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
@@ -114,6 +115,49 @@ fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
         let copied = Copy::new(&repository, &root, &group).map(|copy| (copy.faults().len(), copy.left_out()));
         assert_eq!(copied.map_err(|error| error.to_string()), right);
     }
+}
+
+/// A program whose memory a fault may blow up, with one test that is ignored.
+const HUNGRY: &str = r#"
+#[test]
+fn takes_as_much_as_it_is_told() {
+    let bytes = std::env::var("RAXEL_MUTANT").unwrap().parse::<u64>().unwrap().min(1 << 33);
+    let bytes = if bytes == 1 << 33 { 1 } else { bytes << 20 };
+    let all = vec![1_u8; bytes as usize];
+    assert_eq!(all.iter().map(|byte| u64::from(*byte)).sum::<u64>(), bytes);
+}
+
+#[test]
+#[ignore = "takes hours"]
+fn takes_hours() {}
+"#;
+
+/// Compiles [`HUNGRY`] with its tests.
+fn hungry(folder: &Path) -> PathBuf {
+    let (source, program) = (folder.join("hungry.rs"), folder.join("hungry"));
+    std::fs::write(&source, HUNGRY).expect("a temporary folder");
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = Command::new(compiler).args(["--edition", "2024", "--test", "-o"]).arg(&program).arg(&source).output();
+    let output = output.expect("the compiler that built this test");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    program
+}
+
+#[test]
+fn a_fault_that_takes_more_memory_than_it_may_is_noticed_and_an_ignored_test_is_no_gate() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = hungry(folder.path());
+    assert_eq!(tests_of(&program).unwrap(), ["takes_as_much_as_it_is_told"]);
+    let arguments = ["takes_as_much_as_it_is_told", "--exact"];
+    let gate = |memory| Gate::new(&program, &arguments, folder.path(), memory);
+    let gate_of_256 = gate(256 << 20).expect("it passes without a fault");
+    // The fault's number is how many MiB the test takes.
+    assert_eq!(
+        [16, 64, 300, 1000].map(|mebibytes| gate_of_256.notices(mebibytes).unwrap()),
+        [false, false, true, true]
+    );
+    let error = gate(1 << 12).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("--exact` fails without a fault, or needs more than 4096 bytes"), "{error}");
 }
 
 /// A reason that no longer belongs to a fault hides nothing, and is taken out.

@@ -6,6 +6,7 @@ use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_index, child_cell};
 use rayon::prelude::*;
 
+use super::LINKED;
 use raxel_layouts::parts::{Parts, child_of, octant_cell};
 use raxel_layouts::{
     Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, Table, buffer, check_size, layout_header,
@@ -74,9 +75,7 @@ fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let attributes_at = bricks_at + BRICK_WORDS * sizes.iter().map(|size| size.bricks).sum::<usize>();
     let attributes: usize = sizes.iter().map(|size| size.attributes).sum();
     let words = BrickmapHeader::WORDS as usize + attributes_at + attributes.div_ceil(2);
-    // Links to materials have 31 bits and count halfwords.
-    let addressable = 4 * (1 << 30);
-    let bytes = check_size(layout, 4 * words as u64, limit.min(addressable))?;
+    let bytes = check_size(layout, 4 * words as u64, limit.min(LINKED))?;
 
     let header = BrickmapHeader {
         table_at: table_at as u32,

@@ -4,6 +4,7 @@ use raxel_world::World;
 use raxel_world::{Bits, Chunk, block_cell};
 use rayon::prelude::*;
 
+use super::LINKED;
 use raxel_layouts::parts::Parts;
 use raxel_layouts::{
     Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
@@ -76,8 +77,7 @@ fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let blocks_at = nodes_at + NODE_WORDS as u64 * nodes;
     let attributes_at = blocks_at + BLOCK_WORDS as u64 * blocks;
     let words = u64::from(BvhHeader::WORDS) + attributes_at + attributes.div_ceil(2);
-    // Links have 31 bits, and those to materials count halfwords.
-    let bytes = check_size(layout, 4 * words, limit.min(4 * (1 << 30)))?;
+    let bytes = check_size(layout, 4 * words, limit.min(LINKED))?;
 
     let header = BvhHeader {
         nodes_at: nodes_at as u32,

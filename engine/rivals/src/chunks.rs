@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use raxel_layouts::parts::{Octant, Parts};
 use raxel_layouts::{
-    Access, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    ADDRESSABLE, Access, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size,
+    layout_header,
 };
 
 /// A list of 32³ flat chunks that is searched linearly.
@@ -50,8 +51,7 @@ fn encode(world: &World, limit: u64, access: Access) -> Result<Encoded, LayoutEr
     let chunks_at = MATERIAL_WORDS as usize * world.materials().len();
     let voxels_at = chunks_at + LIST_WORDS * uses.len();
     let words = ChunksHeader::WORDS as usize + voxels_at + VOXEL_WORDS * distinct.len();
-    // Addresses are 32 bits wide and count words.
-    let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
+    let bytes = check_size(layout, 4 * words as u64, limit.min(ADDRESSABLE))?;
 
     let header = ChunksHeader {
         chunks_at: chunks_at as u32,

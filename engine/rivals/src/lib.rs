@@ -20,6 +20,9 @@ mod texture3d;
 
 use raxel_layouts::Layout;
 
+/// Bytes that links of 31 bits reach, where they count halfwords.
+const LINKED: u64 = 4 << 30;
+
 pub use brickmap::{BrickmapHeader, LAYOUT as BRICKMAP};
 pub use bvh::{BvhHeader, LAYOUT as BVH};
 pub use chunk_table::LAYOUT as CHUNK_TABLE;

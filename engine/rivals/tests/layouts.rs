@@ -3,6 +3,10 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 mod decode;
+#[path = "layouts/follow.rs"]
+mod follow;
+#[path = "layouts/tiles.rs"]
+mod tiles;
 
 use decode::Voxels;
 use glam::IVec3;
@@ -23,47 +27,6 @@ fn world(voxels: &Voxels, materials: usize) -> World {
 
 fn encode(layout: Layout, world: &World) -> Encoded {
     layout.encode(world, u64::MAX).expect("it fits")
-}
-
-/// Every voxel of a tree, by its format alone.
-fn tree64_voxels(buffer: &[u32]) -> Voxels {
-    let (header, words) = buffer.split_at(Tree64Header::WORDS as usize);
-    let header: &Tree64Header = bytemuck::from_bytes(bytemuck::cast_slice(header));
-    let mask_at = |word: usize| u64::from(words[word]) | u64::from(words[word + 1]) << 32;
-    let mut voxels = Voxels::new();
-    let mut todo = vec![(header.root, header.log2_size / 2, header.origin.map(i64::from))];
-    while let Some((node, height, corner)) = todo.pop() {
-        let at = 4 * node as usize;
-        let [children, material] = [words[at + 2], words[at + 3]];
-        let size = 1i64 << (2 * height - 2);
-        for (rank, child) in occupied(mask_at(at)).enumerate() {
-            let cell = child_cell(child).map(i64::from);
-            let corner: [i64; 3] = std::array::from_fn(|i| corner[i] + cell[i] * size);
-            let mut fill = |corner: [i64; 3], size: i64, material: u32| {
-                for i in 0..size.pow(3) {
-                    let voxel = [corner[0] + i % size, corner[1] + i / size % size, corner[2] + i / size / size];
-                    voxels.insert(voxel.map(|c| c as i32), material as u16);
-                }
-            };
-            if material >> 31 == 1 {
-                fill(corner, size, material);
-            } else if height > 2 {
-                todo.push((children + rank as u32, height - 1, corner));
-            } else {
-                let link = if material >> 30 == 1 { material } else { words[material as usize + rank] };
-                for (rank, voxel) in occupied(mask_at(2 * (children as usize + rank))).enumerate() {
-                    let material = decode::linked_material(words, link, rank);
-                    let cell = child_cell(voxel).map(i64::from);
-                    fill(std::array::from_fn(|i| corner[i] + cell[i]), 1, material.into());
-                }
-            }
-        }
-    }
-    voxels
-}
-
-fn occupied(mask: u64) -> impl Iterator<Item = u32> {
-    (0..64).filter(move |child| mask >> child & 1 == 1)
 }
 
 /// Every voxel of a list of chunks, by its format alone.
@@ -125,7 +88,7 @@ fn bvh_voxels(buffer: &[u32]) -> Voxels {
 
 fn voxels_of(layout: Layout, encoded: &Encoded) -> Voxels {
     match layout.name() {
-        "tree64" => tree64_voxels(&encoded.words),
+        "tree64" => decode::tree64(&encoded.words),
         "chunks" => chunks_voxels(&encoded.words),
         "bvh" => bvh_voxels(&encoded.words),
         "chunk_table" => decode::chunk_table(&encoded.words),
@@ -236,6 +199,11 @@ fn what_does_not_fit_is_said_before_it_is_made() {
     for &layout in LAYOUTS {
         assert!(matches!(layout.encode(&wide, u64::MAX), Err(LayoutError::TooWide { limit: 0x4000_0000, .. })));
     }
+}
+
+#[test]
+fn addresses_of_32_bits_reach_every_word_of_the_largest_buffer() {
+    assert_eq!(raxel_layouts::ADDRESSABLE, 4 * (u64::from(u32::MAX) + 1));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! 32³ chunks in a hash table, in a buffer with blocks to spare: an edit writes the 4³ parts of chunks that it changed, and the slots of
 //! chunks that come, go or become others.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use raxel_world::Chunk;
@@ -13,7 +13,7 @@ use crate::header::{Extent, MATERIAL_WORDS, buffer};
 use crate::live::{Patch, roomy};
 use crate::parts::{Octant, child_of};
 use crate::table::{LiveTable, Table};
-use crate::{LayoutError, check_size};
+use crate::{ADDRESSABLE, LayoutError, check_size};
 
 /// Spare blocks besides a quarter of the world's.
 const ROOM: usize = 64;
@@ -54,10 +54,10 @@ impl Held {
 /// The changes of an edit to blocks.
 #[derive(Default)]
 struct Changed {
-    /// Those that hold something else altogether.
-    filled: Vec<usize>,
-    /// Words of others, from the first of all blocks.
-    patches: Vec<Patch>,
+    /// Those that are written as a whole.
+    filled: BTreeSet<usize>,
+    /// Those of which parts are written: the words, from the first of all blocks.
+    parts: BTreeMap<usize, Vec<Patch>>,
 }
 
 impl LiveHashedChunks {
@@ -77,8 +77,7 @@ impl LiveHashedChunks {
             let front = HashedChunksHeader::WORDS as usize + MATERIAL_WORDS as usize * world.materials().len();
             (front + table.words() + form.chunk_words * blocks) as u64
         };
-        // Addresses are 32 bits wide and count words.
-        let limit = limit.min(4 << 32);
+        let limit = limit.min(ADDRESSABLE);
         check_size(form.layout, 4 * words(distinct), limit)?;
         let room = ((limit / 4 - words(distinct)) / form.chunk_words as u64).min((distinct / 4 + ROOM) as u64);
         let blocks = distinct + room as usize;
@@ -93,14 +92,12 @@ impl LiveHashedChunks {
             known: HashMap::new(),
             places: HashMap::new(),
         };
-        let bytes = 4 * words as u64;
         let changed = live.change(world.chunks().map(|(pos, chunk)| (pos, Some(chunk.clone()))));
-        let changed = changed.ok_or(LayoutError::TooLarge { layout: form.layout.name(), bytes, limit })?;
+        let changed = changed.expect("there are as many blocks and slots as the world needs, and more");
         let mut words = buffer(&live.header(world), world.materials(), words);
         let chunks_at = live.chunks_at();
-        for patch in live.table.take_changes() {
-            let at = live.table_at() + patch.at;
-            words[at..at + patch.words.len()].copy_from_slice(&patch.words);
+        for slots in live.take_slots() {
+            words[slots.at..][..slots.words.len()].copy_from_slice(&slots.words);
         }
         let mut filled: Vec<Option<Octant>> = vec![None; blocks];
         for &block in &changed.filled {
@@ -125,9 +122,10 @@ impl LiveHashedChunks {
         if world.materials().len() != self.materials {
             return None;
         }
-        let Changed { filled, mut patches } = self.change(changes)?;
-        let (table_at, chunks_at) = (self.table_at(), self.chunks_at());
-        patches.iter_mut().for_each(|patch| patch.at += chunks_at);
+        let Changed { filled, parts } = self.change(changes)?;
+        let chunks_at = self.chunks_at();
+        let parts = parts.into_values().flatten();
+        let mut patches: Vec<Patch> = parts.map(|patch| Patch { at: chunks_at + patch.at, ..patch }).collect();
         let words = self.form.chunk_words;
         let fill = |&block: &usize| {
             let mut patch = Patch { at: chunks_at + words * block, words: vec![0; words] };
@@ -135,8 +133,7 @@ impl LiveHashedChunks {
             Some(patch)
         };
         patches.extend(filled.par_iter().filter_map(fill).collect::<Vec<_>>());
-        let slots = self.table.take_changes().into_iter().map(|patch| Patch { at: table_at + patch.at, ..patch });
-        patches.extend(slots);
+        patches.extend(self.take_slots());
         let header = self.header(world);
         patches.push(Patch { at: 0, words: bytemuck::cast_slice(std::slice::from_ref(&header)).to_vec() });
         Some(patches)
@@ -166,7 +163,7 @@ impl LiveHashedChunks {
             }
         }
         // One that was filled and given up again holds nothing.
-        changed.filled.retain(|&block| self.blocks[block].is_some());
+        changed.filled.retain(|block| self.blocks[*block].is_some());
         self.free.append(&mut released);
         Some(changed)
     }
@@ -196,7 +193,7 @@ impl LiveHashedChunks {
             let block = self.free.pop()?;
             self.known.insert(next.key(), block);
             self.blocks[block] = Some(next);
-            changed.filled.push(block);
+            changed.filled.insert(block);
             block
         };
         if let Some(before) = before {
@@ -211,15 +208,15 @@ impl LiveHashedChunks {
     fn rewrite(&mut self, block: usize, next: Held, changed: &mut Changed) -> Option<()> {
         let held = self.blocks[block].as_mut()?;
         let different = held.octant().different_blocks(&next.octant());
-        if changed.filled.contains(&block) || different.len() > self.form.most_parts {
-            // Written as a whole.
-            if !changed.filled.contains(&block) {
-                changed.filled.push(block);
-            }
+        // Parts that an earlier change of the same edit wrote would overlap with these.
+        let again = changed.parts.remove(&block).is_some();
+        if again || different.len() > self.form.most_parts || changed.filled.contains(&block) {
+            changed.filled.insert(block);
         } else {
             let patches = (self.form.rewrite)(&next.octant(), &different);
             let at = self.form.chunk_words * block;
-            changed.patches.extend(patches.into_iter().map(|patch| Patch { at: at + patch.at, ..patch }));
+            let patches = patches.into_iter().map(|patch| Patch { at: at + patch.at, ..patch });
+            changed.parts.insert(block, patches.collect());
         }
         self.known.remove(&held.key());
         self.known.insert(next.key(), block);
@@ -237,6 +234,12 @@ impl LiveHashedChunks {
         self.known.remove(&held.key());
         self.blocks[block] = None;
         Some(block)
+    }
+
+    /// The slots of the table that were written since the last call.
+    fn take_slots(&mut self) -> impl Iterator<Item = Patch> + use<> {
+        let table_at = self.table_at();
+        self.table.take_changes().into_iter().map(move |patch| Patch { at: table_at + patch.at, ..patch })
     }
 
     /// Index of the first word of the table in the buffer.

@@ -12,7 +12,7 @@ use super::header::{Extent, MATERIAL_WORDS, buffer};
 use super::live::Patch;
 use super::parts::{Octant, Parts};
 use super::table::Table;
-use super::{Access, Encoded, Layout, LayoutError, check_size};
+use super::{ADDRESSABLE, Access, Encoded, Layout, LayoutError, check_size};
 
 /// Chunks have 2^5 voxels a side.
 const LOG2_EDGE: u32 = 5;
@@ -61,8 +61,7 @@ pub fn encode(world: &World, form: &Form, limit: u64, access: Access) -> Result<
     let table_at = MATERIAL_WORDS as usize * world.materials().len();
     let chunks_at = table_at + table.words();
     let words = HashedChunksHeader::WORDS as usize + chunks_at + chunk_words * parts.distinct.len();
-    // Addresses are 32 bits wide and count words.
-    let bytes = check_size(layout, 4 * words as u64, limit.min(4 << 32))?;
+    let bytes = check_size(layout, 4 * words as u64, limit.min(ADDRESSABLE))?;
 
     let header = HashedChunksHeader {
         table_at: table_at as u32,

@@ -32,8 +32,18 @@ pub struct LiveTree64 {
     blocks: HashMap<usize, Block>,
     /// The block of each chunk, by its path from the root.
     places: BTreeMap<u128, usize>,
-    /// The nodes above the chunks, and its quads.
-    upper: Option<(Allocation, u32)>,
+    /// The nodes from the root down to the chunks.
+    upper: Option<Upper>,
+}
+
+/// The nodes from the root down to the chunks.
+#[derive(Clone, Copy)]
+struct Upper {
+    place: Allocation,
+    /// Quads that they may take.
+    room: u32,
+    /// Quads that they take, one each.
+    nodes: u32,
 }
 
 /// A chunk's words in the buffer. It holds the chunk, so that no other one comes to lie at its address.
@@ -78,8 +88,10 @@ impl LiveTree64 {
             places: BTreeMap::new(),
             upper: None,
         };
+        // The gaps between blocks may take what is left of a small buffer, but not of one with all of the room.
+        let bytes = 4 * front + 16 * needed;
         let patches = (live.change(chunks.iter().map(|(path, chunk)| (*path, Some((*chunk).clone()))).collect()))
-            .ok_or(LayoutError::TooLarge { layout: layout.name(), bytes: least, limit })?;
+            .ok_or(LayoutError::TooLarge { layout: layout.name(), bytes, limit })?;
         let mut words = buffer(&live.header(world), world.materials(), capacity);
         for patch in patches {
             words[patch.at..patch.at + patch.words.len()].copy_from_slice(&patch.words);
@@ -188,16 +200,16 @@ impl LiveTree64 {
             self.places.iter().map(|(path, address)| (*path, self.blocks[address].node)).collect();
         let quads = upper_nodes(&chunks, levels);
         let (place, room) = match self.upper {
-            Some(upper) if upper.1 >= quads as u32 => upper,
+            Some(upper) if upper.room >= quads as u32 => (upper.place, upper.room),
             small => {
-                if let Some((place, _)) = small {
-                    self.allocator.free(place);
+                if let Some(small) = small {
+                    self.allocator.free(small.place);
                 }
                 let room = (quads + quads / 4 + 64) as u32;
                 (self.allocator.allocate(room)?, room)
             }
         };
-        self.upper = Some((place, room));
+        self.upper = Some(Upper { place, room, nodes: quads as u32 });
         let at = MATERIAL_WORDS as usize * self.materials + QUAD * place.offset as usize;
         let mut words = vec![0; QUAD * quads];
         fill_upper(chunks, levels, &mut words, at);
@@ -210,8 +222,8 @@ impl LiveTree64 {
         let extent = self.extent.with_bounds_of(world);
         Tree64Header {
             root: (MATERIAL_WORDS as usize * self.materials / QUAD) as u32
-                + self.upper.map_or(0, |(place, _)| place.offset),
-            node_count: nodes as u32,
+                + self.upper.map_or(0, |upper| upper.place.offset),
+            node_count: nodes as u32 + self.upper.map_or(0, |upper| upper.nodes),
             leaf_count: leaves as u32,
             unused: 0,
             ..Tree64Header::of(&extent, world.materials())

@@ -8,7 +8,7 @@ use geometry::Geometry;
 use materials::Materials;
 use raxel_layouts::parts::Parts;
 use raxel_layouts::{
-    Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
+    ADDRESSABLE, Encoded, Encoding, Extent, Layout, LayoutError, MATERIAL_WORDS, buffer, check_size, layout_header,
 };
 use raxel_world::World;
 use upper::Upper;
@@ -49,8 +49,9 @@ fn encode(world: &World, limit: u64) -> Result<Encoded, LayoutError> {
     let geometry_at = upper_at + upper.words();
     let attributes_at = geometry_at + geometry.words();
     let words = SvdagHeader::WORDS as usize + attributes_at + materials.words();
-    // Addresses are 32 bits wide and count words; those of packed materials have fewer bits, and begin at attributes_at.
-    let addressable = if materials.words() > materials::MAX_WORDS { 4 * materials::MAX_WORDS as u64 } else { 4 << 32 };
+    // Addresses of packed materials have fewer bits, and begin at attributes_at.
+    let addressable =
+        if materials.words() > materials::MAX_WORDS { 4 * materials::MAX_WORDS as u64 } else { ADDRESSABLE };
     let bytes = check_size(layout, 4 * words as u64, limit.min(addressable))?;
 
     let header = SvdagHeader {

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use raxel_layouts::{Flat64Header, HashedChunksHeader};
+use raxel_layouts::{Flat64Header, HashedChunksHeader, Tree64Header};
 use raxel_rivals::{BrickmapHeader, SvdagHeader, SvoHeader};
 use raxel_world::child_cell;
 
 pub type Voxels = BTreeMap<[i32; 3], u16>;
 
 /// Smallest corner of a cube, in voxels.
-type Corner = [i64; 3];
+pub type Corner = [i64; 3];
 
 fn split<H: bytemuck::AnyBitPattern>(buffer: &[u32]) -> (H, &[u32]) {
     let (header, words) = buffer.split_at(size_of::<H>() / 4);
@@ -83,6 +83,36 @@ fn table_entries(
         .collect()
 }
 
+pub fn tree64(buffer: &[u32]) -> Voxels {
+    let (header, words) = split::<Tree64Header>(buffer);
+    let mut voxels = Voxels::new();
+    let root = std::array::from_fn(|i| words[4 * header.root as usize + i]);
+    tree64_node(words, root, header.log2_size / 2, header.origin.map(i64::from), 1, &mut voxels);
+    voxels
+}
+
+/// Reads a node of height `height` with all that is below it. Cells are cubes of `edge` voxels: 1 in a world, more in a tile of a higher level.
+pub fn tree64_node(words: &[u32], node: [u32; 4], height: u32, corner: Corner, edge: i64, voxels: &mut Voxels) {
+    let [.., children, material] = node;
+    let [filled, uniform, linked] = [31, 30, 29].map(|bit| material >> bit & 1 == 1);
+    let size = 1_i64 << (2 * height - 2);
+    for (rank, child) in bits(mask64(&node, 0)).enumerate() {
+        let corner = cell64(corner, child, size);
+        let first = 4 * (children as usize + rank);
+        if filled {
+            let material = if linked { linked_material(words, children, rank) } else { material as u16 };
+            fill(voxels, corner.map(|c| c / edge), size / edge, material);
+        } else if height > 2 {
+            tree64_node(words, std::array::from_fn(|i| words[first + i]), height - 1, corner, edge, voxels);
+        } else {
+            let link = if uniform { material } else { words[material as usize + rank] };
+            for (rank, voxel) in bits(mask64(words, 2 * (children as usize + rank))).enumerate() {
+                fill(voxels, cell64(corner, voxel, 1), 1, linked_material(words, link, rank));
+            }
+        }
+    }
+}
+
 pub fn chunk_table(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<HashedChunksHeader>(buffer);
     let mut voxels = Voxels::new();
@@ -126,9 +156,17 @@ fn octree_node(nodes: &[u32], depth: u32, index: usize, corner: Corner, voxels: 
         }
         return node;
     }
-    let children: Vec<u32> = (0..8)
-        .map(|n| octree_node(nodes, depth + 1, 8 * index + n, octant(corner, n as u32, 16 >> depth), voxels))
-        .collect();
+    if node == 0 {
+        for below in depth + 1..=5 {
+            let first = (0..below).map(|d| 8usize.pow(d)).sum::<usize>();
+            let count = 8usize.pow(below - depth);
+            assert!(nodes[first + index * count..][..count].iter().all(|node| *node == 0), "below an empty node");
+        }
+        return 0;
+    }
+    let children: [u32; 8] = std::array::from_fn(|n| {
+        octree_node(nodes, depth + 1, 8 * index + n, octant(corner, n as u32, 16 >> depth), voxels)
+    });
     let mask = (0..8).filter(|&n| children[n] != 0).fold(0, |mask, n| mask | 1 << n);
     let alike = children.iter().all(|child| *child == children[0] && child >> 8 & 1 == 1);
     let material = children.iter().find(|child| **child != 0).map_or(0, |child| child >> 16);
