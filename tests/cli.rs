@@ -267,7 +267,7 @@ fn box_of(material: &str, emission: f32) -> String {
 
 #[test]
 fn plans_without_a_device_follow_the_world() {
-    let project = Project::empty();
+    let project = common::Project::empty();
     project.write("graphs/over.toml", OVER_A_WORLD).write(
         "shaders/fill.comp",
         "#version 460\nlayout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;\n\
@@ -402,18 +402,6 @@ fn the_manifest_says_what_runs_by_default() {
         let said = run.stdout + &run.stderr;
         assert!(said.contains("RX0460") && said.contains("raxel.toml:1:9"), "{args:?}: {said}");
     }
-}
-
-#[test]
-fn files_in_folders_below_are_checked_too() {
-    let project = Project::empty();
-    let files = ["graphs/deep/a.toml", "worlds/deep/a.toml", "worlds/deep/a.demo.toml"];
-    for file in files {
-        project.write(file, "nothing = 1\n");
-    }
-    let said = project.raxel(&["check", "--format", "short"]).exits(3).stdout;
-    let places = files.map(|file| said.find(&format!("{file}:")));
-    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{said}");
 }
 
 #[test]

@@ -18,7 +18,7 @@ use serde_json::json;
                         after each file.\n\nExample: raxel check graphs/*.toml --format json"
 )]
 pub(crate) struct Args {
-    /// Graphs, worlds, demos and manifests; all of the project's by default, those in folders below included.
+    /// Graphs, worlds, demos and manifests; all of the project's by default.
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
 
@@ -39,11 +39,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
             OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
         let project = &offline.project;
         let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
-        let mut files: Vec<String> = project.every_file().iter().map(|file| file.path().to_owned()).collect();
-        // A demo fails with its graph and its world, whose mistakes are told first.
-        let kinds = [FileKind::Graph, FileKind::World, FileKind::Demo];
-        files.sort_by_key(|path| kinds.iter().position(|kind| FileKind::of(path) == *kind));
-        let all: Vec<String> = manifest.into_iter().chain(files).collect();
+        let all: Vec<String> =
+            [manifest.into_iter().collect(), project.graphs(), project.worlds(), project.demos()].concat();
         total = all.len();
         for path in &all {
             bad += u32::from(!check(&offline, path, args.world.as_deref(), (&mut told, console))?);
