@@ -558,7 +558,9 @@ fn a_model_a_file_and_a_default_that_are_not_there_bring_their_fix() {
     assert_eq!(first_fix(&mut editor, &graph, &wrong), "source = \"model.pine.tree64\"");
 
     // A sound is named relative to the demo.
-    let hears = |file: &str| format!("graph = \"note.toml\"\nworld = \"trees.toml\"\nduration = 1.0\n[inputs]\nmicrophone = \"{file}\"\n");
+    let hears = |file: &str| {
+        format!("graph = \"note.toml\"\nworld = \"trees.toml\"\nduration = 1.0\n[inputs]\nmicrophone = \"{file}\"\n")
+    };
     let wrong = hears("../textures/nots.ogg");
     assert_eq!(first_fix(&mut editor, &demo, &wrong), "microphone = \"../textures/notes.ogg\"");
 }
@@ -665,10 +667,30 @@ fn what_supplies_a_resource_is_offered_where_it_fits() {
     project.write("worlds/trees.toml", world);
     let mut resources = String::new();
     for (table, key, offers, hides) in [
-        ("targets", "source", &["world.texture3d", "input.microphone", "file.textures/notes.ogg", "model.pine.texture3d"][..], &["world.tree64", "input.keys", "file.textures/table.bin"][..]),
-        ("targets", "copy", &["world.texture3d", "model.pine.texture3d"], &["world.tree64", "input.microphone", "file.textures/tiles.png"]),
-        ("buffers", "source", &["world.tree64", "world.edits", "input.keys", "file.textures/table.bin"], &["input.microphone"]),
-        ("buffers", "copy", &["world.tree64", "model.pine.octree"], &["world.edits", "world.poses", "input.microphone", "file.textures/table.bin"]),
+        (
+            "targets",
+            "source",
+            &["world.texture3d", "input.microphone", "file.textures/notes.ogg", "model.pine.texture3d"][..],
+            &["world.tree64", "input.keys", "file.textures/table.bin"][..],
+        ),
+        (
+            "targets",
+            "copy",
+            &["world.texture3d", "model.pine.texture3d"],
+            &["world.tree64", "input.microphone", "file.textures/tiles.png"],
+        ),
+        (
+            "buffers",
+            "source",
+            &["world.tree64", "world.edits", "input.keys", "file.textures/table.bin"],
+            &["input.microphone"],
+        ),
+        (
+            "buffers",
+            "copy",
+            &["world.tree64", "model.pine.octree"],
+            &["world.edits", "world.poses", "input.microphone", "file.textures/table.bin"],
+        ),
     ] {
         let offered = editor.offered(&graph, &format!("{NOTES}[{table}.a]\n{key} = \"|\""));
         let has = |name: &&str| offered.iter().any(|label| label == name);

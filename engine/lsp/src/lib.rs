@@ -129,7 +129,11 @@ struct Server {
 enum Checking {
     Idle(Checker),
     /// The thread sends the checker back, with what it found.
-    Busy { done: Receiver<(Checker, Found)>, documents: Documents, began: Instant },
+    Busy {
+        done: Receiver<(Checker, Found)>,
+        documents: Documents,
+        began: Instant,
+    },
 }
 
 /// Why a conversation ended early.

@@ -91,12 +91,7 @@ impl Checker {
 }
 
 /// Checks the texts of a project that are open, and graphs that run one of them.
-fn check_project(
-    checked: &CheckedProject,
-    documents: &Documents,
-    open: &[&Document],
-    found: &mut Found,
-) {
+fn check_project(checked: &CheckedProject, documents: &Documents, open: &[&Document], found: &mut Found) {
     let CheckedProject { files, offline } = checked;
     let project = &offline.project;
     files.update(open);

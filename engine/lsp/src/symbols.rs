@@ -12,9 +12,8 @@ use super::names::{declared, named_passes};
 pub(super) fn symbols(document: &Document) -> Vec<DocumentSymbol> {
     let text = &document.text;
     if !document.is_toml() {
-        let symbol = |found: &Declaration| {
-            symbol(text, &found.name, symbol_kind(found.kind), &found.whole, &found.place)
-        };
+        let symbol =
+            |found: &Declaration| symbol(text, &found.name, symbol_kind(found.kind), &found.whole, &found.place);
         return text.declarations().iter().map(symbol).collect();
     }
     let kinds =

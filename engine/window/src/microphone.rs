@@ -99,7 +99,12 @@ mod thread {
         fn for_longer_than(&self, patience: Duration) -> Option<String> {
             let attempt = self.lock();
             let attempt = attempt.as_ref().filter(|attempt| attempt.began.elapsed() > patience)?;
-            Some(attempt.device.as_ref().map_or_else(|| "the microphone".to_owned(), |name| format!("microphone `{name}`")))
+            Some(
+                attempt
+                    .device
+                    .as_ref()
+                    .map_or_else(|| "the microphone".to_owned(), |name| format!("microphone `{name}`")),
+            )
         }
 
         fn lock(&self) -> MutexGuard<'_, Option<Attempt>> {
@@ -344,7 +349,10 @@ mod thread {
                 };
                 assert_eq!(first, Err(expected));
                 for frame in 0..300 {
-                    assert_eq!((heard(&mut microphone, f64::from(frame) / 60.0), capturing.follow(&microphone)), (0, None));
+                    assert_eq!(
+                        (heard(&mut microphone, f64::from(frame) / 60.0), capturing.follow(&microphone)),
+                        (0, None)
+                    );
                 }
                 freed.send(()).unwrap();
                 let failed = capturing.said.recv_timeout(LIMIT).unwrap();
