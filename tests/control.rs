@@ -308,6 +308,7 @@ fn a_take_of_a_program_sounds_the_same() {
     let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
     for (path, why) in [
         ("textures/gone.ogg", "`textures/gone.ogg` does not exist"),
+        ("textures/nots.ogg", "`textures/nots.ogg` does not exist: did you mean `textures/notes.ogg`?"),
         ("worlds/menger.toml", "`worlds/menger.toml` cannot be read: "),
         ("../a.wav", "`../a.wav` is not a path inside the project"),
     ] {

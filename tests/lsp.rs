@@ -39,11 +39,16 @@ fn message(pipe: &mut impl BufRead) -> Option<Value> {
 
 impl Editor {
     fn start(project: &Project) -> Self {
+        Self::start_with(project, json!({}))
+    }
+
+    #[allow(clippy::needless_pass_by_value, reason = "capabilities are made where they are sent")]
+    fn start_with(project: &Project, capabilities: Value) -> Self {
         let mut command = command(project.root(), &["lsp", "--stdio"]);
         let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
         let (to, from) = (child.0.stdin.take().unwrap(), Said::by(child.0.stdout.take().unwrap(), message));
         let mut editor = Self { child, to, from, id: 0 };
-        let greeting = editor.ask("initialize", json!({ "capabilities": {} }));
+        let greeting = editor.ask("initialize", json!({ "capabilities": capabilities }));
         assert_eq!(greeting["serverInfo"]["name"], "raxel");
         editor.tell("initialized", json!({}));
         editor
@@ -177,7 +182,7 @@ fn names_are_completed_and_explained() {
     );
     has(&editor.offered(&graph, "[targets.a]\nfor|"), &["format", "size", "history"]);
     has(&editor.offered(&graph, "[targets.a]\nformat = \"|\""), &["rgba16f", "r32f"]);
-    let sources = ["world.tree64", "world.instances", "input.keys", "input.microphone", "model.tree.tree64"];
+    let sources = ["world.tree64", "world.instances", "input.keys", "world.edits", "model.tree.tree64"];
     has(&editor.offered(&graph, "[buffers.a]\nsource = \"|\""), &sources);
     let manifest = project.path("raxel.toml");
     std::fs::write(&manifest, "").unwrap();
@@ -551,6 +556,13 @@ fn a_model_a_file_and_a_default_that_are_not_there_bring_their_fix() {
     editor.open(&demo, &std::fs::read_to_string(&demo).unwrap());
     let wrong = NOTES.replace("[[passes]]", "[buffers.tree]\nsource = \"model.pien.tree64\"\n[[passes]]");
     assert_eq!(first_fix(&mut editor, &graph, &wrong), "source = \"model.pine.tree64\"");
+
+    // A sound is named relative to the demo.
+    let hears = |file: &str| {
+        format!("graph = \"note.toml\"\nworld = \"trees.toml\"\nduration = 1.0\n[inputs]\nmicrophone = \"{file}\"\n")
+    };
+    let wrong = hears("../textures/nots.ogg");
+    assert_eq!(first_fix(&mut editor, &demo, &wrong), "microphone = \"../textures/notes.ogg\"");
 }
 
 #[test]
@@ -644,21 +656,75 @@ fn every_name_of_the_examples_can_be_changed() {
     project.raxel(&arguments.iter().map(String::as_str).collect::<Vec<_>>()).exits(0);
 }
 
+/// What is offered as a source or to be copied can be written there: the graph has no mistake.
+#[test]
+fn what_supplies_a_resource_is_offered_where_it_fits() {
+    let (project, mut editor, graph, _) = notes();
+    project.copy_folder("textures");
+    project.copy_folder("worlds/models");
+    project.write("textures/table.bin", "table");
+    let world = "[models.pine]\nfile = \"models/pine.vox\"\n[[build]]\nop = \"model\"\nmodel = \"pine\"\n";
+    project.write("worlds/trees.toml", world);
+    let mut resources = String::new();
+    for (table, key, offers, hides) in [
+        (
+            "targets",
+            "source",
+            &["world.texture3d", "input.microphone", "file.textures/notes.ogg", "model.pine.texture3d"][..],
+            &["world.tree64", "input.keys", "file.textures/table.bin"][..],
+        ),
+        (
+            "targets",
+            "copy",
+            &["world.texture3d", "model.pine.texture3d"],
+            &["world.tree64", "input.microphone", "file.textures/tiles.png"],
+        ),
+        (
+            "buffers",
+            "source",
+            &["world.tree64", "world.edits", "input.keys", "file.textures/table.bin"],
+            &["input.microphone"],
+        ),
+        (
+            "buffers",
+            "copy",
+            &["world.tree64", "model.pine.octree"],
+            &["world.edits", "world.poses", "input.microphone", "file.textures/table.bin"],
+        ),
+    ] {
+        let offered = editor.offered(&graph, &format!("{NOTES}[{table}.a]\n{key} = \"|\""));
+        let has = |name: &&str| offered.iter().any(|label| label == name);
+        assert!(offers.iter().all(has) && !hides.iter().any(has), "{key} of {table}: {offered:?}");
+        for (index, source) in offered.iter().enumerate() {
+            resources += &format!("[{table}.{key}{index}_{table}]\n{key} = {source:?}\n");
+        }
+    }
+    project.write("graphs/note.toml", NOTES.replace("[[passes]]", &format!("{resources}[[passes]]")));
+    project.raxel(&["check", "graphs/note.toml"]).exits(0);
+}
+
 #[test]
 fn requests_are_answered_while_every_shader_is_compiled() {
     let project = Project::shipped();
-    let mut editor = Editor::start(&project);
+    let mut editor = Editor::start_with(&project, json!({ "window": { "workDoneProgress": true } }));
     let [shader, library] = ["shaders/inspect.comp", "shaders/include/raxel/world.glsl"].map(|path| project.path(path));
     let [text, included] = [&shader, &library].map(|path| std::fs::read_to_string(path).unwrap());
     // Nearly every shader includes the second, and nothing is kept of earlier compilations.
     editor.open(&library, &format!("{included}// changed\n"));
     editor.open(&shader, &text.replace("void main()", "void main(wrong)"));
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    let progress = |editor: &mut Editor| loop {
+        let message = editor.from.next();
+        if message["method"] == "$/progress" {
+            break message["params"]["value"]["kind"].as_str().unwrap().to_owned();
+        }
+    };
+    assert_eq!(progress(&mut editor), "begin");
     let document = json!({ "uri": address(&shader) });
     let request = json!({ "textDocument": document });
     editor.send(&json!({ "jsonrpc": "2.0", "id": 77, "method": "textDocument/documentSymbol", "params": request }));
     let first = editor.from.next();
     assert_eq!(first["id"], json!(77), "diagnostics came first: {first}");
+    assert_eq!(progress(&mut editor), "end");
     assert!(editor.diagnostics(&shader).iter().any(|found| found["severity"] == json!(1)));
 }
 

@@ -854,41 +854,102 @@ fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
     bare.leave();
 }
 
+/// A window of 600 × 400 with the picture, as red as its only param says, beside the slider of that param.
+struct Slider {
+    display: Display,
+    project: Project,
+    child: Running,
+}
+
+impl Slider {
+    fn open() -> Self {
+        let (display, project) = (Display::start(), Project::empty());
+        project.write(
+            "graphs/bare.toml",
+            "name = \"bare\"\npresent = \"color\"\n[params.red]\ntype = \"f32\"\ndefault = 0.25\nrange = [0.0, 1.0]\n\
+             [targets.color]\nformat = \"rgba8\"\ndisplay = { map = \"raw\" }\n\
+             [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n\
+             [passes.push]\nred = { type = \"f32\", from = \"param.red\" }\n",
+        );
+        let push = "layout(push_constant) uniform PC { float red; } pc;\nvoid main()";
+        let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(pc.red, 0, 0, 1)");
+        project.write("shaders/fill.comp", shader.replace("void main()", push));
+        project.write(
+            "worlds/box.toml",
+            "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"red\"\n",
+        );
+        let docks =
+            "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\"] } } }\n";
+        project.write(".raxel/window.toml", docks);
+        let child = Running::start(
+            command(
+                project.root(),
+                &["run", "graphs/bare.toml", "--world", "worlds/box.toml", "--size", "600x400", "--validate"],
+            )
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(project.path("log")).unwrap()),
+        );
+        let slider = Self { display, project, child };
+        eventually("the first picture", || slider.red() == [64, 0, 0]);
+        let window = slider.display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+        slider.display.xdotool(&["windowfocus", "--sync", &window]);
+        slider
+    }
+
+    fn log(&self) -> String {
+        log(&self.project.path("log"))
+    }
+
+    /// A pixel below bar and tabs, left of the panel.
+    fn red(&self) -> [u8; 3] {
+        self.display.pixels(600, 400)[200 * 600 + 100]
+    }
+
+    fn leave(mut self) {
+        press(&self.display, "Escape", "it leaves", || self.child.ended());
+        assert_eq!(self.child.finish().code(), Some(0), "{}", log(&self.project.path("log")));
+    }
+}
+
+#[test]
+fn a_write_is_undone_before_the_motion_that_it_wrote() {
+    let slider = Slider::open();
+    let display = &slider.display;
+    let rest = || std::thread::sleep(Duration::from_millis(300));
+    let file = || fs::read_to_string(slider.project.path("graphs/bare.toml")).unwrap();
+    let first = file();
+    display.xdotool(&["mousemove", "386", "137"]);
+    rest();
+    // It is let go of in the frame of its last motion.
+    display.xdotool(&["mousedown", "1", "mousemove", "420", "137"]);
+    rest();
+    display.xdotool(&["mousemove", "470", "137", "mouseup", "1"]);
+    eventually("the param follows", || slider.red() == [255, 0, 0]);
+    display.xdotool(&["mousemove", "345", "56"]);
+    rest();
+    display.xdotool(&["click", "1"]);
+    eventually("the file has the value", || file().contains("default = 1.0"));
+    eventually("it is read", || slider.log().contains("gen 1"));
+    // Keys are the window's where the pointer is.
+    display.xdotool(&["mousemove", "100", "200"]);
+    rest();
+    display.xdotool(&["key", "ctrl+z"]);
+    eventually("the file is as it was", || file() == first);
+    eventually("that is read", || slider.log().contains("gen 2"));
+    eventually("the window keeps the value", || slider.red() == [255, 0, 0]);
+    rest();
+    assert_eq!(slider.red(), [255, 0, 0], "it stays");
+    display.xdotool(&["key", "ctrl+z"]);
+    eventually("all of the motion is undone", || slider.red() == [64, 0, 0]);
+    slider.leave();
+}
+
 #[test]
 fn a_slider_that_is_recorded_makes_a_demo_and_undo_takes_it_back() {
-    let (display, project) = (Display::start(), Project::empty());
-    project.write(
-        "graphs/bare.toml",
-        "name = \"bare\"\npresent = \"color\"\n[params.red]\ntype = \"f32\"\ndefault = 0.25\nrange = [0.0, 1.0]\n\
-         [targets.color]\nformat = \"rgba8\"\ndisplay = { map = \"raw\" }\n\
-         [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n\
-         [passes.push]\nred = { type = \"f32\", from = \"param.red\" }\n",
-    );
-    let push = "layout(push_constant) uniform PC { float red; } pc;\nvoid main()";
-    let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(pc.red, 0, 0, 1)");
-    project.write("shaders/fill.comp", shader.replace("void main()", push));
-    project.write(
-        "worlds/box.toml",
-        "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"red\"\n",
-    );
-    let docks =
-        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\"] } } }\n";
-    project.write(".raxel/window.toml", docks);
-    let mut child = Running::start(
-        command(
-            project.root(),
-            &["run", "graphs/bare.toml", "--world", "worlds/box.toml", "--size", "600x400", "--validate"],
-        )
-        .env("DISPLAY", &display.name)
-        .env_remove("WAYLAND_DISPLAY")
-        .stderr(fs::File::create(project.path("log")).unwrap()),
-    );
-    let log = || log(&project.path("log"));
-    // Below bar and tabs, left of the panel.
-    let red = || display.pixels(600, 400)[200 * 600 + 100];
-    eventually("the first picture", || red() == [64, 0, 0]);
-    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
-    display.xdotool(&["windowfocus", "--sync", &window]);
+    let slider = Slider::open();
+    let Slider { display, project, .. } = &slider;
+    let (red, log) = (|| slider.red(), || slider.log());
     let rest = || std::thread::sleep(Duration::from_millis(300));
     display.xdotool(&["mousemove", "441", "56"]);
     rest();
@@ -913,8 +974,7 @@ fn a_slider_that_is_recorded_makes_a_demo_and_undo_takes_it_back() {
     eventually("it is dark again", || red()[0] < 128);
     eventually("it is bright again", || red() == [255, 0, 0]);
     display.xdotool(&["mousemove", "100", "200"]);
-    press(&display, "ctrl+z", "the demo is gone", || !demo.exists());
+    press(display, "ctrl+z", "the demo is gone", || !demo.exists());
     eventually("the graph runs without it", || log().contains("opened graphs/bare.toml"));
-    press(&display, "Escape", "it leaves", || child.ended());
-    assert_eq!(child.finish().code(), Some(0), "{}", log());
+    slider.leave();
 }

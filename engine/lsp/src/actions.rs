@@ -27,7 +27,7 @@ pub(super) fn actions(documents: &Documents, document: &Document, params: &CodeA
             _ => "",
         };
         let at = offset(&document.text, diagnostic.range.start);
-        let text = document.text.as_str();
+        let text: &str = &document.text;
         let meant = meant(text, diagnostic);
         let is_preferred = meant.is_some();
         let removed = || UNUSED.contains(&code).then(|| removed(text, at)).flatten();
@@ -62,7 +62,8 @@ fn meant(text: &str, diagnostic: &Diagnostic) -> Option<Fix> {
     let inner = quote.map_or(wrong, |quote| wrong.trim_matches(quote));
     // A file is named by its path in the project, and the message means all that is written.
     let named = diagnostic.message.split('`').nth(1)?;
-    let is_file = named.strip_suffix(inner).is_some_and(|folder| folder.is_empty() || folder.ends_with('/'));
+    let below = inner.trim_start_matches("../");
+    let is_file = named.strip_suffix(below).is_some_and(|folder| folder.is_empty() || folder.ends_with('/'));
     if !inner.is_empty() && is_file {
         return Some((format!("Change `{inner}` to `{meant}`"), bytes, wrong.replacen(inner, meant, 1)));
     }

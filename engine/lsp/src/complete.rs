@@ -8,18 +8,18 @@ use raxel_diagnostics::MemoryFiles;
 use raxel_graph::checked::Builtin;
 use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{Catalog, SourceLayout};
-use raxel_runtime::sources::SourceCatalog;
+use raxel_runtime::sources::{SourceCatalog, has_texels};
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
 
 use super::documents::{Document, Documents};
 use super::glsl::{Declaration, DeclarationKind, comment_on, members};
-use super::names::{bare, declaration, declared, identifier, keys_of, named_passes, owner, word};
+use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_passes, owner, word};
 use super::project_texts::{
     ProjectText, bound_by, declared_in, every, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
-use super::scopes::{Local, code_of, identifiers, local_at, locals};
+use super::scopes::Local;
 use super::toml_place::{TomlPlace, header_at};
 use super::{builtins, symbols};
 
@@ -170,10 +170,7 @@ fn local(document: &Document, at: usize) -> Option<(Local, String)> {
     if document.is_toml() {
         return None;
     }
-    let code = code_of(&document.text);
-    let found = identifiers(&code).into_iter().find(|(_, place, _)| place.contains(&at) || place.end == at)?;
-    let (name, place, member) = found;
-    let local = local_at(&locals(&code), name, place.start).filter(|_| !member).cloned()?;
+    let local = local_under(&document.text, at)?.clone();
     let about = comment_on(&document.text, &local.place);
     Some((local, about))
 }
@@ -305,7 +302,7 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
                 graphs.iter().flat_map(|graph| named_passes(&graph.text)).map(|(name, _)| name).collect();
             passes.into_iter().map(|name| item(name, CompletionItemKind::FUNCTION, "a pass of this graph")).collect()
         }
-        "source" | "copy" if graph => supplied(documents, document, key),
+        "source" | "copy" if graph => supplied(documents, document, Supplied::of(place, key)),
         "shader" if graph => {
             let mut shaders = files(document, "shaders");
             shaders.retain(|shader| !shader.label.starts_with("include/"));
@@ -364,24 +361,46 @@ fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
     found
 }
 
-/// What supplies a resource: the session, each model of the project's worlds, files of the project.
-fn supplied(documents: &Documents, document: &Document, key: &str) -> Vec<CompletionItem> {
+/// What is supplied: a target takes images, a buffer takes blocks and bytes, and a copy is no file and nothing that passes write.
+#[derive(Clone, Copy)]
+struct Supplied {
+    target: bool,
+    copy: bool,
+}
+
+impl Supplied {
+    /// By the table of a resource and the key in it.
+    fn of(place: &TomlPlace, key: &str) -> Self {
+        Self { target: place.table.first().is_some_and(|table| table == "targets"), copy: key == "copy" }
+    }
+
+    fn takes(self, source: &SourceLayout) -> bool {
+        (source.image.is_some() || !self.target) && (source.collected.is_none() || !self.copy)
+    }
+
+    fn takes_file(self, path: &str) -> bool {
+        !self.copy && (!self.target || has_texels(path))
+    }
+}
+
+/// What can supply a resource: the session, each model of the project's worlds, files of the project.
+fn supplied(documents: &Documents, document: &Document, resource: Supplied) -> Vec<CompletionItem> {
     let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
-    let of_session = |source: &SourceLayout| item(&source.name, CompletionItemKind::VALUE, "supplied by the session");
-    let mut found: Vec<CompletionItem> = catalog.sources().iter().map(of_session).collect();
-    // Nothing copies the microphone.
-    if key == "source" {
-        found.push(item(MICROPHONE, CompletionItemKind::VALUE, "supplied by the session"));
+    let of_session = |name: &str| item(name, CompletionItemKind::VALUE, "supplied by the session");
+    let sources = catalog.sources().iter().filter(|source| resource.takes(source));
+    let mut found: Vec<CompletionItem> = sources.map(|source| of_session(&source.name)).collect();
+    // It has texels, and nothing copies it.
+    if resource.target && !resource.copy {
+        found.push(of_session(MICROPHONE));
     }
     let text = |path: String| Some(ProjectText { text: documents.text(document, &path)?, path, on_disk: true });
     let worlds: Vec<_> = every(FileKind::World, &document.project).into_iter().filter_map(text).collect();
     for model in of_world(&worlds, "model") {
-        found.extend(raxel_rivals::LAYOUTS.iter().map(|layout| {
-            let label = format!("model.{}.{}", model.label, layout.name());
-            CompletionItem { label, ..model.clone() }
-        }));
+        let names = raxel_rivals::LAYOUTS.iter().map(|layout| format!("model.{}.{}", model.label, layout.name()));
+        let taken = names.filter(|name| catalog.source(name).is_some_and(|source| resource.takes(&source)));
+        found.extend(taken.map(|label| CompletionItem { label, ..model.clone() }));
     }
-    for file in files(document, "textures") {
+    for file in files(document, "textures").iter().filter(|file| resource.takes_file(&file.label)) {
         found.push(item(&format!("file.textures/{}", file.label), CompletionItemKind::FILE, "a file of the project"));
     }
     found
@@ -431,7 +450,7 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
         let member = |(name, declaration): (String, String)| {
             item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
         };
-        let body = block.and_then(|(text, declared)| Some(&text.text[declared.body?]));
+        let body = block.and_then(|(text, declared)| Some(&text.text[declared.body.clone()?]));
         return body.map(members).unwrap_or_default().into_iter().map(member).collect();
     }
     let line = document.text[..at].rsplit('\n').next().unwrap_or_default();
@@ -439,7 +458,7 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
         return includes(document);
     }
     let mut found: Vec<CompletionItem> = Vec::new();
-    for local in locals(&code_of(&document.text)).into_iter().rev().filter(|local| local.scope.contains(&at)) {
+    for local in document.text.locals().iter().rev().filter(|local| local.scope.contains(&at)) {
         if found.iter().all(|known| known.label != local.name) {
             let about = format!("```glsl\n{}\n```", local.declaration());
             found.push(item(&local.name, CompletionItemKind::VARIABLE, &about));

@@ -1,12 +1,15 @@
 //! The texts that an editor has open, saved or not, in front of the files on disk.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lsp_types::{Position, Range, Url};
 use raxel_diagnostics::{DiskFiles, FileError, Files};
 use raxel_runtime::project::Project;
+use raxel_shader::library;
+
+use super::indexed_text::IndexedText;
 
 /// A text in an editor.
 #[derive(Clone)]
@@ -14,7 +17,7 @@ pub(super) struct Document {
     pub project: Project,
     /// Path in the project.
     pub path: String,
-    pub text: String,
+    pub text: Arc<IndexedText>,
 }
 
 impl Document {
@@ -28,12 +31,15 @@ impl Document {
 #[derive(Clone, Default)]
 pub(super) struct Documents {
     open: BTreeMap<PathBuf, Document>,
+    /// Texts that were read from disk, and those of the shader library by their names in it.
+    read: Arc<Mutex<HashMap<PathBuf, Arc<IndexedText>>>>,
 }
 
 impl Documents {
     /// A text was opened or changed. A text outside of all projects is left alone.
     pub fn set(&mut self, address: &Url, text: String) {
         let Ok(file) = address.to_file_path() else { return };
+        let text = Arc::new(IndexedText::new(text));
         if let Some(known) = self.open.get_mut(&file) {
             known.text = text;
             return;
@@ -47,6 +53,9 @@ impl Documents {
     pub fn remove(&mut self, address: &Url) {
         if let Ok(file) = address.to_file_path() {
             self.open.remove(&file);
+        }
+        if self.open.is_empty() {
+            self.read().clear();
         }
     }
 
@@ -62,11 +71,42 @@ impl Documents {
     }
 
     /// The text of a file of the project that a document is in: as it is open, or else as it is saved.
-    pub fn text(&self, document: &Document, path: &str) -> Option<String> {
+    pub fn text(&self, document: &Document, path: &str) -> Option<Arc<IndexedText>> {
         let file = document.project.on_disk(path);
         match self.open.get(&file) {
             Some(open) => Some(open.text.clone()),
-            None => std::fs::read_to_string(file).ok(),
+            None => std::fs::read_to_string(&file).ok().map(|text| self.indexed(file, &text)),
+        }
+    }
+
+    /// The text of a file of the shader library.
+    pub fn library_text(&self, name: &str) -> Option<Arc<IndexedText>> {
+        library::text(name).map(|text| self.indexed(PathBuf::from(name), text))
+    }
+
+    /// A text that was just read: what is known of the same text is kept.
+    fn indexed(&self, file: PathBuf, text: &str) -> Arc<IndexedText> {
+        let mut read = self.read();
+        match read.get(&file).filter(|known| known[..] == *text) {
+            Some(known) => known.clone(),
+            None => {
+                let text = Arc::new(IndexedText::new(text.to_owned()));
+                read.insert(file, text.clone());
+                text
+            }
+        }
+    }
+
+    fn read(&self) -> MutexGuard<'_, HashMap<PathBuf, Arc<IndexedText>>> {
+        // The map is whole after every operation, so a panic elsewhere does not spoil it.
+        self.read.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a file is open here and there with the same text, or in neither.
+    pub fn is_current(&self, now: &Self, address: &Url) -> bool {
+        match (self.get(address), now.get(address)) {
+            (Some(then), Some(now)) => Arc::ptr_eq(&then.text, &now.text),
+            (then, now) => then.is_none() && now.is_none(),
         }
     }
 

@@ -43,7 +43,7 @@ fn push_types(documents: &Documents, document: &Document, at: usize) -> BTreeMap
     let shader = shader_of_pass(documents, document, at);
     let with_push: Vec<_> = shader.into_iter().filter(|text| text.text.contains("push_constant")).collect();
     let blocks = declared_in(&with_push).filter(|(_, declared)| declared.kind == DeclarationKind::Push);
-    let bodies = blocks.filter_map(|(text, declared)| text.text.get(declared.body?));
+    let bodies = blocks.filter_map(|(text, declared)| text.text.get(declared.body.clone()?));
     bodies
         .flat_map(members)
         .filter_map(|(name, declaration)| Some((name.clone(), type_of(&declaration, &name)?)))

@@ -8,7 +8,9 @@ mod complete;
 mod documents;
 mod glsl;
 mod hints;
+mod indexed_text;
 mod names;
+mod progress;
 mod project_texts;
 mod publish;
 mod references;
@@ -18,6 +20,7 @@ mod symbols;
 mod toml_names;
 mod toml_place;
 
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, after, bounded, never, select};
@@ -40,7 +43,8 @@ use serde::de::DeserializeOwned;
 use serde_json::json;
 
 use self::documents::Documents;
-use self::publish::Publisher;
+use self::progress::Progress;
+use self::publish::{Checker, Found, Said};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 
@@ -55,8 +59,9 @@ pub struct Args {
     stdio: bool,
 }
 
-/// Time after the last key before files are checked.
-const SETTLE: Duration = Duration::from_millis(120);
+/// Time after the last key before files are checked: as long as the last check took, within these bounds. Somebody who types pays for no check that
+/// takes long, and waits for none that is quick.
+const SETTLE: RangeInclusive<Duration> = Duration::from_millis(15)..=Duration::from_millis(120);
 
 /// Answers an editor on stdin and stdout until it stops.
 pub fn run(_: &Args, console: &Console) -> Result {
@@ -92,28 +97,43 @@ pub fn serve(connection: Connection) -> std::result::Result<(), Ended> {
         inlay_hint_provider: Some(OneOf::Left(true)),
         ..ServerCapabilities::default()
     };
-    let (id, _) = connection.initialize_start()?;
+    let (id, params) = connection.initialize_start()?;
     let greeting = json!({
         "capabilities": capabilities,
         "serverInfo": { "name": "raxel", "version": env!("CARGO_PKG_VERSION") },
     });
     connection.initialize_finish(id, greeting)?;
-    let publisher = Publishing::Idle(Publisher::default());
-    Server { connection, documents: Documents::default(), publisher }.serve()
+    Server {
+        connection,
+        documents: Documents::default(),
+        checking: Checking::Idle(Checker::default()),
+        said: Said::default(),
+        progress: Progress::of(&params),
+        settle: *SETTLE.end(),
+    }
+    .serve()
 }
 
 /// A conversation with an editor.
 struct Server {
     connection: Connection,
     documents: Documents,
-    publisher: Publishing,
+    checking: Checking,
+    said: Said,
+    progress: Progress,
+    /// Time after the last key before files are checked.
+    settle: Duration,
 }
 
 /// Files are checked on a thread of its own, since a check may compile every shader of a project: requests are answered meanwhile.
-enum Publishing {
-    Idle(Publisher),
-    /// The thread sends the publisher back, with what is to be told.
-    Checking(Receiver<(Publisher, Vec<Notification>)>),
+enum Checking {
+    Idle(Checker),
+    /// The thread sends the checker back, with what it found.
+    Busy {
+        done: Receiver<(Checker, Found)>,
+        documents: Documents,
+        began: Instant,
+    },
 }
 
 /// Why a conversation ended early.
@@ -124,13 +144,12 @@ impl Server {
         // When the files that were changed are looked at.
         let mut due: Option<Instant> = None;
         loop {
-            let (checked, timer) = match &self.publisher {
-                Publishing::Idle(_) => {
-                    let left = due.map(|due| due.saturating_duration_since(Instant::now()));
-                    (never(), left.map_or_else(never, after))
-                }
-                Publishing::Checking(checked) => (checked.clone(), never()),
+            let left = |due: Option<Instant>| due.map(|due| due.saturating_duration_since(Instant::now()));
+            let (checked, timer) = match &self.checking {
+                Checking::Idle(_) => (never(), left(due)),
+                Checking::Busy { done, began, .. } => (done.clone(), left(self.progress.due(*began))),
             };
+            let timer = timer.map_or_else(never, after);
             select! {
                 recv(self.connection.receiver) -> message => match message {
                     Ok(Message::Request(request)) => {
@@ -142,23 +161,23 @@ impl Server {
                     }
                     Ok(Message::Notification(notification)) => {
                         if self.take(notification) {
-                            due = Some(Instant::now() + SETTLE);
+                            due = Some(Instant::now() + self.settle);
                         }
                     }
                     Ok(Message::Response(_)) => {}
                     Err(_) => return Ok(()),
                 },
                 recv(checked) -> checked => {
-                    let (publisher, messages) = checked.map_err(|_| "the thread that checks files has ended")?;
-                    self.publisher = Publishing::Idle(publisher);
-                    for message in messages {
-                        self.connection.sender.send(Message::Notification(message))?;
+                    let (checker, found) = checked.map_err(|_| "the thread that checks files has ended")?;
+                    self.tell(checker, found)?;
+                }
+                recv(timer) -> _ => match &self.checking {
+                    Checking::Idle(_) => {
+                        due = None;
+                        self.check()?;
                     }
-                }
-                recv(timer) -> _ => {
-                    due = None;
-                    self.check()?;
-                }
+                    Checking::Busy { .. } => self.progress.begin(&self.connection.sender)?,
+                },
             }
         }
     }
@@ -166,17 +185,30 @@ impl Server {
     /// Begins a check of the texts as they are now.
     fn check(&mut self) -> std::result::Result<(), Ended> {
         let (sender, receiver) = bounded(1);
-        let before = std::mem::replace(&mut self.publisher, Publishing::Checking(receiver));
-        let Publishing::Idle(mut publisher) = before else {
-            self.publisher = before;
+        let documents = self.documents.clone();
+        let busy = Checking::Busy { done: receiver, documents: documents.clone(), began: Instant::now() };
+        let before = std::mem::replace(&mut self.checking, busy);
+        let Checking::Idle(mut checker) = before else {
+            self.checking = before;
             return Ok(());
         };
-        let documents = self.documents.clone();
         std::thread::Builder::new().name("check".to_owned()).spawn(move || {
-            let messages = publisher.check(&documents);
+            let found = checker.check(&documents);
             // Without a server, nobody is told.
-            let _ = sender.send((publisher, messages));
+            let _ = sender.send((checker, found));
         })?;
+        Ok(())
+    }
+
+    /// Tells what a check has found.
+    fn tell(&mut self, checker: Checker, found: Found) -> std::result::Result<(), Ended> {
+        let before = std::mem::replace(&mut self.checking, Checking::Idle(checker));
+        self.progress.end(&self.connection.sender)?;
+        let Checking::Busy { documents, began, .. } = before else { return Ok(()) };
+        self.settle = began.elapsed().clamp(*SETTLE.start(), *SETTLE.end());
+        for message in self.said.messages(found, &documents, &self.documents) {
+            self.connection.sender.send(Message::Notification(message))?;
+        }
         Ok(())
     }
 

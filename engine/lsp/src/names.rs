@@ -7,8 +7,9 @@ use lsp_types::Location;
 
 use super::address;
 use super::documents::{Document, Documents, range};
+use super::indexed_text::{IndexedText, NamePlace};
 use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
-use super::scopes::{code_of, identifiers, local_at, locals};
+use super::scopes::{Local, local_at};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -128,9 +129,9 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
         if let Some(place) = in_shaders(&shader, found) {
             return Some(place);
         }
-    } else if let Some(local) = local_place(document, at) {
+    } else if let Some(local) = local_under(&document.text, at) {
         let uri = address(&document.project.on_disk(&document.path))?;
-        return Some(Location { uri, range: range(&document.text, &local) });
+        return Some(Location { uri, range: range(&document.text, &local.place) });
     } else if let Some(place) = in_shaders(&shader(documents, document, &document.path), identifier(&document.text, at))
     {
         return Some(place);
@@ -143,13 +144,12 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
     Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
 }
 
-/// Where the local or parameter at a byte of a shader is declared.
-fn local_place(document: &Document, at: usize) -> Option<Range<usize>> {
-    let code = code_of(&document.text);
-    let (name, place, _) = identifiers(&code)
-        .into_iter()
-        .find(|(_, place, member)| !member && (place.contains(&at) || place.end == at))?;
-    local_at(&locals(&code), name, place.start).map(|local| local.place.clone())
+/// The local or parameter that the name at a byte of a shader means.
+pub(super) fn local_under(text: &IndexedText, at: usize) -> Option<&Local> {
+    let name = identifier(text, at);
+    let under = |found: &&NamePlace| found.place.contains(&at) || found.place.end == at;
+    let found = text.places(name).iter().find(under).filter(|found| !found.is_member && !found.in_directive)?;
+    local_at(text.locals(), name, found.place.start)
 }
 
 /// The identifier at a byte of a shader.

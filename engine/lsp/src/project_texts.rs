@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use raxel_diagnostics::files::join;
 use raxel_runtime::project::Project;
@@ -11,7 +12,8 @@ use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 
 use super::documents::{Document, Documents};
-use super::glsl::{Declaration, declarations};
+use super::glsl::Declaration;
+use super::indexed_text::IndexedText;
 
 /// Files that are followed from one document, at most.
 const MOST_FILES: usize = 64;
@@ -20,7 +22,7 @@ const MOST_FILES: usize = 64;
 pub(super) struct ProjectText {
     /// Path in the project; of a library file that the project does not have, its name.
     pub path: String,
-    pub text: String,
+    pub text: Arc<IndexedText>,
     /// It is in the project, and not only in the library.
     pub on_disk: bool,
 }
@@ -85,8 +87,8 @@ pub(super) fn shader(documents: &Documents, document: &Document, path: &str) -> 
     while let Some(path) = wanted.pop().filter(|_| found.len() < MOST_FILES) {
         let in_project = documents.text(document, &path);
         let on_disk = in_project.is_some();
-        let Some(text) = in_project.or_else(|| library::text(library_name(&path)).map(str::to_owned)) else { continue };
-        for include in includes(&text) {
+        let Some(text) = in_project.or_else(|| documents.library_text(library_name(&path))) else { continue };
+        for include in text.includes() {
             if let Some(path) = include_path(&path, include, is_there)
                 && seen.insert(path.clone())
             {
@@ -138,8 +140,8 @@ pub(super) fn includers(documents: &Documents, document: &Document, files: &[&st
     let mut included_by: BTreeMap<String, Vec<&String>> = BTreeMap::new();
     for path in &known {
         let in_project = documents.text(document, path);
-        let Some(text) = in_project.as_deref().or_else(|| library::text(library_name(path))) else { continue };
-        for include in includes(text) {
+        let Some(text) = in_project.or_else(|| documents.library_text(library_name(path))) else { continue };
+        for include in text.includes() {
             if let Some(included) = include_path(path, include, |path| known.contains(path)) {
                 included_by.entry(included).or_default().push(path);
             }
@@ -171,14 +173,6 @@ pub(super) fn graphs_that_run(
         family.iter().flat_map(|graph| named(&graph.text, "shader", "shaders")).any(|path| shaders.contains(&path))
     };
     every(FileKind::Graph, &document.project).into_iter().filter(runs).take(most).collect()
-}
-
-fn includes(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().filter_map(|line| {
-        let rest = line.trim_start().strip_prefix("#include")?.trim();
-        let inner = rest.strip_prefix('"').or_else(|| rest.strip_prefix('<'))?;
-        inner.split(['"', '>']).next()
-    })
 }
 
 /// Bytes of each pass of a graph, from its `[[passes]]` to the next table of an array.
@@ -232,8 +226,8 @@ pub(super) fn shaders_of_graphs(documents: &Documents, document: &Document) -> V
 }
 
 /// Declarations of these texts, each with its text.
-pub(super) fn declared_in(texts: &[ProjectText]) -> impl Iterator<Item = (&ProjectText, Declaration)> {
-    texts.iter().flat_map(|text| declarations(&text.text).into_iter().map(move |declaration| (text, declaration)))
+pub(super) fn declared_in(texts: &[ProjectText]) -> impl Iterator<Item = (&ProjectText, &Declaration)> {
+    texts.iter().flat_map(|text| text.text.declarations().iter().map(move |declaration| (text, declaration)))
 }
 
 /// The bindings of a shader's name: graph, pass and the line of the entry, in every graph of the project.

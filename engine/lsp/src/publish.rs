@@ -22,10 +22,39 @@ use super::project_texts::{graphs_that_run, includers};
 /// The most graphs to check for the shaders that are open. All graphs of a shader that many share would take long.
 const MOST_GRAPHS: usize = 8;
 
-/// Checks files, and remembers where something was said, so that it can be taken back.
+/// What is wrong in each file.
+pub(super) type Found = BTreeMap<Url, Vec<Diagnostic>>;
+
+/// Remembers where something was said, so that it can be taken back.
 #[derive(Default)]
-pub(super) struct Publisher {
-    said: BTreeSet<Url>,
+pub(super) struct Said(BTreeSet<Url>);
+
+impl Said {
+    /// What to tell an editor after a check of `checked`. What was found in a text that has changed since is left out: its places would be wrong,
+    /// and the next check is due.
+    pub fn messages(&mut self, mut found: Found, checked: &Documents, now: &Documents) -> Vec<Notification> {
+        // What was wrong and is right now is said to be right.
+        for url in &self.0 {
+            found.entry(url.clone()).or_default();
+        }
+        found.retain(|url, _| checked.is_current(now, url));
+        let mut messages = Vec::new();
+        for (uri, diagnostics) in found {
+            if diagnostics.is_empty() {
+                self.0.remove(&uri);
+            } else {
+                self.0.insert(uri.clone());
+            }
+            let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
+            messages.push(Notification::new(PublishDiagnostics::METHOD.to_owned(), params));
+        }
+        messages
+    }
+}
+
+/// Checks files.
+#[derive(Default)]
+pub(super) struct Checker {
     /// By their roots. Each keeps what it has compiled and built, since one key changes one file.
     projects: BTreeMap<PathBuf, CheckedProject>,
 }
@@ -44,10 +73,10 @@ impl CheckedProject {
     }
 }
 
-impl Publisher {
-    /// Checks all that is open, and the graphs that run a shader that is. Gives what is to be told.
-    pub fn check(&mut self, documents: &Documents) -> Vec<Notification> {
-        let mut found: BTreeMap<Url, Vec<Diagnostic>> = BTreeMap::new();
+impl Checker {
+    /// Checks all that is open, and the graphs that run a shader that is. Files without mistakes may be left out.
+    pub fn check(&mut self, documents: &Documents) -> Found {
+        let mut found = Found::new();
         let open = documents.projects();
         self.projects.retain(|root, _| open.iter().any(|(project, _)| project.root() == root));
         for (project, texts) in open {
@@ -57,28 +86,12 @@ impl Publisher {
             check_project(&known, documents, &texts, &mut found);
             self.projects.insert(project.root().to_owned(), known);
         }
-        // What was wrong and is right now is said to be right.
-        for url in std::mem::take(&mut self.said) {
-            found.entry(url).or_default();
-        }
-        self.said = found.iter().filter(|(_, found)| !found.is_empty()).map(|(url, _)| url.clone()).collect();
         found
-            .into_iter()
-            .map(|(uri, diagnostics)| {
-                let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
-                Notification::new(PublishDiagnostics::METHOD.to_owned(), params)
-            })
-            .collect()
     }
 }
 
 /// Checks the texts of a project that are open, and graphs that run one of them.
-fn check_project(
-    checked: &CheckedProject,
-    documents: &Documents,
-    open: &[&Document],
-    found: &mut BTreeMap<Url, Vec<Diagnostic>>,
-) {
+fn check_project(checked: &CheckedProject, documents: &Documents, open: &[&Document], found: &mut Found) {
     let CheckedProject { files, offline } = checked;
     let project = &offline.project;
     files.update(open);

@@ -5,19 +5,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use lsp_types::{Location, TextEdit, Url, WorkspaceEdit};
 use raxel_terminal::offline::FileKind;
 
 use super::documents::{Document, Documents, range};
-use super::glsl::{Declaration, DeclarationKind, declarations, members, without_comments};
+use super::glsl::{Declaration, DeclarationKind, members};
+use super::indexed_text::{IndexedText, NamePlace};
 use super::names::{bare, identifier, owner, word};
 use super::project_texts::{
     ProjectText, declared_in, every, graphs, includers, passes, shader, shader_of_pass, shader_path_of_pass,
     shaders_of_graphs,
 };
-use super::scopes::{code_of, identifiers, local_at, locals};
-use super::toml_names::{TomlName, TomlWord, mentions, words};
+use super::scopes::local_at;
+use super::toml_names::{TomlName, TomlWord, mentions};
 use super::{address, builtins};
 
 /// Words of GLSL that no name may be, beside types and functions.
@@ -42,7 +44,7 @@ fn is_of_glsl(name: &str) -> bool {
 pub(super) struct Uses {
     name: String,
     /// Places in each file of the project.
-    files: BTreeMap<String, (String, Vec<Range<usize>>)>,
+    files: BTreeMap<String, (Arc<IndexedText>, Vec<Range<usize>>)>,
     /// It is a name of TOML alone, where more letters are allowed.
     in_toml: Option<TomlName>,
     /// Why it cannot have another name, if it cannot.
@@ -54,9 +56,9 @@ impl Uses {
         Self { name: name.to_owned(), files: BTreeMap::new(), in_toml: None, fixed: None }
     }
 
-    fn add(&mut self, path: &str, text: &str, places: Vec<Range<usize>>) {
+    fn add(&mut self, path: &str, text: &Arc<IndexedText>, places: Vec<Range<usize>>) {
         if !places.is_empty() {
-            self.files.insert(path.to_owned(), (text.to_owned(), places));
+            self.files.insert(path.to_owned(), (text.clone(), places));
         }
     }
 }
@@ -68,33 +70,30 @@ pub(super) fn uses(documents: &Documents, document: &Document, at: usize) -> Res
     }
     let text = &document.text;
     let name = identifier(text, at);
-    let code = code_of(text);
+    let code = text.code();
     let start = text[..at].trim_end_matches(|c: char| c == '_' || c.is_ascii_alphanumeric()).len();
     if code.get(..start).is_some_and(|before| before.trim_end().ends_with('.')) {
         let of_structure = || format!("`{name}` is a member of no block; members of structures are not followed");
-        let instance = owner(&code, start).ok_or_else(of_structure)?;
+        let instance = owner(code, start).ok_or_else(of_structure)?;
         let texts = shader(documents, document, &document.path);
         let block = declared_in(&texts).find(|(text, known)| known.name == instance && has_member(text, known, name));
         let (text, known) = block.ok_or_else(of_structure)?;
-        return of_member(documents, document, text, &known, name);
+        return of_member(documents, document, text, known, name);
     }
     let this = ProjectText { path: document.path.clone(), text: text.clone(), on_disk: true };
     let inside = |known: &Declaration| known.body.as_ref().is_some_and(|body| body.contains(&start));
-    let around = declarations(text).into_iter().find(|known| inside(known) && has_member(&this, known, name));
+    let around = text.declarations().iter().find(|known| inside(known) && has_member(&this, known, name));
     if let Some(known) = around {
-        return of_member(documents, document, &this, &known, name);
+        return of_member(documents, document, &this, known, name);
     }
-    let locals = locals(&code);
-    if let Some(local) = local_at(&locals, name, start) {
-        let means = |(text, place, member): &(&str, Range<usize>, bool)| {
-            *text == name && !member && local_at(&locals, name, place.start) == Some(local)
+    if let Some(local) = local_at(text.locals(), name, start) {
+        let means = |found: &&NamePlace| {
+            let plain = !found.is_member && !found.in_directive;
+            plain && local_at(text.locals(), name, found.place.start) == Some(local)
         };
+        let places = text.places(name).iter().filter(means).map(|found| found.place.clone());
         let mut uses = Uses::of(name);
-        uses.add(
-            &document.path,
-            text,
-            identifiers(&code).into_iter().filter(means).map(|(_, place, _)| place).collect(),
-        );
+        uses.add(&document.path, text, places.collect());
         return Ok(uses);
     }
     of_shader(documents, document, &document.path, name)
@@ -118,31 +117,23 @@ fn of_shader(documents: &Documents, document: &Document, path: &str, name: &str)
     }
     let shaders = includers(documents, document, &[&text.path]);
     for path in &shaders {
-        let Some(text) = documents.text(document, path).filter(|text| text.contains(name)) else { continue };
+        let Some(text) = documents.text(document, path) else { continue };
         uses.add(path, &text, globals(&text, name));
     }
     if known.kind == DeclarationKind::Binding {
-        bindings(documents, document, &shaders, &known, &mut uses);
+        bindings(documents, document, &shaders, known, &mut uses);
     }
     Ok(uses)
 }
 
 /// Places of a name in a shader that mean what is declared outside of functions.
-fn globals(text: &str, name: &str) -> Vec<Range<usize>> {
-    let locals = locals(&code_of(text));
-    // Macros use names, too; the names of files are none.
-    let blank =
-        |line: &str| if line.trim_start().starts_with("#include") { " ".repeat(line.len()) } else { line.to_owned() };
-    let code: String = without_comments(text).split_inclusive('\n').map(blank).collect();
-    let found = identifiers(&code).into_iter();
-    let means = |(text, place, member): &(&str, Range<usize>, bool)| {
-        *text == name && !member && local_at(&locals, name, place.start).is_none()
-    };
-    let bound = identifiers(&code).into_iter().filter_map(|(text, place, _)| {
-        let binding = text.strip_prefix("RX_BINDS_").filter(|binding| *binding == name)?;
-        Some(place.end - binding.len()..place.end)
-    });
-    let mut places: Vec<_> = found.filter(means).map(|(_, place, _)| place).chain(bound).collect();
+fn globals(text: &IndexedText, name: &str) -> Vec<Range<usize>> {
+    // Macros use names, too.
+    let found = text.places(name).iter().filter(|found| !found.is_member);
+    let means = found.filter(|found| local_at(text.locals(), name, found.place.start).is_none());
+    let bound = text.places(&format!("RX_BINDS_{name}")).iter();
+    let bound = bound.map(|found| found.place.end - name.len()..found.place.end);
+    let mut places: Vec<_> = means.map(|found| found.place.clone()).chain(bound).collect();
     places.sort_by_key(|place| place.start);
     places
 }
@@ -175,7 +166,7 @@ fn keys_of_passes(
     shaders: &BTreeSet<String>,
     name: &str,
     is_key: impl Fn(&[&str]) -> bool,
-) -> Vec<(String, String, Vec<Range<usize>>)> {
+) -> Vec<(String, Arc<IndexedText>, Vec<Range<usize>>)> {
     let mut found = Vec::new();
     for path in every(FileKind::Graph, &document.project) {
         let Some(text) = documents.text(document, &path).filter(|text| text.contains(name)) else { continue };
@@ -183,7 +174,7 @@ fn keys_of_passes(
         let passes = passes(&graph.text);
         let mut uses_it = vec![None; passes.len()];
         let mut places = Vec::new();
-        for word in words(&graph.text).into_iter().filter(|word| word.is_key) {
+        for word in graph.text.words().iter().filter(|word| word.is_key) {
             let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
             if !is_key(&keys) {
                 continue;
@@ -194,7 +185,7 @@ fn keys_of_passes(
                 path.is_some_and(|path| shaders.contains(&path))
             };
             if *uses_it[pass].get_or_insert_with(of_shader) {
-                places.push(word.place);
+                places.push(word.place.clone());
             }
         }
         if !places.is_empty() {
@@ -209,7 +200,7 @@ fn uses_in_toml(documents: &Documents, document: &Document, at: usize) -> Result
     let text = &document.text;
     let on = |place: &Range<usize>| place.contains(&at) || place.end == at;
     let kind = FileKind::of(&document.path);
-    if let Some(word) = words(text).into_iter().find(|word| word.is_key && on(&word.place)) {
+    if let Some(word) = text.words().iter().find(|word| word.is_key && on(&word.place)) {
         let keys: Vec<&str> = word.path.iter().map(String::as_str).collect();
         let given = matches!(keys.as_slice(), ["passes", "bind" | "push", _] | ["passes", "uniforms", _, _]);
         if let Some(first) = shader_of_pass(documents, document, at).first().filter(|_| given) {
@@ -224,7 +215,7 @@ fn uses_in_toml(documents: &Documents, document: &Document, at: usize) -> Result
                     });
                     let missing = || format!("no block of the shader has a member `{member}`");
                     let (text, known) = found.ok_or_else(missing)?;
-                    of_member(documents, document, text, &known, member)
+                    of_member(documents, document, text, known, member)
                 }
                 _ => Err("there is no name here".to_owned()),
             };
@@ -234,12 +225,12 @@ fn uses_in_toml(documents: &Documents, document: &Document, at: usize) -> Result
         return Err(format!("`{}` is no name that a graph declares, and no binding or member", bare(word(text, at))));
     };
     let name = text[mention.place].to_owned();
-    let declares = |text: &str| {
+    let declares = |text: &IndexedText| {
         let found = mentions(text, FileKind::Graph);
         found.iter().any(|known| known.declares && known.what == mention.what && text[known.place.clone()] == name)
     };
-    let graphs_of = |path: &str, text: &str| {
-        let graph = Document { project: document.project.clone(), path: path.to_owned(), text: text.to_owned() };
+    let graphs_of = |path: &str, text: &Arc<IndexedText>| {
+        let graph = Document { project: document.project.clone(), path: path.to_owned(), text: text.clone() };
         mentionable_graphs(documents, &graph)
     };
     // The graph that declares it first: those that extend that one may change its table.
@@ -285,7 +276,7 @@ fn mentionable_graphs(documents: &Documents, document: &Document) -> Vec<Project
 }
 
 /// Places of a name of this kind in a graph, world or demo.
-fn named(text: &str, kind: FileKind, what: TomlName, name: &str) -> Vec<Range<usize>> {
+fn named(text: &IndexedText, kind: FileKind, what: TomlName, name: &str) -> Vec<Range<usize>> {
     let found = mentions(text, kind).into_iter().filter(|mention| mention.what == what);
     found.map(|mention| mention.place).filter(|place| text[place.clone()] == *name).collect()
 }
@@ -314,16 +305,15 @@ fn of_member(
     }
     let shaders = includers(documents, document, &[&declaring.path]);
     for path in &shaders {
-        let Some(text) = documents.text(document, path).filter(|text| text.contains(member)) else { continue };
+        let Some(text) = documents.text(document, path) else { continue };
         let is_declaring = *path == declaring.path;
-        let code = without_comments(&text);
         let inside =
             |place: &Range<usize>| is_declaring && known.body.as_ref().is_some_and(|body| body.contains(&place.start));
-        let found = identifiers(&code).into_iter().filter(|(name, place, behind_dot)| {
-            let of_block = *behind_dot && owner(&code, place.start) == Some(known.name.as_str());
-            *name == member && (of_block || !behind_dot && inside(place))
+        let found = text.places(member).iter().filter(|found| {
+            let of_block = found.is_member && owner(&text, found.place.start) == Some(known.name.as_str());
+            of_block || !found.is_member && inside(&found.place)
         });
-        uses.add(path, &text, found.map(|(_, place, _)| place).collect());
+        uses.add(path, &text, found.map(|found| found.place.clone()).collect());
     }
     let begins = |key: &str| key.split(['.', '[']).next() == Some(member);
     let is_key = |path: &[&str]| match path {
@@ -356,16 +346,16 @@ fn shared_blocks(
             matches!(keys.as_slice(), ["blocks", block, key] if word.is_key && known.is_called(block)
                 && key.split(['.', '[']).next() == Some(&member))
         };
-        let keys: Vec<_> = words(&text).into_iter().filter(is_key).collect();
+        let keys: Vec<&TomlWord> = text.words().iter().filter(|word| is_key(word)).collect();
         if keys.is_empty() {
             continue;
         }
-        let graph = Document { project: document.project.clone(), path: path.clone(), text };
+        let graph = Document { project: document.project.clone(), path: path.clone(), text: text.clone() };
         let shaders = shaders_of_graphs(documents, &graph);
         if shaders.iter().all(|text| text.path != declaring.path) {
             continue;
         }
-        let other = |(text, found): &(&ProjectText, Declaration)| {
+        let other = |(text, found): &(&ProjectText, &Declaration)| {
             let same =
                 known.is_called(&found.name) || found.block.as_deref().is_some_and(|block| known.is_called(block));
             text.path != declaring.path && same && has_member(text, found, &member)
@@ -377,14 +367,14 @@ fn shared_blocks(
         let places: Vec<_> = keys.into_iter().map(|word| word.place.start..word.place.start + member.len()).collect();
         match uses.files.get_mut(&path) {
             Some((_, known)) => known.extend(places),
-            None => uses.add(&path, &graph.text, places),
+            None => uses.add(&path, &text, places),
         }
     }
 }
 
 /// Where the name is used.
 pub(super) fn locations(document: &Document, uses: &Uses) -> Vec<Location> {
-    let file = |(path, (text, places)): (&String, &(String, Vec<Range<usize>>))| {
+    let file = |(path, (text, places)): (&String, &(Arc<IndexedText>, Vec<Range<usize>>))| {
         let uri = address(&document.project.on_disk(path))?;
         Some(places.iter().map(|place| Location { uri: uri.clone(), range: range(text, place) }).collect::<Vec<_>>())
     };
@@ -411,7 +401,7 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
             Some(what) => !named(text, FileKind::of(path), what, new).is_empty(),
             // The same key of one table; other passes have other shaders.
             None if is_toml => {
-                let words = words(text);
+                let words = text.words();
                 let tables: Vec<_> =
                     words.iter().filter(|word| places.iter().any(|place| place.start == word.place.start)).collect();
                 let beside = |word: &TomlWord| {
@@ -421,7 +411,7 @@ pub(super) fn rename(document: &Document, uses: &Uses, new: &str) -> Result<Work
                 };
                 words.iter().any(|word| word.is_key && text[word.place.clone()] == *new && beside(word))
             }
-            None => identifiers(&without_comments(text)).iter().any(|(name, _, member)| *name == new && !member),
+            None => text.places(new).iter().any(|found| !found.is_member),
         };
         if taken {
             return Err(format!("`{new}` is a name in `{path}` already"));

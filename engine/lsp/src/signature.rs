@@ -11,15 +11,13 @@ use super::builtins;
 use super::documents::{Document, Documents};
 use super::glsl::{DeclarationKind, comment_on, is_name};
 use super::project_texts::{declared_in, shader};
-use super::scopes::code_of;
 
 /// The possible meanings of a call at a byte of a shader.
 pub(super) fn help(documents: &Documents, document: &Document, at: usize) -> Option<SignatureHelp> {
     if document.is_toml() {
         return None;
     }
-    let code = code_of(&document.text);
-    let (name, argument) = call(&code, at)?;
+    let (name, argument) = call(document.text.code(), at)?;
     let mut found: Vec<(String, String)> = Vec::new();
     for (text, declared) in declared_in(&shader(documents, document, &document.path)) {
         if declared.kind == DeclarationKind::Function && declared.name == name {

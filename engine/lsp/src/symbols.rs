@@ -5,17 +5,16 @@ use std::ops::Range;
 use lsp_types::{CompletionItemKind, DocumentSymbol, SymbolKind};
 
 use super::documents::{self, Document};
-use super::glsl::{DeclarationKind, declarations};
+use super::glsl::{Declaration, DeclarationKind};
 use super::names::{declared, named_passes};
 
 /// The declarations of a document, in its order.
 pub(super) fn symbols(document: &Document) -> Vec<DocumentSymbol> {
     let text = &document.text;
     if !document.is_toml() {
-        let symbol = |found: super::glsl::Declaration| {
-            symbol(text, &found.name, symbol_kind(found.kind), &found.whole, &found.place)
-        };
-        return declarations(text).into_iter().map(symbol).collect();
+        let symbol =
+            |found: &Declaration| symbol(text, &found.name, symbol_kind(found.kind), &found.whole, &found.place);
+        return text.declarations().iter().map(symbol).collect();
     }
     let kinds =
         ["params", "clocks", "targets", "buffers", "blocks", "loops", "materials", "models", "cameras", "tracks"];

@@ -8,6 +8,8 @@ use toml_parser::decoder::Encoding;
 use toml_parser::parser::{EventReceiver, RecursionGuard, parse_document};
 use toml_parser::{ErrorSink, Source, Span};
 
+use super::indexed_text::IndexedText;
+
 /// What a name of a graph means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TomlName {
@@ -58,8 +60,8 @@ pub(super) struct TomlEntry {
 }
 
 /// Every mention of a graph's name in a graph, world or demo.
-pub(super) fn mentions(text: &str, kind: FileKind) -> Vec<Mention> {
-    let mention = |word: TomlWord| {
+pub(super) fn mentions(text: &IndexedText, kind: FileKind) -> Vec<Mention> {
+    let mention = |word: &TomlWord| {
         let name = &text[word.place.clone()];
         let path: Vec<&str> = word.path.iter().map(String::as_str).collect();
         let (what, range) = match kind {
@@ -81,7 +83,7 @@ pub(super) fn mentions(text: &str, kind: FileKind) -> Vec<Mention> {
         let place = word.place.start + range.start..word.place.start + range.end;
         (!place.is_empty()).then_some(Mention { what, place, declares })
     };
-    words(text).into_iter().filter_map(mention).collect()
+    text.words().iter().filter_map(mention).collect()
 }
 
 /// The kind of table that a key declares.
@@ -294,7 +296,7 @@ mod tests {
     use super::*;
 
     fn found(text: &str, kind: FileKind) -> Vec<(TomlName, &str, bool)> {
-        let mentions = mentions(text, kind).into_iter();
+        let mentions = mentions(&IndexedText::new(text.to_owned()), kind).into_iter();
         mentions.map(|mention| (mention.what, &text[mention.place], mention.declares)).collect()
     }
 
@@ -383,7 +385,7 @@ specialization.N = "buffer.rays.count"
     fn half_a_text_and_none_at_all_end_the_reader_nowhere() {
         let text = "[targets.color]\nsize = { of = \"h\npresent = [[\n[[passes]]\nbind = { a = \"é\", \"\\u0041\" = \"b\" }\n[";
         for end in (0..=text.len()).filter(|end| text.is_char_boundary(*end)) {
-            for mention in mentions(&text[..end], FileKind::Graph) {
+            for mention in mentions(&IndexedText::new(text[..end].to_owned()), FileKind::Graph) {
                 assert!(!text[mention.place].is_empty());
             }
         }

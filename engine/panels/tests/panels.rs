@@ -66,6 +66,15 @@ fn the_frame_says_how_the_world_does() {
     harness.get_by_label("world.tree64 1.0 MiB");
 }
 
+/// A clock runs a pass several times in a frame: there are more dispatches than passes.
+#[test]
+fn the_frame_counts_dispatches_and_not_passes() {
+    let mut window = Window::new(&[Panel::Frame]);
+    window.ran = [6, 1, 2];
+    let harness = window.harness(1280.0, 720.0);
+    harness.get_by_label("6 dispatched, 1 unchanged, 2 not due or off");
+}
+
 #[test]
 fn a_pass_is_locked_by_a_click_and_says_why_it_did_not_run() {
     let mut harness = Window::new(&[Panel::Passes]).harness(1280.0, 720.0);

@@ -167,8 +167,10 @@ impl Loader {
         self.recorded(|files, texts| {
             let (mut demo, warnings) = timeline::read(files, path, texts)?;
             if let Some(file) = demo.inputs.as_ref().and_then(|inputs| inputs.microphone.as_ref()) {
-                let sound = read_sound(files, &file.value).map_err(|refusal| {
-                    vec![Diagnostic::error(refusal.code, refusal.message).label(file.span.clone(), "named here")]
+                let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+                let sound = read_sound(files, &file.value, folder).map_err(|refusal| {
+                    let error = Diagnostic::error(refusal.code, refusal.message).label(file.span.clone(), "named here");
+                    vec![Diagnostic { help: refusal.help.into_iter().collect(), ..error }]
                 })?;
                 demo.heard = Some(sound);
             }
@@ -176,9 +178,12 @@ impl Loader {
         })
     }
 
-    /// Reads a sound for a microphone. The error says why it cannot be read.
+    /// Reads a sound for a microphone. The error says why it cannot be read, and what to do.
     pub fn sound(&self, path: &str) -> Result<SoundFile, String> {
-        read_sound(&*self.files, path).map_err(|refusal| refusal.message)
+        read_sound(&*self.files, path, "").map_err(|refusal| match refusal.help {
+            Some(help) => format!("{}: {help}", refusal.message),
+            None => refusal.message,
+        })
     }
 
     fn recorded<T>(

@@ -75,6 +75,14 @@ fn counted() -> String {
         .replace("vec4(x)", "vec4(pc.rounds < 2 ? 0.5 : x)")
 }
 
+fn wait_until_a_pass_works(session: &mut raxel_runtime::Session) {
+    let began = std::time::Instant::now();
+    // The marks say that the pass has begun.
+    while !matches!(session.wait_picture(Duration::from_millis(20)), Ok(Progress::Working { pass: Some(_), .. })) {
+        assert!(began.elapsed() < Duration::from_secs(60), "the slow pass is not slow");
+    }
+}
+
 #[test]
 fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_before() {
     let project = TestProject::new();
@@ -99,11 +107,7 @@ fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_be
     session.wait().unwrap();
     reload(&mut session, &graph(60_000, "slow"));
     session.frame().unwrap();
-    let began = std::time::Instant::now();
-    // The marks say that the pass has begun.
-    while !matches!(session.wait_picture(Duration::from_millis(20)), Ok(Progress::Working { pass: Some(_), .. })) {
-        assert!(began.elapsed() < Duration::from_secs(60), "the slow pass is not slow");
-    }
+    wait_until_a_pass_works(&mut session);
     session.cancel().unwrap();
     assert_eq!(losses(&session.poll_reload()), [(Some("fill"), true)]);
     // The pass is below the line that changes, and is still the one that hung.
@@ -113,6 +117,32 @@ fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_be
     assert_eq!(session.switched_off().count(), 0);
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.5);
+}
+
+/// Work that the device still does is given up by whoever asks `works_on_replaced`.
+#[test]
+fn an_edit_of_a_dispatch_replaces_the_work_that_runs_and_an_edit_of_another_line_does_not() {
+    let project = TestProject::new();
+    project.write("shaders/fill.comp", slow(128));
+    // Only `cancel` gives this device up, however slow the machine is.
+    let mut session =
+        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+    session.frame().unwrap();
+    wait_until_a_pass_works(&mut session);
+    let reload = |session: &mut raxel_runtime::Session, text: String| {
+        project.write("graphs/fill.toml", text);
+        let events = session.wait_reload(Duration::from_secs(60));
+        assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:#?}");
+    };
+    reload(&mut session, project::FILL_GRAPH.replacen("name = \"fill\"", "name = \"fill\"\nabout = \"\"", 1));
+    assert!(!session.works_on_replaced(), "its pass is what it was");
+    let dispatch = "dispatch = { groups = [1, 1, 1] }";
+    reload(&mut session, project::FILL_GRAPH.replace("dispatch = { threads = \"color\" }", dispatch));
+    assert!(session.works_on_replaced(), "the pass has another dispatch now");
+    session.cancel().unwrap();
+    let events = session.poll_reload();
+    assert!(matches!(losses(&events)[..], [(Some("fill"), false)]), "{events:#?}");
+    assert_eq!(session.switched_off().count(), 0);
 }
 
 /// The frame that hangs has the old shader; the one that is given up with it is not the mended one.

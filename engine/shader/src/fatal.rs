@@ -2,16 +2,16 @@
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
 
-use crate::lexer::tokens;
+use crate::lexer::Token;
 
 /// The layout qualifier of types that hold addresses.
 pub(crate) const BUFFER_REFERENCE: &str = "buffer_reference";
 
 /// Why a text of a shader, its own or an included one, cannot be given to the compiler.
-pub(crate) fn refusal(path: &str, text: &str, hlsl: bool) -> Option<Diagnostic> {
+pub(crate) fn refusal(path: &str, tokens: &[Token<'_>], hlsl: bool) -> Option<Diagnostic> {
     // Constants are folded, and some cannot be: addresses, and blocks that are called constant.
     let (mut constant, mut block) = (None, false);
-    for token in tokens(text) {
+    for token in tokens {
         match token.text {
             BUFFER_REFERENCE => {
                 let place = Span::new(path, token.range());
@@ -45,15 +45,16 @@ pub(crate) fn buffer_reference(path: &str) -> Diagnostic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lexer::tokens;
 
     #[test]
     fn what_stops_the_compiler_is_refused() {
-        let code = |text| refusal("shaders/a.comp", text, false).map(|found| found.code.as_str());
+        let code = |text| refusal("shaders/a.comp", &tokens(text), false).map(|found| found.code.as_str());
         assert_eq!(code("const layout(std430) buffer S { uint a[]; } s;"), Some("RX0210"));
         assert_eq!(code("layout(rgba8) uniform const image2D a;"), Some("RX0210"));
         assert_eq!(code("layout(buffer_reference) buffer Node { uint a; };"), Some("RX0164"));
         let right = "layout(constant_id = 1) const int N = 2; buffer S { int a; }; // const\nvoid f(const int a) {} uniform U { int b; };";
         assert_eq!(code(right), None);
-        assert_eq!(refusal("shaders/a.hlsl", "const uint a = buffer[0];", true), None);
+        assert_eq!(refusal("shaders/a.hlsl", &tokens("const uint a = buffer[0];"), true), None);
     }
 }

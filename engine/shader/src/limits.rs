@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::lexer::{self, Token};
+use crate::lexer::Token;
 
 /// Most operators and commas in one statement, macros written out: each may be a level of the expression's tree.
 const MAX_OPERATORS: u64 = 100_000;
@@ -30,10 +30,11 @@ pub(crate) struct TextLimits {
 }
 
 impl TextLimits {
-    /// Looks at one more text in the order of inclusion. On failure: where, and what is too large.
-    pub fn check(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
-        for line in lines(text) {
-            if let Some((name, body)) = definition(&line) {
+    /// Looks at one more text, by its tokens, in the order of inclusion. On failure: where, and what is too large.
+    pub fn check(&mut self, text: &str, tokens: &[Token<'_>]) -> Result<(), (Range<usize>, String)> {
+        let lines: Vec<&[Token<'_>]> = lines(text, tokens).collect();
+        for line in &lines {
+            if let Some((name, body)) = definition(line) {
                 let size = body.iter().fold(0u64, |size, token| size.saturating_add(self.size_of(token)));
                 if size > MAX_EXPANSION {
                     return Err((
@@ -46,25 +47,25 @@ impl TextLimits {
                 *known = size.max(*known);
             }
         }
-        self.statements(text)?;
-        self.members(text)
+        self.statements(&lines)?;
+        self.members(tokens)
     }
 
     fn size_of(&self, token: &Token<'_>) -> u64 {
         self.macros.get(token.text).copied().unwrap_or(1)
     }
 
-    fn statements(&self, text: &str) -> Result<(), (Range<usize>, String)> {
+    fn statements(&self, lines: &[&[Token<'_>]]) -> Result<(), (Range<usize>, String)> {
         let mut statement = 0u64;
-        for line in lines(text) {
+        for line in lines {
             // A definition is counted where it is used; any other directive is a statement of its own.
             let directive = line[0].text == "#";
-            if directive && definition(&line).is_some() {
+            if directive && definition(line).is_some() {
                 continue;
             }
             let mut own = 0;
             let operators = if directive { &mut own } else { &mut statement };
-            for token in &line {
+            for token in *line {
                 if matches!(token.text, ";" | "{" | "}") {
                     *operators = 0;
                 }
@@ -82,7 +83,7 @@ impl TextLimits {
 /// A body between braces that is being read.
 struct Body<'t> {
     /// The struct or block whose body it is; `None` for code.
-    name: Option<Token<'t>>,
+    name: Option<&'t Token<'t>>,
     members: u64,
     /// Members of the type of the declaration being read, and how many names it declares.
     ty: u64,
@@ -90,7 +91,7 @@ struct Body<'t> {
 }
 
 impl<'t> Body<'t> {
-    fn new(name: Option<Token<'t>>, members: u64) -> Self {
+    fn new(name: Option<&'t Token<'t>>, members: u64) -> Self {
         Self { name, members, ty: 1, names: 1 }
     }
 
@@ -103,13 +104,13 @@ impl<'t> Body<'t> {
 
 impl TextLimits {
     /// Counts the members of each struct. An array counts once: its elements share their type.
-    fn members(&mut self, text: &str) -> Result<(), (Range<usize>, String)> {
+    fn members(&mut self, tokens: &[Token<'_>]) -> Result<(), (Range<usize>, String)> {
         let mut open: Vec<Body<'_>> = Vec::new();
         // The name after the last `struct`, and the members that it inherits (HLSL).
-        let mut head: Option<(Option<Token<'_>>, u64)> = None;
+        let mut head: Option<(Option<&Token<'_>>, u64)> = None;
         // Depth of `(` and `[`: a comma in them declares no name.
         let mut nested = 0usize;
-        for token in lexer::tokens(text) {
+        for token in tokens {
             match token.text {
                 "struct" => head = Some((None, 0)),
                 "{" => {
@@ -165,20 +166,9 @@ impl TextLimits {
     }
 }
 
-/// The tokens of each line; a line that ends with `\` goes on in the next.
-fn lines(text: &str) -> impl Iterator<Item = Vec<Token<'_>>> {
-    let mut tokens = lexer::tokens(text).into_iter().peekable();
-    std::iter::from_fn(move || {
-        let mut line = vec![tokens.next()?];
-        while let Some(next) = tokens.peek() {
-            let last = &line[line.len() - 1];
-            if last.text != "\\" && text[last.range().end..next.at].contains('\n') {
-                break;
-            }
-            line.extend(tokens.next());
-        }
-        Some(line)
-    })
+/// The tokens of each line of a text; a line that ends with `\` goes on in the next.
+fn lines<'l, 't>(text: &'t str, tokens: &'l [Token<'t>]) -> impl Iterator<Item = &'l [Token<'t>]> {
+    tokens.chunk_by(|last, next| last.text == "\\" || !text[last.range().end..next.at].contains('\n'))
 }
 
 /// Name and body of a `#define`, parameters included in the body.
@@ -192,9 +182,10 @@ fn definition<'l, 't>(line: &'l [Token<'t>]) -> Option<(&'l Token<'t>, &'l [Toke
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lexer;
 
     fn refused(text: &str) -> Option<String> {
-        TextLimits::default().check(text).err().map(|(_, reason)| reason)
+        TextLimits::default().check(text, &lexer::tokens(text)).err().map(|(_, reason)| reason)
     }
 
     #[test]

@@ -50,6 +50,9 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
             at.next() <= Some(first) || message.severity == Severity::Warning || message.is_directive()
         });
     }
+    // Where no text in quotes is expected, neither is what stands behind it.
+    let quoted: Vec<_> = messages.iter().filter(|message| message.is_quoted_text()).map(Message::place).collect();
+    messages.retain(|message| !message.text.starts_with("syntax error") || !quoted.contains(&message.place()));
     drop_consequences(&mut messages, sources);
     let mut found = some(&messages, Severity::Error, MAX_ERRORS, sources);
     found.extend(some(&messages, Severity::Warning, MAX_WARNINGS, sources));
@@ -174,6 +177,15 @@ impl<'t> Message<'t> {
         self.token == Some("#error")
     }
 
+    /// A text in quotes, and nothing that prints it is switched on.
+    fn is_quoted_text(&self) -> bool {
+        self.token == Some("string literal") && self.text.starts_with("required extension not requested")
+    }
+
+    fn place(&self) -> (&'t str, Option<usize>) {
+        (self.file, self.line)
+    }
+
     fn code(&self) -> Code {
         match self.severity {
             Severity::Error if self.text.contains("Missing entry point") => codes::shader::NO_ENTRY,
@@ -185,6 +197,7 @@ impl<'t> Message<'t> {
     fn diagnostic(&self, sources: &Sources<'_>) -> Diagnostic {
         let message = match self.token {
             _ if self.code() == codes::shader::NO_ENTRY => "there is no `void main()`".to_owned(),
+            _ if self.is_quoted_text() => "only a shader that prints has texts in quotes".to_owned(),
             _ if self.is_directive() => format!("`#error`: {}", self.author(sources).unwrap_or(&self.text)),
             Some(token) => format!("`{token}`: {}", self.text),
             None => self.text.clone(),
@@ -199,11 +212,13 @@ impl<'t> Message<'t> {
             };
         };
         let syntax = self.text.starts_with("syntax error");
-        let range = self.line.map_or(0..0, |line| place(text, line, self.token));
+        let token = if self.is_quoted_text() { Some("\"") } else { self.token };
+        let range = self.line.map_or(0..0, |line| place(text, line, token));
         let range = if self.token.is_none() { self.unexpected(text).unwrap_or(range) } else { range };
         let before = lexer::tokens(text).into_iter().take_while(|token| token.at < range.start).last();
         let label = match self.text.as_str() {
             "undeclared identifier" => "not declared",
+            _ if self.is_quoted_text() => "not switched on",
             _ if syntax && self.token.is_none() => "noticed here; the mistake may be just above",
             _ => "",
         };
@@ -217,6 +232,10 @@ impl<'t> Message<'t> {
         if let Some(before) = before {
             let end = before.range().end;
             diagnostic = diagnostic.label(Span::new(self.file, end..end), "a `;` may be missing here");
+        }
+        if self.is_quoted_text() {
+            diagnostic =
+                diagnostic.help("write `#include <raxel/print.glsl>`, which has `debugPrintfEXT` and `rx_assert`");
         }
         let called = self.token.filter(|_| self.is_unknown_function());
         let defined = called.map_or_else(Vec::new, |name| definitions(name, sources));

@@ -222,13 +222,14 @@ impl<'f> Sources<'f> {
                 Diagnostic::error(codes::shader::TOO_MUCH, message).label(place.clone(), "too much with this one"),
             ));
         }
-        self.limits.check(text).map_err(|(range, message)| {
+        let tokens = lexer::tokens(text);
+        self.limits.check(text, &tokens).map_err(|(range, message)| {
             Box::new(
                 Diagnostic::error(codes::shader::TOO_MUCH, message).label(Span::new(name, range), "more than this"),
             )
         })?;
         let root = self.found.first().map_or(name, |root| &root.name);
-        match fatal::refusal(name, text, is_hlsl(root)) {
+        match fatal::refusal(name, &tokens, is_hlsl(root)) {
             Some(diagnostic) => Err(Box::new(diagnostic)),
             None => Ok(()),
         }

@@ -63,6 +63,14 @@ fn arguments_that_do_not_fit_show_the_function_that_is_meant() {
 }
 
 #[test]
+fn a_text_in_quotes_without_its_include_is_one_error_that_names_it() {
+    let out = said([("shaders/a.comp", body("void main() { debugPrintfEXT(\"here %f\", 1.0); }\n"))]);
+    assert!(out.contains("--> shaders/a.comp:3:30\n"), "{out}");
+    assert!(out.contains("help: write `#include <raxel/print.glsl>`"), "{out}");
+    assert_eq!(out.matches("error[").count(), 1, "{out}");
+}
+
+#[test]
 fn a_missing_semicolon_is_noticed_below() {
     insta::assert_snapshot!(said([("shaders/a.comp", body("void main() {\n    float a = 1.0\n    a += 1.0;\n}\n"))]));
 }

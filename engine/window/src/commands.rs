@@ -22,7 +22,7 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
-use super::history::{Change, Step};
+use super::history::{Change, Files, Step};
 use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
 
@@ -264,7 +264,7 @@ impl Viewer<'_> {
         let set = self.session.set_param(name, value);
         if set.is_ok() {
             let change = Change { name: name.to_owned(), before: changed(before, default), after: Some(value) };
-            self.history.note_param(change, self.is_held());
+            self.history.note_param(change);
         }
         self.said(set);
     }
@@ -273,7 +273,7 @@ impl Viewer<'_> {
         let before = self.session.param(name).ok();
         let reset = self.session.unset_param(name);
         if reset.is_ok() {
-            self.history.note_param(Change { name: name.to_owned(), before, after: None }, false);
+            self.history.note(Step::Params(vec![Change { name: name.to_owned(), before, after: None }]));
         }
         self.said(reset);
     }
@@ -347,7 +347,7 @@ impl Viewer<'_> {
             };
             files.entry(file).or_default().push((param.name.clone(), value));
         }
-        let mut written = Vec::new();
+        let mut step = Files::default();
         for (file, params) in files {
             let edited = write_back::edit(self.session.project(), &file, |text| {
                 params.iter().try_fold(text.to_owned(), |text, (name, value)| match to {
@@ -355,24 +355,28 @@ impl Viewer<'_> {
                     WriteTo::Declared => write_back::with_param(&text, name, value),
                 })
             });
-            let names: Vec<String> = params.into_iter().map(|(name, _)| name).collect();
+            let names: Vec<String> = params.iter().map(|(name, _)| name.clone()).collect();
             match edited {
                 Ok(change) => {
                     self.notice(format!("wrote {} to {file}", names.join(", ")));
                     self.written.extend(names);
-                    written.extend(change);
+                    step.written.extend(change);
+                    step.params.extend(params);
                 }
                 Err(error) => self.warn(error),
             }
         }
-        self.note_write(written);
+        self.note_files(step);
     }
 
     /// Notes a write, to be undone.
     pub(super) fn note_write(&mut self, written: impl IntoIterator<Item = Written>) {
-        let written: Vec<Written> = written.into_iter().collect();
-        if !written.is_empty() {
-            self.history.note(Step::Files(written));
+        self.note_files(Files { written: written.into_iter().collect(), params: Vec::new() });
+    }
+
+    fn note_files(&mut self, files: Files) {
+        if !files.written.is_empty() {
+            self.history.note(Step::Files(files));
         }
     }
 

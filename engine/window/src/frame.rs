@@ -314,6 +314,9 @@ impl Viewer<'_> {
         for action in actions {
             self.perform(action, event_loop);
         }
+        if !self.is_held() {
+            self.history.let_go();
+        }
         self.place_picture();
     }
 

@@ -13,9 +13,18 @@ pub enum Step {
     /// An edit of the world. The session keeps it.
     World,
     /// Files were written.
-    Files(Vec<Written>),
+    Files(Files),
     /// Params had other values.
     Params(Vec<Change>),
+}
+
+/// Files that were written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Files {
+    /// What they were before.
+    pub written: Vec<Written>,
+    /// Params that had these values in the window only, and have them in the files now. Undo gives the window its values back.
+    pub params: Vec<(String, Value)>,
 }
 
 /// A param, and its values before and after.
@@ -34,21 +43,24 @@ pub struct Change {
 pub struct History {
     done: Vec<Step>,
     undone: Vec<Step>,
+    /// The last step is a motion of a param that goes on.
+    moving: bool,
 }
 
 impl History {
     /// Notes a step. Undone steps can no longer be redone.
     pub fn note(&mut self, step: Step) {
         self.undone.clear();
+        self.moving = false;
         self.done.push(step);
         if self.done.len() > MOST {
             self.done.remove(0);
         }
     }
 
-    /// Notes another value of a param. While it is moved, all its values are one step.
-    pub fn note_param(&mut self, change: Change, moving: bool) {
-        if let (true, true, Some(Step::Params(last))) = (moving, self.undone.is_empty(), self.done.last_mut())
+    /// Notes another value of a param. All values of one motion, until [`Self::let_go`], are one step.
+    pub fn note_param(&mut self, change: Change) {
+        if let (true, true, Some(Step::Params(last))) = (self.moving, self.undone.is_empty(), self.done.last_mut())
             && let [last] = last.as_mut_slice()
             && last.name == change.name
         {
@@ -56,10 +68,17 @@ impl History {
             return;
         }
         self.note(Step::Params(vec![change]));
+        self.moving = true;
+    }
+
+    /// Nothing of a panel is held any more: the next value of a param is another step.
+    pub fn let_go(&mut self) {
+        self.moving = false;
     }
 
     /// Takes the newest step out, to be undone.
     pub fn take_done(&mut self) -> Option<Step> {
+        self.moving = false;
         self.done.pop()
     }
 
@@ -93,7 +112,7 @@ impl History {
     /// Project paths of the files that were written last.
     pub fn last_files(&self) -> Vec<String> {
         let files = |step: &Step| match step {
-            Step::Files(written) => Some(written.iter().map(|written| written.file.clone()).collect()),
+            Step::Files(files) => Some(files.written.iter().map(|written| written.file.clone()).collect()),
             Step::World | Step::Params(_) => None,
         };
         self.done.iter().rev().find_map(files).unwrap_or_default()
@@ -117,14 +136,15 @@ mod tests {
     #[test]
     fn a_gesture_is_one_step_and_a_new_step_ends_what_can_be_made_again() {
         let mut history = History::default();
-        history.note_param(change("fog", 0.0, 1.0), true);
-        history.note_param(change("fog", 1.0, 2.0), true);
+        history.note_param(change("fog", 0.0, 1.0));
+        history.note_param(change("fog", 1.0, 2.0));
         assert_eq!(history.take_done(), Some(Step::Params(vec![change("fog", 0.0, 2.0)])));
         history.was_undone(Step::Params(vec![change("fog", 0.0, 2.0)]));
-        history.note_param(change("fog", 0.0, 3.0), true);
+        history.note_param(change("fog", 0.0, 3.0));
         assert_eq!(history.take_undone(), None);
-        history.note_param(change("fog", 3.0, 4.0), false);
-        history.note_param(change("sun", 0.0, 4.0), true);
+        history.let_go();
+        history.note_param(change("fog", 3.0, 4.0));
+        history.note_param(change("sun", 0.0, 4.0));
         assert_eq!([(); 4].map(|()| history.take_done().is_some()), [true, true, true, false]);
     }
 
@@ -134,7 +154,7 @@ mod tests {
         for _ in 0..2 * MOST {
             history.note(Step::World);
         }
-        history.note_param(change("fog", 0.0, 1.0), false);
+        history.note_param(change("fog", 0.0, 1.0));
         assert_eq!(history.take_last(|step| *step == Step::World), Some(Step::World));
         assert_eq!(history.done.len(), MOST - 1);
         assert!(history.last_files().is_empty() && matches!(history.done.last(), Some(Step::Params(_))));

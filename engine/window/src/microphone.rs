@@ -49,20 +49,68 @@ impl Capture {
 mod thread {
     use std::any::Any;
     use std::sync::mpsc::{Receiver, Sender, channel};
-    use std::time::Duration;
+    use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+    use std::time::{Duration, Instant};
 
     use raxel_runtime::inputs::{Line, Microphone};
 
     /// How long it takes until a device is looked for again.
     const RETRY: Duration = Duration::from_secs(2);
 
+    /// How long a device may take to open before that is said.
+    const PATIENCE: Duration = Duration::from_secs(5);
+
     /// Most messages of a thread: a device that comes and goes must not fill a terminal.
     const MOST_SAID: usize = 16;
 
     /// What captures.
     pub trait Device: Send + 'static {
-        /// Feeds a line from now on, until what it gives is dropped. Says by `gone` why it captures no more. The error says why it does not.
-        fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String>;
+        /// Feeds a line from now on, until what it gives is dropped. Names to `opening` what it is about to open, and says by `gone` why it captures
+        /// no more. The error says why it does not.
+        fn open(&mut self, line: &Line, gone: Gone, opening: &Opening) -> Result<Opened, String>;
+    }
+
+    /// What is being opened, for whoever waits.
+    #[derive(Clone, Default)]
+    pub struct Opening(Arc<Mutex<Option<Attempt>>>);
+
+    struct Attempt {
+        began: Instant,
+        device: Option<String>,
+    }
+
+    impl Opening {
+        /// The name of the device that is opened from now on.
+        pub fn names(&self, device: &str) {
+            if let Some(attempt) = &mut *self.lock() {
+                attempt.device = Some(device.to_owned());
+            }
+        }
+
+        fn begin(&self) {
+            *self.lock() = Some(Attempt { began: Instant::now(), device: None });
+        }
+
+        fn end(&self) {
+            *self.lock() = None;
+        }
+
+        /// What has been opening for so long, in words.
+        fn for_longer_than(&self, patience: Duration) -> Option<String> {
+            let attempt = self.lock();
+            let attempt = attempt.as_ref().filter(|attempt| attempt.began.elapsed() > patience)?;
+            Some(
+                attempt
+                    .device
+                    .as_ref()
+                    .map_or_else(|| "the microphone".to_owned(), |name| format!("microphone `{name}`")),
+            )
+        }
+
+        fn lock(&self) -> MutexGuard<'_, Option<Attempt>> {
+            // It is whole after every operation, so a panic elsewhere does not spoil it.
+            self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        }
     }
 
     /// A device that captures.
@@ -94,30 +142,40 @@ mod thread {
     pub struct Capturing {
         said: Receiver<Result<String, String>>,
         events: Sender<Event>,
+        opening: Opening,
+        patience: Duration,
+        /// That a device does not open was said.
+        slow: bool,
         /// That the device is stuck was said.
         stuck: bool,
     }
 
     impl Capturing {
         pub fn start(device: impl Device, line: Line) -> Self {
-            Self::start_with(device, line, RETRY)
+            Self::start_with(device, line, [RETRY, PATIENCE])
         }
 
-        fn start_with(device: impl Device, line: Line, retry: Duration) -> Self {
+        fn start_with(device: impl Device, line: Line, [retry, patience]: [Duration; 2]) -> Self {
             let ((say, said), (events, received)) = (channel(), channel());
             let (gone, failed) = (Gone(events.clone()), say.clone());
-            let run = move || capture(device, &line, &gone, &received, &say, retry);
+            let opening = Opening::default();
+            let told = opening.clone();
+            let run = move || capture(device, &line, (&gone, &told), &received, &say, retry);
             if let Err(error) = std::thread::Builder::new().name("raxel-microphone".to_owned()).spawn(run) {
                 // It is received below.
                 let _ = failed.send(Err(format!("the microphone is silent: {error}")));
             }
-            Self { said, events, stuck: false }
+            Self { said, events, opening, patience, slow: false, stuck: false }
         }
 
         /// Gives what a user should know since the last call; an error is a warning.
         pub fn follow(&mut self, microphone: &Microphone) -> Option<Result<String, String>> {
             if let Ok(said) = self.said.try_recv() {
                 return Some(said);
+            }
+            if let Some(device) = self.opening.for_longer_than(self.patience).filter(|_| !self.slow) {
+                self.slow = true;
+                return Some(Err(format!("{device} does not open: graphs hear silence until it does")));
             }
             let newly = microphone.is_stuck() && !self.stuck;
             self.stuck |= newly;
@@ -136,7 +194,7 @@ mod thread {
     fn capture(
         mut device: impl Device,
         line: &Line,
-        gone: &Gone,
+        (gone, opening): (&Gone, &Opening),
         events: &Receiver<Event>,
         say: &Sender<Result<String, String>>,
         retry: Duration,
@@ -150,7 +208,10 @@ mod thread {
             }
         };
         loop {
-            match device.open(line, gone.clone()) {
+            opening.begin();
+            let result = device.open(line, gone.clone(), opening);
+            opening.end();
+            match result {
                 Ok(Opened { name, stream }) => {
                     say(Ok(format!("microphone `{name}`")));
                     let event = events.recv();
@@ -173,8 +234,6 @@ mod thread {
 
     #[cfg(test)]
     mod tests {
-        use std::sync::{Arc, Condvar, Mutex};
-
         use raxel_runtime::inputs::Feed;
 
         use super::*;
@@ -188,7 +247,7 @@ mod thread {
         type Opens = dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send;
 
         impl Device for Script {
-            fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
+            fn open(&mut self, line: &Line, gone: Gone, _: &Opening) -> Result<Opened, String> {
                 if self.0.is_empty() { Err("it has ended".to_owned()) } else { self.0.remove(0)(line, gone) }
             }
         }
@@ -228,7 +287,7 @@ mod thread {
                 Box::new(none),
                 Box::new(|line, _| Ok(opened("b", line.feed(44_100, 1)?))),
             ]);
-            let capturing = Capturing::start_with(script, microphone.line(), Duration::from_millis(1));
+            let capturing = Capturing::start_with(script, microphone.line(), [Duration::from_millis(1), LIMIT]);
             assert_eq!(said(&capturing), Err("the microphone is silent: there is none".to_owned()));
             assert_eq!(said(&capturing), Ok("microphone `a`".to_owned()), "what was said is not said again");
             let gone = "microphone `a` is gone (it was unplugged): graphs hear silence until one is there";
@@ -247,7 +306,7 @@ mod thread {
                 end.send(()).unwrap();
                 Err("the end".to_owned())
             }));
-            let capturing = Capturing::start_with(Script(script), Line::default(), Duration::from_micros(1));
+            let capturing = Capturing::start_with(Script(script), Line::default(), [Duration::from_micros(1), LIMIT]);
             for at in 0..MOST_SAID {
                 assert_eq!(said(&capturing), Err(format!("the microphone is silent: {at}")));
             }
@@ -255,22 +314,50 @@ mod thread {
             assert!(capturing.said.try_recv().is_err(), "no more is said");
         }
 
-        #[test]
-        fn a_device_that_is_stuck_stops_nothing() {
-            let (mut microphone, stuck) = (Microphone::default(), Arc::new((Mutex::new(true), Condvar::new())));
-            // It never comes back, until the test ends.
-            let waits = stuck.clone();
-            let device = Script(vec![Box::new(move |_, _| {
-                let _guard = waits.1.wait_while(waits.0.lock().unwrap(), |stuck| *stuck).unwrap();
+        /// A device that never comes back from opening, until the test lets it.
+        struct Stuck {
+            name: Option<&'static str>,
+            opens: Sender<()>,
+            free: Receiver<()>,
+        }
+
+        impl Device for Stuck {
+            fn open(&mut self, _: &Line, _: Gone, opening: &Opening) -> Result<Opened, String> {
+                self.name.iter().for_each(|name| opening.names(name));
+                self.opens.send(()).unwrap();
+                self.free.recv().unwrap();
                 Err("at last".to_owned())
-            })]);
-            let mut capturing = Capturing::start(device, microphone.line());
-            for frame in 0..300 {
-                assert_eq!((heard(&mut microphone, f64::from(frame) / 60.0), capturing.follow(&microphone)), (0, None));
             }
-            drop(capturing);
-            *stuck.0.lock().unwrap() = false;
-            stuck.1.notify_all();
+        }
+
+        #[test]
+        fn a_device_that_does_not_open_stops_nothing_and_is_named_once() {
+            for (name, said) in [(Some("a"), "microphone `a`"), (None, "the microphone")] {
+                let mut microphone = Microphone::default();
+                let ((opens, opened), (freed, free)) = (channel(), channel());
+                let times = [RETRY, Duration::from_millis(20)];
+                let mut capturing = Capturing::start_with(Stuck { name, opens, free }, microphone.line(), times);
+                opened.recv_timeout(LIMIT).unwrap();
+                let expected = format!("{said} does not open: graphs hear silence until it does");
+                let began = Instant::now();
+                let first = loop {
+                    assert_eq!(heard(&mut microphone, began.elapsed().as_secs_f64()), 0);
+                    if let Some(said) = capturing.follow(&microphone) {
+                        break said;
+                    }
+                    assert!(began.elapsed() < LIMIT, "nothing is said");
+                };
+                assert_eq!(first, Err(expected));
+                for frame in 0..300 {
+                    assert_eq!(
+                        (heard(&mut microphone, f64::from(frame) / 60.0), capturing.follow(&microphone)),
+                        (0, None)
+                    );
+                }
+                freed.send(()).unwrap();
+                let failed = capturing.said.recv_timeout(LIMIT).unwrap();
+                assert_eq!(failed, Err("the microphone is silent: at last".to_owned()));
+            }
         }
 
         #[test]
@@ -297,20 +384,21 @@ mod of_system {
     };
     use raxel_runtime::inputs::{Feed, Line};
 
-    use super::thread::{Device, Gone, Opened};
+    use super::thread::{Device, Gone, Opened, Opening};
 
     /// The input that the system captures from by default.
     pub struct DefaultInput;
 
     impl Device for DefaultInput {
-        fn open(&mut self, line: &Line, gone: Gone) -> Result<Opened, String> {
+        fn open(&mut self, line: &Line, gone: Gone, opening: &Opening) -> Result<Opened, String> {
             // ALSA would write all that it tries to the terminal, at each attempt. What matters is in the error.
             #[cfg(target_os = "linux")]
             let _ = alsa::Output::local_error_handler();
             let text = |error: Error| error.to_string();
             let device = cpal::default_host().default_input_device().ok_or("the system has none")?;
-            let supported = device.default_input_config().map_err(text)?;
             let name = device.description().map_or_else(|_| "default".to_owned(), |device| device.name().to_owned());
+            opening.names(&name);
+            let supported = device.default_input_config().map_err(text)?;
             let feed =
                 line.feed(supported.sample_rate(), supported.channels()).map_err(|why| format!("`{name}`: {why}"))?;
             let config = supported.config();

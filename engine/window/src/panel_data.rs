@@ -518,6 +518,29 @@ mod tests {
     }
 
     #[test]
+    fn a_frame_of_two_ticks_has_more_dispatches_than_passes() {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = "name = \"two\"\npresent = \"b\"\n[clocks.sim]\nhz = 4\nmost = 2\n\
+            [targets.a]\nformat = \"r32f\"\nclock = \"sim\"\n[targets.b]\nformat = \"r32f\"\n\
+            [[passes]]\nname = \"first\"\nevery = \"sim\"\nshader = \"tick.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+            push = { tick = \"clock.sim.tick\" }\n\
+            [[passes]]\nname = \"second\"\nshader = \"copy.comp\"\ndispatch = { threads = \"b\" }\nbind = { i = \"a\", c = \"b\" }\n";
+        let tick = FILL.replace("void main", "layout(push_constant) uniform PC { uint tick; } pc;\nvoid main");
+        let tick = tick.replace("0.5", "pc.tick");
+        drop(open(&folder, &[("graphs/two.toml", graph), ("shaders/tick.comp", &tick), ("shaders/copy.comp", COPY)]));
+        let project = Some(folder.path().to_owned());
+        let options = Options { project, size: [8, 8], step: Some(0.5), ..Options::default() };
+        let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
+        let mut data = PanelData::default();
+        for _ in 0..2 {
+            let report = session.frame().unwrap();
+            session.wait().unwrap();
+            data.note(&mut session, &report);
+        }
+        assert_eq!((data.passes(&session).len(), data.frame(&session, None).ran), (2, [3, 0, 0]));
+    }
+
+    #[test]
     fn the_list_of_passes_stays_while_the_pointer_rests_on_one() {
         let folder = tempfile::tempdir().unwrap();
         let files = [("graphs/two.toml", GRAPH), ("shaders/fill.comp", FILL), ("shaders/copy.comp", COPY)];

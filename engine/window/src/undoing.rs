@@ -8,7 +8,7 @@ use raxel_output::{demo_path, take_name};
 use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
-use super::history::{Change, Step};
+use super::history::{Change, Files, Step};
 use super::recording::Recording;
 use super::{Viewer, demo_keys, write_back};
 
@@ -81,7 +81,7 @@ impl Viewer<'_> {
                 });
                 went.then_some(Step::World)
             }
-            Step::Files(written) => {
+            Step::Files(Files { written, params }) => {
                 let mut back = Vec::new();
                 for written in written.iter().rev() {
                     match written.undo() {
@@ -95,7 +95,15 @@ impl Viewer<'_> {
                 let read = self.presets.read();
                 self.said(read);
                 self.leave_demo();
-                (!back.is_empty()).then_some(Step::Files(back))
+                if back.is_empty() {
+                    return None;
+                }
+                match way {
+                    Way::Back => self.set_again(&params),
+                    // From the next reload on they follow the file.
+                    Way::Again => self.written.extend(params.iter().map(|(name, _)| name.clone())),
+                }
+                Some(Step::Files(Files { written: back, params }))
             }
             Step::Params(changes) => {
                 let names: Vec<String> = changes.iter().map(|change| format!("`{}`", change.name)).collect();
@@ -110,6 +118,18 @@ impl Viewer<'_> {
                 let other = |Change { name, before, after }| Change { name, before: after, after: before };
                 Some(Step::Params(changes.into_iter().map(other).collect()))
             }
+        }
+    }
+
+    /// Gives params the values that files had taken over from the window, unless they were moved since.
+    fn set_again(&mut self, params: &[(String, Value)]) {
+        self.written.retain(|name| params.iter().all(|(param, _)| param != name));
+        for (name, value) in params {
+            if !self.session.param(name).is_ok_and(|now| now == *value) {
+                continue;
+            }
+            let set = self.session.set_param(name, *value);
+            self.said(set);
         }
     }
 

@@ -28,6 +28,8 @@ pub struct Window {
     pub timeline: Option<Timeline>,
     pub brush: Brush,
     pub steps: [usize; 2],
+    /// As in [`Frame::ran`].
+    pub ran: [u32; 3],
     pub refused: Option<String>,
     pub swatches: Vec<Swatch>,
     pub actions: Vec<Action>,
@@ -84,6 +86,7 @@ impl Window {
             timeline: None,
             brush: Brush::default(),
             steps: [0, 0],
+            ran: [0; 3],
             refused: None,
             swatches: (1..=40)
                 .map(|n| Swatch { material: n, name: format!("stone {n}"), color: [200, 90, 40] })
@@ -122,6 +125,7 @@ impl Window {
                 gpu: Some(&self.gpu),
                 scale: 1.0,
                 scales: [0.0625, 4.0],
+                ran: self.ran,
                 world: self.world.clone(),
                 ..Frame::default()
             },

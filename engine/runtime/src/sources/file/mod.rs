@@ -45,7 +45,7 @@ impl FileSources {
         path: &str,
         request: Option<&ImageRequest>,
     ) -> Result<Arc<FileContents>, Refusal> {
-        let bytes = bytes(project, path)?;
+        let bytes = bytes(project, path, "")?;
         self.kept(path, request, blake3::hash(&bytes), || match request {
             Some(request) if video::is_video(path) || sound::is_sound(path) => {
                 let root = project.root().ok_or_else(|| no_disk(path))?;
@@ -95,11 +95,11 @@ struct Picture {
     bytes: Vec<u8>,
 }
 
-/// The bytes of a file.
-fn bytes(project: &dyn Files, path: &str) -> Result<Arc<[u8]>, Refusal> {
+/// The bytes of a file. The help for one that is not there names another relative to the folder `from`.
+fn bytes(project: &dyn Files, path: &str, from: &str) -> Result<Arc<[u8]>, Refusal> {
     project.read(path).map_err(|error| {
         let found = match error {
-            FileError::NotFound => files::not_found(project, path, None, ""),
+            FileError::NotFound => files::not_found(project, path, None, from),
             error => error.diagnostic(path, None),
         };
         Refusal { code: found.code, key: "source", message: found.message, help: found.help.into_iter().next() }
@@ -119,16 +119,25 @@ fn buffer(path: &str, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {
     Ok(bytes)
 }
 
+/// Whether a target takes a file, by its name: a picture, a video or a sound.
+pub fn has_texels(path: &str) -> bool {
+    picture_decoder(path).is_some() || video::is_video(path) || sound::is_sound(path)
+}
+
+/// What decodes a picture, by the name of its file.
+fn picture_decoder(path: &str) -> Option<fn(&[u8]) -> Result<Picture, String>> {
+    match path.rsplit_once('.')?.1.to_ascii_lowercase().as_str() {
+        "png" => Some(png::decode),
+        "exr" => Some(exr::decode),
+        _ => None,
+    }
+}
+
 fn image(path: &str, bytes: &[u8], request: &ImageRequest) -> Result<FileImage, Refusal> {
-    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    let decode: fn(&[u8]) -> Result<Picture, String> = match extension.as_deref() {
-        Some("png") => png::decode,
-        Some("exr") => exr::decode,
-        _ => {
-            let message = format!("`{path}` is not a picture that raxel reads");
-            let help = "a target takes .png, .exr, videos and sounds; a buffer takes any file as bytes".to_owned();
-            return Err(Refusal { help: Some(help), ..refused("source", message) });
-        }
+    let Some(decode) = picture_decoder(path) else {
+        let message = format!("`{path}` is not a picture that raxel reads");
+        let help = "a target takes .png, .exr, videos and sounds; a buffer takes any file as bytes".to_owned();
+        return Err(Refusal { help: Some(help), ..refused("source", message) });
     };
     // A decoder that panics on a broken file must not end the thread that waits for its repair.
     let decoded = quietly(|| decode(bytes)).unwrap_or_else(|| Err("it is damaged".to_owned()));

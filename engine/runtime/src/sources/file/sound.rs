@@ -35,10 +35,10 @@ pub(super) fn microphone(request: &ImageRequest) -> Result<FileImage, Refusal> {
     plays(MICROPHONE, request, || Ok(None))
 }
 
-/// Reads a sound that a microphone hears in place of a device.
-pub(crate) fn read(files: &dyn Files, path: &str) -> Result<SoundFile, Refusal> {
+/// Reads a sound that a microphone hears in place of a device. What named it counts from the folder `from`.
+pub(crate) fn read(files: &dyn Files, path: &str, from: &str) -> Result<SoundFile, Refusal> {
     // Reading it tells who watches the files that this one counts.
-    bytes(files, path)?;
+    bytes(files, path, from)?;
     let root = files.root().ok_or_else(|| no_disk(path))?;
     Ok(SoundFile { path: path.to_owned(), samples: samples(path, &root.join(path))? })
 }
