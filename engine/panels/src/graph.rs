@@ -384,7 +384,7 @@ fn seen(view: &View<'_>, drawing: &Drawing) -> impl Fn(usize) -> bool + use<> {
     let nodes = &drawing.nodes;
     let of_it = nodes.iter().enumerate().filter(|(_, node)| of.is_some() && resource(node) == of);
     let seen: Vec<usize> = match &shown.after {
-        None => of_it.map(|(index, _)| index).last().into_iter().collect(),
+        None => of_it.map(|(index, _)| index).next_back().into_iter().collect(),
         Some(_) => of_it
             .filter(|(_, node)| target(view, node).is_some_and(|target| shown.is_at(&target)))
             .map(|(index, _)| index)

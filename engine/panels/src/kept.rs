@@ -65,10 +65,8 @@ tuple!(A KeptA, B KeptB);
 tuple!(A KeptA, B KeptB, C KeptC);
 tuple!(A KeptA, B KeptB, C KeptC, D KeptD);
 tuple!(A KeptA, B KeptB, C KeptC, D KeptD, E KeptE);
-tuple!(A KeptA, B KeptB, C KeptC, D KeptD, E KeptE, F KeptF);
 
 /// Where and with what a part of a panel is drawn.
-#[derive(Clone)]
 struct Place {
     id: Id,
     layer: LayerId,

@@ -124,7 +124,7 @@ fn group_of(begins: &HashMap<&str, usize>, param: &Param) -> Option<String> {
         return param.group.clone();
     }
     let own = word(param)?;
-    (begins.get(own).is_some_and(|count| *count > 1)).then(|| capital(own))
+    begins.get(own).is_some_and(|count| *count > 1).then(|| capital(own))
 }
 
 /// The first of the words of the name of a param without a group.

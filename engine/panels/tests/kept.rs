@@ -12,8 +12,8 @@ use raxel_panels::{Action, Layout, Panel, turns};
 
 use window::{Window, inspected, param};
 
-/// Frames after which a panel that nobody touches is drawn from what it was drawn with.
-const SETTLED: usize = 40;
+/// Frames of a tenth of a second after which a panel that nobody touches is drawn from what it was drawn with.
+const SETTLED: usize = 6;
 
 /// A window with all panels, each in a dock of its own.
 fn all_open() -> Window {
@@ -39,28 +39,28 @@ type Drawn = (Vec<(String, Pos2)>, Vec<(Pos2, egui::Color32)>);
 /// A window, and the same window of which every widget is made in every frame.
 struct Twins {
     windows: [(Window, Context); 2],
-    frames: usize,
+    time: f64,
 }
 
 impl Twins {
     fn new() -> Self {
         let mut twins =
-            Self { windows: [(all_open(), Context::default()), (all_open(), Context::default())], frames: 0 };
+            Self { windows: [(all_open(), Context::default()), (all_open(), Context::default())], time: 0.0 };
         twins.windows[1].0.panels.whole = true;
         twins
     }
 
-    /// What both draw in the next frame.
-    fn frame(&mut self) -> [Drawn; 2] {
-        self.frames += 1;
-        let time = self.frames as f64 / 60.0;
+    /// What both draw in the next frame, so many seconds later.
+    fn frame(&mut self, seconds: f64) -> [Drawn; 2] {
+        self.time += seconds;
+        let time = self.time;
         self.windows.each_mut().map(|(window, context)| draw(window, context, time, Vec::new()).0)
     }
 
     /// Lets them settle, and gives what they draw then.
     fn settle(&mut self) -> Drawn {
-        (0..SETTLED).for_each(|_| drop(self.frame()));
-        let [kept, whole] = self.frame();
+        (0..SETTLED).for_each(|_| drop(self.frame(0.1)));
+        let [kept, whole] = self.frame(0.1);
         assert!(kept == whole, "{}", difference(&kept, &whole));
         kept
     }
@@ -154,8 +154,8 @@ fn what_changes_shows_in_the_next_frame() {
     let mut before = twins.settle();
     for (name, change) in CHANGES {
         twins.windows.iter_mut().for_each(|(window, _)| change(window));
-        for frame in 0..4 {
-            let [kept, whole] = twins.frame();
+        for frame in 0..3 {
+            let [kept, whole] = twins.frame(1.0 / 60.0);
             assert!(kept == whole, "{name}, frame {frame}: {}", difference(&kept, &whole));
             assert!(kept != before, "{name} is seen");
         }
@@ -168,7 +168,7 @@ fn settled(text: &str) -> (Window, Context, Pos2) {
     let (mut window, context) = (Window::new(&[Panel::Passes, Panel::Resources]), Context::default());
     let mut drawn = Drawn::default();
     for frame in 0..SETTLED {
-        drawn = draw(&mut window, &context, frame as f64 / 60.0, Vec::new()).0;
+        drawn = draw(&mut window, &context, frame as f64 / 10.0, Vec::new()).0;
     }
     let (_, at) = drawn.0.iter().find(|(found, _)| found == text).unwrap();
     (window, context, *at + egui::vec2(4.0, 4.0))
@@ -198,7 +198,7 @@ fn a_selected_text_is_copied_after_the_pointer_has_gone() {
     }
     for frame in 0..SETTLED {
         let away = vec![Event::PointerMoved(pos2(900.0, 600.0))];
-        draw(&mut window, &context, 1.2 + frame as f64 / 60.0, away);
+        draw(&mut window, &context, 1.2 + frame as f64 / 10.0, away);
     }
     assert_eq!(draw(&mut window, &context, 2.0, vec![Event::Copy]).2, ["reads"]);
 }

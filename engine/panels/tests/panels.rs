@@ -552,7 +552,8 @@ fn a_layout_is_brought_back_to_the_first() {
 #[test]
 fn the_first_layout_leaves_most_of_the_picture_free() {
     let mut window = Window::new(&[]);
-    window.panels = Panels::new(Layout { beside: true, ..Layout::default() });
+    window.panels.layout = Layout::default();
+    window.panels.layout.beside = true;
     let harness = window.harness(1280.0, 720.0);
     let (free, whole) = (harness.state().panels.picture(&harness.ctx), harness.ctx.content_rect());
     assert!(free.width() >= 0.59 * whole.width(), "{free:?}");
