@@ -81,6 +81,8 @@ mod tests {
         assert_eq!(size, whole);
         let (made, _) = drawn(&context, &mut rows, 50);
         assert!(made.ends_with(&[50, 99]), "{made:?}");
-        assert!(drawn(&context, &mut rows, 50).1.x < whole.x);
+        // None is long: the column is as wide as the others need.
+        drawn(&context, &mut rows, 100);
+        assert!(drawn(&context, &mut rows, 100).1.x < whole.x);
     }
 }
