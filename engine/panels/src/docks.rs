@@ -8,9 +8,12 @@ use egui::{
 use egui_dock::{DockArea, DockState, Node, NodeIndex, Style, TabViewer};
 
 use crate::action::Action;
+use crate::kept::Kept;
 use crate::layout::{Layout, Panel, Side};
 use crate::layout_file::Tab;
+use crate::passes::Timed;
 use crate::problems::problem_list;
+use crate::rows::Rows;
 use crate::switcher::{Switcher, Switching};
 use crate::view::{Problem, Shown, View};
 use crate::{
@@ -37,24 +40,30 @@ const OPACITY: u8 = 236;
 pub struct Panels {
     /// Which are open; kept beside the project.
     pub layout: Layout,
+    /// Every widget is made in every frame, for what reads the tree of widgets. Else a panel that nobody touches has none.
+    pub whole: bool,
+    /// What each panel was drawn with, in the order of [`Panel::ALL`].
+    kept: [Kept; Panel::ALL.len()],
     /// The panel that was opened last: in a narrow window it is in front of the others.
     recent: Option<Panel>,
     /// What the pointer rests on, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
     /// Texts of the fields of the panel of the world.
     fields: world::Fields,
-    /// Which part of the picture of the graph is seen.
-    graph: graph::Camera,
-    /// The thumbnails in it.
-    textures: graph::Textures,
+    /// The picture of the graph.
+    graph: graph::Memory,
+    /// The rows of the panels with long lists.
+    passes: Rows<4>,
+    resources: Rows<2>,
+    params: Rows<1>,
     /// The name of a new preset.
     preset: String,
     /// The file that a picture is loaded from.
     picture: String,
     /// The list of the project's files, while it is open.
     switcher: Option<Switcher>,
-    /// A key of the timeline on its way to another time.
-    moving: Option<timeline::Moving>,
+    /// The demo.
+    timeline: timeline::Memory,
     /// The failed generation for which the problems were opened by themselves.
     told: Option<u64>,
     /// They were, and were not open before.
@@ -155,7 +164,7 @@ impl Panels {
             self.docks(ctx, view, (&mut actions, &mut hovered));
         }
         if !self.layout.visible || !self.layout.is_open(Panel::Graph) {
-            self.textures.clear();
+            self.graph.close();
         }
         if let Some(switcher) = &mut self.switcher
             && switcher.show(ctx, view.files, &mut actions) == Switching::Ends
@@ -363,9 +372,34 @@ impl Panels {
         (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
     ) -> Option<Panel> {
         let before = actions.len();
+        if panel == Panel::Graph {
+            self.graph.update(ui.ctx(), &view.thumbnails);
+        }
+        let place = Panel::ALL.iter().position(|other| *other == panel).unwrap_or(0);
+        let mut kept = std::mem::take(&mut self.kept[place]);
+        // A key that was dropped returns after a while.
+        let moves = panel == Panel::Timeline && self.timeline.moves();
+        if self.whole || moves {
+            self.draw(ui, view, panel, (&mut *actions, hovered));
+        } else {
+            keep(&mut kept, ui, view, panel, |ui| self.draw(ui, view, panel, (&mut *actions, hovered)));
+        }
+        self.kept[place] = kept;
+        // What is clicked there is looked into.
+        let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
+        (shows && matches!(panel, Panel::Resources | Panel::Graph)).then_some(Panel::Inspect)
+    }
+
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        view: &View<'_>,
+        panel: Panel,
+        (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>),
+    ) {
         match panel {
             // It scrolls by itself.
-            Panel::Graph => graph::show(ui, view, &mut self.graph, &mut self.textures, actions),
+            Panel::Graph => graph::show(ui, view, &mut self.graph, self.whole, actions),
             _ => {
                 ScrollArea::both()
                     .id_salt(panel.title())
@@ -373,9 +407,6 @@ impl Panels {
                     .show(ui, |ui| self.scrolled(ui, view, panel, (&mut *actions, hovered)));
             }
         }
-        // What is clicked there is looked into.
-        let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
-        (shows && matches!(panel, Panel::Resources | Panel::Graph)).then_some(Panel::Inspect)
     }
 
     /// The panels that may be larger than their dock.
@@ -388,16 +419,17 @@ impl Panels {
     ) {
         match panel {
             Panel::Graph => {}
-            Panel::Passes => passes::show(ui, view, (actions, hovered)),
-            Panel::Resources => resources::show(ui, view, actions),
-            Panel::Params => params::show(ui, view, &mut self.preset, actions),
+            Panel::Passes => passes::show(ui, view, &mut self.passes, (actions, hovered)),
+            Panel::Resources => resources::show(ui, view, &mut self.resources, self.whole, actions),
+            Panel::Params => params::show(ui, view, (&mut self.params, &mut self.preset), actions),
             Panel::Inspect => inspect::show(ui, view, actions),
             Panel::Compare => compare::show(ui, &view.compare, &mut self.picture, actions),
             Panel::World => world::show(ui, &view.world, &mut self.fields, actions),
             Panel::Frame => frame::show(ui, &view.frame, actions),
             Panel::Timeline => {
                 if let Some(timeline) = &view.timeline {
-                    timeline::show(ui, timeline, view.status.paused, &mut self.moving, actions);
+                    let memory = (&mut self.timeline, self.whole);
+                    timeline::show(ui, timeline, view.status.paused, memory, actions);
                 }
             }
             Panel::Problems => problems::show(ui, view, actions),
@@ -492,6 +524,40 @@ impl TabViewer for Tabs<'_, '_> {
     fn scroll_bars(&self, _: &Tab) -> [bool; 2] {
         // Panels scroll by themselves.
         [false, false]
+    }
+}
+
+/// Draws a panel, or what it was drawn with where it shows the same.
+fn keep(kept: &mut Kept, ui: &mut Ui, view: &View<'_>, panel: Panel, draw: impl FnOnce(&mut Ui)) {
+    let status = &view.status;
+    let passes = |timed| Timed { passes: &view.passes, timed };
+    match panel {
+        Panel::Passes => {
+            let span = view.frame.gpu.map(|span| [span.median(), span.p95()]);
+            kept.show(ui, &(passes(true), view.resources, &status.locked, &span), draw);
+        }
+        Panel::Resources => kept.show(ui, &(passes(false), view.resources, &status.shown), draw),
+        Panel::Graph => {
+            let thumbnails = view.thumbnails.iter().map(|found| (found.pass, found.resource, found.number, found.size));
+            let thumbnails: Vec<_> = thumbnails.collect();
+            kept.show(ui, &(passes(true), view.resources, &status.shown, &*thumbnails), draw);
+        }
+        Panel::Frame => kept.show(ui, &frame::content(&view.frame), draw),
+        Panel::Timeline => kept.show(ui, &(view.timeline.as_slice(), &status.paused), draw),
+        Panel::Problems => {
+            let generations = (status.generation, status.failed);
+            kept.show(ui, &(&generations, &view.checks_bounds, view.problems), draw);
+        }
+        Panel::Params => {
+            let (file, has_demo) = (status.graph_file.as_str(), view.timeline.is_some());
+            kept.show(ui, &(&*view.params, &*view.presets, &view.records, file, &has_demo), draw);
+        }
+        Panel::Inspect => {
+            let inspected = view.inspected.map_or(&[][..], std::slice::from_ref);
+            kept.show(ui, &(&status.shown, inspected), draw);
+        }
+        Panel::Compare => kept.show(ui, &&view.compare, draw),
+        Panel::World => kept.show(ui, &world::content(&view.world), draw),
     }
 }
 

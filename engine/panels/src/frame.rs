@@ -4,12 +4,21 @@ use egui::{Align2, Color32, DragValue, Grid, Sense, Shape, Slider, Stroke, Ui, p
 
 use crate::action::Action;
 use crate::docks::caption;
+use crate::kept::Content;
 use crate::samples::Samples;
 use crate::view::{Frame, WorldExtent, WorldStatistics};
 
 const GPU: Color32 = Color32::from_rgb(120, 200, 120);
 const CPU: Color32 = Color32::from_rgb(120, 170, 250);
 const INTERVAL: Color32 = Color32::from_rgb(130, 130, 130);
+
+/// All that the panel shows.
+pub(crate) fn content<'v>(frame: &'v Frame<'_>) -> impl Content + use<'v> {
+    let Frame { interval, cpu, gpu, memory, saved, scale, scales, output, fps_cap, device, ran, world } = frame;
+    let samples = |samples: &Option<&'v Samples>| samples.map_or(&[][..], std::slice::from_ref);
+    let times = (samples(interval), samples(cpu), samples(gpu));
+    (times, (memory, saved, ran, device.as_str()), (scale, scales, output, fps_cap), world)
+}
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, frame: &Frame<'_>, actions: &mut Vec<Action>) {

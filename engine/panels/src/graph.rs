@@ -1,11 +1,12 @@
 //! The graph as a picture: passes and resources as nodes, from left to right. A drag moves it, the wheel zooms.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use egui::epaint::CubicBezierShape;
+use egui::epaint::{ClippedShape, Primitive};
 use egui::{
-    Align2, Color32, ColorImage, Context, FontId, Painter, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
-    TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
+    Align2, Color32, ColorImage, Context, FontId, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke,
+    StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
 };
 
 use crate::action::Action;
@@ -13,7 +14,7 @@ use crate::frame::milliseconds;
 use crate::graph_layout::{Drawing, Node, Of, lay_out};
 use crate::passes;
 use crate::samples::Samples;
-use crate::view::{PassState, Shown, Thumbnail, View};
+use crate::view::{Pass, PassState, Resource, Shown, Thumbnail, Use, View};
 
 /// Points between the middles of columns and of rows, at a zoom of 1; and between rows where targets have thumbnails.
 const STEP: Vec2 = vec2(150.0, 44.0);
@@ -29,6 +30,12 @@ const MARGIN: f32 = 4.0;
 /// Smallest and largest zoom.
 const ZOOMS: [f32; 2] = [0.15, 2.0];
 
+/// Points by which what bends a part of an edge may lie beside it: the edge differs from its curve by less.
+const SMOOTH: f32 = 0.1;
+
+/// How often a part of an edge is halved at most.
+const HALVINGS: u32 = 8;
+
 const RAN: Color32 = Color32::from_rgb(46, 82, 58);
 const IDLE: Color32 = Color32::from_rgb(58, 60, 66);
 const OFF: Color32 = Color32::from_rgb(110, 44, 40);
@@ -37,14 +44,35 @@ const LINE: Color32 = Color32::from_rgb(110, 120, 140);
 
 /// Which part of the picture is seen.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Camera {
+struct Camera {
     /// The place in the middle of the panel and the zoom; `None` shows all of the graph.
     at: Option<(Pos2, f32)>,
 }
 
+/// Where the nodes stand, for the plan that they were placed for last.
+#[derive(Debug, Default)]
+struct Placed {
+    /// How many passes it has, and how they use each resource.
+    passes: usize,
+    uses: Vec<Vec<Use>>,
+    drawing: Drawing,
+}
+
+impl Placed {
+    /// The nodes of this plan. They are placed anew only where another plan has other passes or resources, or uses them in another way.
+    fn of(&mut self, passes: &[Pass<'_>], resources: &[Resource]) -> &Drawing {
+        let same = |uses: &[Vec<Use>]| uses.iter().eq(resources.iter().map(|resource| &resource.uses));
+        if self.passes != passes.len() || !same(&self.uses) {
+            let uses = resources.iter().map(|resource| resource.uses.clone()).collect();
+            *self = Self { passes: passes.len(), uses, drawing: lay_out(passes, resources) };
+        }
+        &self.drawing
+    }
+}
+
 /// Thumbnails as textures, by the indices of pass and resource, with the number of the thumbnail.
 #[derive(Default)]
-pub(crate) struct Textures(HashMap<[usize; 2], (u64, TextureHandle)>, Option<Context>);
+struct Textures(HashMap<[usize; 2], (u64, TextureHandle)>, Option<Context>);
 
 impl std::fmt::Debug for Textures {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -76,11 +104,6 @@ impl Textures {
         }
     }
 
-    /// The panel is closed.
-    pub(crate) fn clear(&mut self) {
-        self.0.clear();
-    }
-
     fn of(&self, node: &Node) -> Option<&TextureHandle> {
         match node.of {
             Of::Resource { resource, after: Some(pass) } => self.0.get(&[pass, resource]).map(|(_, texture)| texture),
@@ -89,18 +112,33 @@ impl Textures {
     }
 }
 
-/// Draws the panel.
-pub(crate) fn show(
-    ui: &mut Ui,
-    view: &View<'_>,
-    camera: &mut Camera,
-    textures: &mut Textures,
-    actions: &mut Vec<Action>,
-) {
-    textures.update(ui.ctx(), &view.thumbnails);
+/// What the panel remembers from frame to frame.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    camera: Camera,
+    textures: Textures,
+    placed: Placed,
+    ground: Ground,
+}
+
+impl Memory {
+    /// Takes thumbnails that are new.
+    pub(crate) fn update(&mut self, context: &Context, thumbnails: &[Thumbnail]) {
+        self.textures.update(context, thumbnails);
+    }
+
+    /// The panel is closed.
+    pub(crate) fn close(&mut self) {
+        self.textures.0.clear();
+    }
+}
+
+/// Draws the panel. `whole`: each node is a widget, rather than only the one under the pointer.
+pub(crate) fn show(ui: &mut Ui, view: &View<'_>, memory: &mut Memory, whole: bool, actions: &mut Vec<Action>) {
+    let Memory { camera, textures, placed, ground } = memory;
     let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
     let area = response.rect;
-    let drawing = lay_out(&view.passes, view.resources);
+    let drawing = placed.of(&view.passes, view.resources);
     if drawing.nodes.is_empty() {
         ui.put(area, egui::Label::new("The graph has no passes."));
         return;
@@ -116,16 +154,21 @@ pub(crate) fn show(
     let rects: Vec<Rect> =
         (drawing.nodes.iter()).map(|node| Rect::from_center_size(screen(center(node)), size(node) * zoom)).collect();
     let hovered = hovered(ui, &response, &rects);
-    for [from, to] in &drawing.edges {
-        let near = hovered.is_some_and(|node| node == *from || node == *to);
-        edge(&painter, [rects[*from].right_center(), rects[*to].left_center()], near);
-    }
-    for (index, node) in drawing.nodes.iter().enumerate().filter(|(index, _)| rects[*index].intersects(area)) {
-        let seen = is_shown(view, &drawing, index);
-        let thumbnail = textures.of(node);
-        let picture = NodePicture { rect: rects[index], zoom, hovered: hovered == Some(index), seen, thumbnail };
-        draw(ui, &painter, view, node, &picture);
-        interact(ui, view, (index, node), rects[index].intersect(area), actions);
+    let seen = seen(view, drawing);
+    let boxes = drawing.nodes.iter().zip(&rects).enumerate().filter(|(_, (_, rect))| rect.intersects(area));
+    let boxes = boxes.map(|(index, (node, rect))| {
+        let lit = if seen(index) { Some(2.0) } else { (hovered == Some(index)).then_some(1.0) };
+        NodeBox { index, rect: *rect, round: round(node, zoom), fill: fill(view, node), lit }
+    });
+    let boxes: Vec<NodeBox> = boxes.collect();
+    let edges = edges(drawing, &rects, hovered).filter(|edge| edge.is_in(area));
+    painter.add(ground.of(ui.ctx(), edges.collect(), boxes));
+    for NodeBox { index, rect, .. } in &ground.boxes {
+        let node = &drawing.nodes[*index];
+        write(ui, &painter, view, node, (*rect, zoom, textures.of(node)));
+        if whole || hovered == Some(*index) {
+            interact(ui, view, (*index, node), rect.intersect(area), actions);
+        }
     }
 }
 
@@ -167,49 +210,138 @@ fn hovered(ui: &Ui, response: &Response, rects: &[Rect]) -> Option<usize> {
     rects.iter().position(|rect| rect.contains(at))
 }
 
-fn edge(painter: &Painter, [from, to]: [Pos2; 2], near: bool) {
-    let bend = vec2((to.x - from.x).max(20.0) * 0.4, 0.0);
-    let stroke = if near { Stroke::new(2.0, Color32::WHITE) } else { Stroke::new(1.0, LINE) };
-    let points = [from, from + bend, to - bend, to];
-    painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
+/// A line from node to node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Edge {
+    from: Pos2,
+    to: Pos2,
+    /// The pointer is over one of the nodes.
+    near: bool,
 }
 
-/// How a node is drawn.
-struct NodePicture<'t> {
-    rect: Rect,
-    zoom: f32,
-    hovered: bool,
-    /// It is what the window shows.
-    seen: bool,
-    /// What a target holds.
-    thumbnail: Option<&'t TextureHandle>,
-}
-
-fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &NodePicture<'_>) {
-    let NodePicture { rect, zoom, hovered, seen, thumbnail } = *picture;
-    let (name, below, fill, lit) = match node.of {
-        Of::Pass(index) => {
-            let pass = &view.passes[index];
-            let time = pass.times.and_then(Samples::median).map(|time| format!("{} ms", milliseconds(Some(time))));
-            let (below, fill) = match pass.state {
-                PassState::Ran => (time.unwrap_or_default(), RAN),
-                PassState::Off => (pass.state.word().to_owned(), OFF),
-                state => (state.word().to_owned(), IDLE),
-            };
-            (pass.name, below, fill, pass.state.is_planned())
-        }
-        Of::Resource { resource, after } => {
-            let lit = after.is_none_or(|pass| view.passes[pass].state.is_planned());
-            (view.resources[resource].name.as_str(), String::new(), HELD, lit)
-        }
-    };
-    let fill = if lit { fill } else { fill.gamma_multiply(0.5) };
-    let corner = if matches!(node.of, Of::Pass(_)) { 3.0 } else { RESOURCE.y * zoom / 2.0 };
-    painter.rect_filled(rect, corner, fill);
-    if seen || hovered {
-        let stroke = Stroke::new(if seen { 2.0 } else { 1.0 }, Color32::WHITE);
-        painter.rect_stroke(rect, corner, stroke, StrokeKind::Outside);
+impl Edge {
+    /// How far the points that bend it lie beside its ends.
+    fn bend(&self) -> Vec2 {
+        vec2((self.to.x - self.from.x).max(20.0) * 0.4, 0.0)
     }
+
+    fn line(&self) -> Shape {
+        let Edge { from, to, near } = *self;
+        let points = [from, from + self.bend(), to - self.bend(), to];
+        let stroke = if near { Stroke::new(2.0, Color32::WHITE) } else { Stroke::new(1.0, LINE) };
+        let mut line = vec![from];
+        flatten(points, HALVINGS, &mut line);
+        Shape::line(line, stroke)
+    }
+
+    /// Whether it may be seen in this area: it stays within its ends and the points that bend it.
+    fn is_in(&self, area: Rect) -> bool {
+        Rect::from_two_pos(self.from, self.to).expand2(self.bend() + Vec2::splat(2.0)).intersects(area)
+    }
+}
+
+/// Adds the points of a cubic Bézier curve behind its first: the halves of a part that is not flat enough, by de Casteljau's algorithm.
+fn flatten([a, b, c, d]: [Pos2; 4], halvings: u32, line: &mut Vec<Pos2>) {
+    let along = d - a;
+    let beside = |at: Pos2| (along.x * (at.y - a.y) - along.y * (at.x - a.x)).abs();
+    if halvings == 0 || beside(b).max(beside(c)) <= SMOOTH * along.length() {
+        line.push(d);
+        return;
+    }
+    let half = |from: Pos2, to: Pos2| from + (to - from) / 2.0;
+    let (ab, bc, cd) = (half(a, b), half(b, c), half(c, d));
+    let (abc, bcd) = (half(ab, bc), half(bc, cd));
+    let middle = half(abc, bcd);
+    flatten([a, ab, abc, middle], halvings - 1, line);
+    flatten([middle, bcd, cd, d], halvings - 1, line);
+}
+
+fn edges(drawing: &Drawing, rects: &[Rect], hovered: Option<usize>) -> impl Iterator<Item = Edge> {
+    drawing.edges.iter().map(move |[from, to]| Edge {
+        from: rects[*from].right_center(),
+        to: rects[*to].left_center(),
+        near: hovered.is_some_and(|node| node == *from || node == *to),
+    })
+}
+
+/// The ground of a node that is in sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct NodeBox {
+    index: usize,
+    rect: Rect,
+    round: f32,
+    fill: Color32,
+    /// The width of a line around it.
+    lit: Option<f32>,
+}
+
+/// The triangles of edges and nodes, which are made anew only where one of them changes.
+#[derive(Debug, Default)]
+struct Ground {
+    edges: Vec<Edge>,
+    boxes: Vec<NodeBox>,
+    pixels_per_point: f32,
+    mesh: Arc<Mesh>,
+}
+
+impl Ground {
+    fn of(&mut self, ctx: &Context, edges: Vec<Edge>, boxes: Vec<NodeBox>) -> Arc<Mesh> {
+        let pixels_per_point = ctx.pixels_per_point();
+        let same = self.pixels_per_point.to_bits() == pixels_per_point.to_bits();
+        if !same || self.edges != edges || self.boxes != boxes {
+            let lines = edges.iter().map(Edge::line);
+            let grounds = boxes.iter().flat_map(|NodeBox { rect, round, fill, lit, .. }| {
+                let line = lit.map(|width| Stroke::new(width, Color32::WHITE));
+                let line = line.map(|line| Shape::rect_stroke(*rect, *round, line, StrokeKind::Outside));
+                [Some(Shape::rect_filled(*rect, *round, *fill)), line].into_iter().flatten()
+            });
+            let shapes = lines.chain(grounds).map(|shape| ClippedShape { clip_rect: Rect::EVERYTHING, shape });
+            let mut mesh = Mesh::default();
+            for primitive in ctx.tessellate(shapes.collect(), pixels_per_point) {
+                if let Primitive::Mesh(part) = primitive.primitive {
+                    mesh.append(part);
+                }
+            }
+            *self = Self { edges, boxes, pixels_per_point, mesh: Arc::new(mesh) };
+        }
+        self.mesh.clone()
+    }
+}
+
+/// The radius of the corners of a node.
+fn round(node: &Node, zoom: f32) -> f32 {
+    if matches!(node.of, Of::Pass(_)) { 3.0 } else { RESOURCE.y * zoom / 2.0 }
+}
+
+/// Whether a node has a part in the frame.
+fn is_lit(view: &View<'_>, node: &Node) -> bool {
+    match node.of {
+        Of::Pass(pass) => view.passes[pass].state.is_planned(),
+        Of::Resource { after, .. } => after.is_none_or(|pass| view.passes[pass].state.is_planned()),
+    }
+}
+
+fn fill(view: &View<'_>, node: &Node) -> Color32 {
+    let fill = match node.of {
+        Of::Pass(pass) => match view.passes[pass].state {
+            PassState::Ran => RAN,
+            PassState::Off => OFF,
+            _ => IDLE,
+        },
+        Of::Resource { .. } => HELD,
+    };
+    if is_lit(view, node) { fill } else { fill.gamma_multiply(0.5) }
+}
+
+/// Draws what stands in a node: its thumbnail, its name, and of a pass its time or why it has none.
+fn write(
+    ui: &Ui,
+    painter: &Painter,
+    view: &View<'_>,
+    node: &Node,
+    (rect, zoom, thumbnail): (Rect, f32, Option<&TextureHandle>),
+) {
+    let lit = is_lit(view, node);
     let mut words = rect;
     if let Some(texture) = thumbnail {
         let size = texture.size_vec2() * zoom;
@@ -223,6 +355,15 @@ fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &Node
     if zoom < 0.4 {
         return;
     }
+    let (name, below) = match node.of {
+        Of::Pass(index) => {
+            let pass = &view.passes[index];
+            let time = pass.times.filter(|_| pass.state == PassState::Ran).and_then(Samples::median);
+            let time = time.map(|time| format!("{} ms", milliseconds(Some(time))));
+            (pass.name, time.unwrap_or_else(|| pass.state.word().to_owned()))
+        }
+        Of::Resource { resource, .. } => (view.resources[resource].name.as_str(), String::new()),
+    };
     let font = FontId::proportional((11.0 * zoom).round().max(5.0));
     let visuals = ui.visuals();
     let color = if lit { visuals.text_color() } else { visuals.weak_text_color() };
@@ -232,20 +373,24 @@ fn draw(ui: &Ui, painter: &Painter, view: &View<'_>, node: &Node, picture: &Node
     inside.text(words.center() + line, Align2::CENTER_CENTER, below, font, visuals.weak_text_color());
 }
 
-/// Whether the window shows what a node stands for. At the end of the frame, that is a resource as the last pass leaves it.
-fn is_shown(view: &View<'_>, drawing: &Drawing, index: usize) -> bool {
+/// Which nodes stand for what the window shows. At the end of the frame, that is a resource as the last pass leaves it.
+fn seen(view: &View<'_>, drawing: &Drawing) -> impl Fn(usize) -> bool + use<> {
     let shown = &view.status.shown;
     let resource = |node: &Node| match node.of {
         Of::Resource { resource, .. } => Some(resource),
         Of::Pass(_) => None,
     };
-    let node = &drawing.nodes[index];
-    let Some(of) = resource(node) else { return false };
-    if shown.after.is_none() {
-        let last = !drawing.nodes[index + 1..].iter().any(|later| resource(later) == Some(of));
-        return last && shown.resource == view.resources[of].name;
-    }
-    target(view, node).is_some_and(|target| shown.is_at(&target))
+    let of = view.resources.iter().position(|resource| resource.name == shown.resource);
+    let nodes = &drawing.nodes;
+    let of_it = nodes.iter().enumerate().filter(|(_, node)| of.is_some() && resource(node) == of);
+    let seen: Vec<usize> = match &shown.after {
+        None => of_it.map(|(index, _)| index).next_back().into_iter().collect(),
+        Some(_) => of_it
+            .filter(|(_, node)| target(view, node).is_some_and(|target| shown.is_at(&target)))
+            .map(|(index, _)| index)
+            .collect(),
+    };
+    move |index| seen.contains(&index)
 }
 
 /// What a click on a node shows.
@@ -263,7 +408,7 @@ fn target(view: &View<'_>, node: &Node) -> Option<Shown> {
 }
 
 fn interact(ui: &Ui, view: &View<'_>, (index, node): (usize, &Node), rect: Rect, actions: &mut Vec<Action>) {
-    let name = match node.of {
+    let name = || match node.of {
         Of::Pass(index) => format!("pass {}", view.passes[index].name),
         Of::Resource { resource, after: Some(pass) } => {
             format!("{} as {} leaves it", view.resources[resource].name, view.passes[pass].name)
@@ -271,7 +416,7 @@ fn interact(ui: &Ui, view: &View<'_>, (index, node): (usize, &Node), rect: Rect,
         Of::Resource { resource, after: None } => format!("{} from before", view.resources[resource].name),
     };
     let response = ui.interact(rect, ui.id().with(("node", index)), Sense::click());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &name));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name()));
     if response.clicked()
         && let Some(target) = target(view, node)
     {
@@ -280,9 +425,65 @@ fn interact(ui: &Ui, view: &View<'_>, (index, node): (usize, &Node), rect: Rect,
     response.on_hover_ui(|ui| match node.of {
         Of::Pass(index) => passes::about(ui, view, index),
         Of::Resource { resource, .. } => {
-            ui.label(&name);
+            ui.label(name());
             ui.label(&view.resources[resource].about);
             ui.weak(&view.resources[resource].memory);
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pass(name: &str) -> Pass<'_> {
+        Pass { name, after: name, times: None, state: PassState::Ran, groups: "", place: "", output: None }
+    }
+
+    fn resource(writes: [bool; 2]) -> Resource {
+        let uses = writes.map(|writes| Use { reads: !writes, writes, ..Use::default() }).to_vec();
+        Resource { uses, ..Resource::default() }
+    }
+
+    #[test]
+    fn nodes_are_placed_anew_for_another_plan_only() {
+        let mut placed = Placed::default();
+        let passes = [pass("a"), pass("b")];
+        let mut resources = vec![resource([true, false])];
+        let nodes = |placed: &mut Placed, passes: &[Pass<'_>], resources: &[Resource]| {
+            let drawing = placed.of(passes, resources);
+            assert_eq!(*drawing, lay_out(passes, resources));
+            drawing.nodes.as_ptr()
+        };
+        let first = nodes(&mut placed, &passes, &resources);
+        // Another name and another state stand in the same place.
+        let renamed = [pass("c"), Pass { state: PassState::Skipped, ..pass("b") }];
+        assert_eq!(nodes(&mut placed, &renamed, &resources), first);
+        resources[0].uses[1].writes = true;
+        nodes(&mut placed, &passes, &resources);
+        resources.push(resource([false, true]));
+        nodes(&mut placed, &passes, &resources);
+        nodes(&mut placed, &passes[..1], &resources);
+        nodes(&mut placed, &passes, &[]);
+    }
+
+    #[test]
+    fn an_edge_follows_its_curve() {
+        let points = [pos2(0.0, 0.0), pos2(40.0, 0.0), pos2(60.0, 200.0), pos2(100.0, 200.0)];
+        let mut line = vec![points[0]];
+        flatten(points, HALVINGS, &mut line);
+        assert!(line.len() < 40 && line.last() == Some(&points[3]), "{line:?}");
+        let [a, b, c, d] = points.map(|at| at.to_vec2());
+        for step in 0..=100 {
+            let (t, u) = (step as f32 / 100.0, 1.0 - step as f32 / 100.0);
+            let at = (a * u * u * u + b * 3.0 * u * u * t + c * 3.0 * u * t * t + d * t * t * t).to_pos2();
+            let distance = |ends: &[Pos2]| {
+                let along = ends[1] - ends[0];
+                let share = ((at - ends[0]).dot(along) / along.length_sq()).clamp(0.0, 1.0);
+                (at - (ends[0] + along * share)).length()
+            };
+            let nearest = line.windows(2).map(distance).fold(f32::INFINITY, f32::min);
+            assert!(nearest <= SMOOTH, "{nearest} at {at:?}");
+        }
+    }
 }

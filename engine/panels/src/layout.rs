@@ -102,8 +102,8 @@ pub struct Layout {
 impl Default for Layout {
     fn default() -> Self {
         let mut layout = Self::empty();
-        layout.open(Panel::Passes);
-        layout.open(Panel::Params);
+        layout.open_within(Panel::Passes, FIRST);
+        layout.open_within(Panel::Params, FIRST);
         layout
     }
 }
@@ -116,6 +116,11 @@ impl PartialEq for Layout {
 
 /// The share of the window that a side takes when its first panel opens.
 const SIDE: f32 = 0.27;
+
+/// The share of each side in the first layout: a new user looks at the picture.
+const FIRST: f32 = 0.2;
+
+/// The share of the bottom.
 const BOTTOM: f32 = 0.28;
 
 impl Layout {
@@ -164,6 +169,11 @@ impl Layout {
     /// Opens a panel: beside the others of its side, or in front of what hides it. A side has room for two, one above the other, and the bottom
     /// for one; a further one is a tab of the last.
     pub fn open(&mut self, panel: Panel) {
+        self.open_within(panel, SIDE);
+    }
+
+    /// Opens a panel. A side without one takes this share of the window.
+    fn open_within(&mut self, panel: Panel, share: f32) {
         if panel == Panel::Timeline {
             self.timeline = true;
         }
@@ -191,7 +201,7 @@ impl Layout {
                 let beside =
                     |tab: &Tab| matches!(tab, Tab::Panel(other) if ![side, Side::Bottom].contains(&other.side()));
                 // Where the other side is taken, this one is a part of what is left.
-                let share = if tree.tabs().any(beside) { SIDE / (1.0 - SIDE) } else { SIDE };
+                let share = if tree.tabs().any(beside) { share / (1.0 - share) } else { share };
                 if side == Side::Left {
                     tree.split_left(picture, share, new);
                 } else {

@@ -1,10 +1,15 @@
 //! A widget for each live value, by its type and range.
 
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui};
+use std::collections::HashMap;
+use std::hash::Hash;
+
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, Slider, SliderClamping, Ui, Vec2};
 
 use crate::action::{Action, WriteTo};
 use crate::bar::RED;
+use crate::hint::Hint as _;
 use crate::presets;
+use crate::rows::Rows;
 use crate::view::{ComponentKind, Param, View};
 
 /// Integers of so few values are chosen from a list.
@@ -17,7 +22,12 @@ const BESIDE: f32 = 250.0;
 const DRIVEN: f32 = 44.0;
 
 /// Draws the panel. `preset` is the text of the field for a name of a preset.
-pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &mut Vec<Action>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    view: &View<'_>,
+    (lines, preset): (&mut Rows<1>, &mut String),
+    actions: &mut Vec<Action>,
+) {
     let params = &view.params;
     if params.is_empty() {
         ui.weak("The graph declares no params.");
@@ -28,38 +38,39 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &
     ui.horizontal_wrapped(|ui| {
         let some = !changed.is_empty();
         let own = &view.status.graph_file;
-        let hint = format!("Writes {} into {own}; comments stay", changed.join(", "));
-        if ui.add_enabled(some, Button::new("Write to file")).on_hover_text(hint).clicked() {
+        let hint = || format!("Writes {} into {own}; comments stay", changed.join(", "));
+        if ui.add_enabled(some, Button::new("Write to file")).hint(hint).clicked() {
             actions.push(Action::WriteParams(changed.clone(), WriteTo::Own));
         }
         let inherited: Vec<&Param> = params.iter().filter(|param| is_changed(param) && param.file != *own).collect();
         if !inherited.is_empty() {
-            let hint = inherited.iter().map(|param| format!("{} into {}", param.name, param.file));
-            let hint = format!(
-                "Writes {}, for every graph that extends it; \"Write to file\" overrides it in {own}",
-                hint.collect::<Vec<_>>().join(", ")
-            );
-            if ui.button("Write to base").on_hover_text(hint).clicked() {
+            let hint = || {
+                let each = inherited.iter().map(|param| format!("{} into {}", param.name, param.file));
+                let each = each.collect::<Vec<_>>().join(", ");
+                format!("Writes {each}, for every graph that extends it; \"Write to file\" overrides it in {own}")
+            };
+            if ui.button("Write to base").hint(hint).clicked() {
                 let names = inherited.iter().map(|param| param.name.clone()).collect();
                 actions.push(Action::WriteParams(names, WriteTo::Declared));
             }
         }
         let demo = if view.timeline.is_some() { "of the demo" } else { "of a new demo" };
-        let hint = format!("Moving a param writes keys {demo} while the clock runs, and one key while it is paused");
+        let hint = || format!("Moving a param writes keys {demo} while the clock runs, and one key while it is paused");
         let record = RichText::new("Record");
         let record = if view.records { record.color(RED) } else { record };
-        if ui.selectable_label(view.records, record).on_hover_text(hint).clicked() {
+        if ui.selectable_label(view.records, record).hint(hint).clicked() {
             actions.push(Action::Record(!view.records));
         }
-        if ui.add_enabled(some, Button::new("Reset all")).on_hover_text("Back to the values of the file").clicked() {
+        if ui.add_enabled(some, Button::new("Reset all")).hint(|| "Back to the values of the file").clicked() {
             actions.extend(changed.iter().cloned().map(Action::ResetParam));
         }
     });
     presets::show(ui, &view.presets, preset, actions);
     for section in sections(params) {
-        let rows = |ui: &mut Ui, actions: &mut Vec<Action>| {
-            for param in &section.params {
-                row(ui, param, view.records, actions);
+        let mut rows = |ui: &mut Ui, actions: &mut Vec<Action>| {
+            for (index, param) in &section.params {
+                let words = (words(param), view.records, ui.available_width().to_bits());
+                lines.add(ui, *index, words, |ui| [row(ui, param, view.records, actions)]);
             }
         };
         match &section.title {
@@ -72,36 +83,48 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, preset: &mut String, actions: &
     }
 }
 
-/// Params that stand together, under a title or under none.
+/// All that the size of a row depends on.
+fn words(param: &Param) -> impl Hash {
+    let value: Vec<u64> = param.value.iter().map(|component| component.to_bits()).collect();
+    let widget = (param.kind as u8, param.range.is_some(), param.choices.len(), param.color, param.driven);
+    (&param.label, &param.unit, value, widget)
+}
+
+/// Params that stand together, under a title or under none, with their indices.
 struct Section<'p> {
     title: Option<String>,
-    params: Vec<&'p Param>,
+    params: Vec<(usize, &'p Param)>,
 }
 
 /// The params by group, each group where its first param stands.
 fn sections(params: &[Param]) -> Vec<Section<'_>> {
+    // How many params begin with a word.
+    let mut begins: HashMap<&str, usize> = HashMap::new();
+    for own in params.iter().filter_map(word) {
+        *begins.entry(own).or_default() += 1;
+    }
     let mut sections: Vec<Section<'_>> = Vec::new();
-    for param in params {
-        let title = group_of(params, param);
+    for (index, param) in params.iter().enumerate() {
+        let title = group_of(&begins, param);
         let known = match &title {
             Some(_) => sections.iter_mut().find(|section| section.title == title),
             None => sections.last_mut().filter(|section| section.title.is_none()),
         };
         match known {
-            Some(section) => section.params.push(param),
-            None => sections.push(Section { title, params: vec![param] }),
+            Some(section) => section.params.push((index, param)),
+            None => sections.push(Section { title, params: vec![(index, param)] }),
         }
     }
     sections
 }
 
 /// The group that the file says; else params that begin with the same word belong together: `sun_azimuth`, `sun_strength`.
-fn group_of(params: &[Param], param: &Param) -> Option<String> {
+fn group_of(begins: &HashMap<&str, usize>, param: &Param) -> Option<String> {
     if param.group.is_some() {
         return param.group.clone();
     }
     let own = word(param)?;
-    (params.iter().filter(|other| word(other) == Some(own)).count() > 1).then(|| capital(own))
+    begins.get(own).is_some_and(|count| *count > 1).then(|| capital(own))
 }
 
 /// The first of the words of the name of a param without a group.
@@ -118,12 +141,13 @@ fn is_changed(param: &Param) -> bool {
     param.value != param.default && !param.driven
 }
 
-fn row(ui: &mut Ui, param: &Param, records: bool, actions: &mut Vec<Action>) {
+/// Draws a param with what stands beside it. Gives the size of all.
+fn row(ui: &mut Ui, param: &Param, records: bool, actions: &mut Vec<Action>) -> Vec2 {
     let mut value = param.value.clone();
-    ui.horizontal(|ui| {
+    let line = ui.horizontal(|ui| {
         let reset = Button::new("↺").small();
-        let hint = format!("Reset {} to {}", param.name, text_of(param, &param.default));
-        let response = ui.add_enabled(is_changed(param), reset).on_hover_text(&hint);
+        let response = ui.add_enabled(is_changed(param), reset);
+        let response = response.hint(|| format!("Reset {} to {}", param.name, text_of(param, &param.default)));
         response
             .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("reset {}", param.name)));
         if response.clicked() {
@@ -136,9 +160,10 @@ fn row(ui: &mut Ui, param: &Param, records: bool, actions: &mut Vec<Action>) {
         });
         if param.driven {
             ui.label(RichText::new("demo").weak())
-                .on_hover_text("A track of the demo drives it. Move the camera to take over, or record it.");
+                .hint(|| "A track of the demo drives it. Move the camera to take over, or record it.");
         }
     });
+    line.response.rect.size()
 }
 
 /// Draws a param, and says whether it was changed.
@@ -148,7 +173,7 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
         return match param.kind {
             ComponentKind::Bool => {
                 let mut on = *component != 0.0;
-                let response = ui.checkbox(&mut on, &param.label).on_hover_text(hint());
+                let response = ui.checkbox(&mut on, &param.label).hint(hint);
                 *component = f64::from(u8::from(on));
                 response.changed()
             }
@@ -163,7 +188,7 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
     }
     let mut changed = false;
     ui.vertical(|ui| {
-        ui.label(&param.label).on_hover_text(hint());
+        ui.label(&param.label).hint(hint);
         ui.horizontal_wrapped(|ui| {
             for (index, component) in value.iter_mut().enumerate() {
                 let response = ui.add(drag(param, component));
@@ -176,16 +201,16 @@ fn widget(ui: &mut Ui, param: &Param, value: &mut [f64]) -> bool {
     changed
 }
 
-fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> String) -> bool {
+fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> String + Copy) -> bool {
     let Some(range) = param.range else {
         let label = ui.label(&param.label);
-        return ui.add(drag(param, component)).labelled_by(label.id).on_hover_text(hint()).changed();
+        return ui.add(drag(param, component)).labelled_by(label.id).hint(hint).changed();
     };
     ui.spacing_mut().slider_width = 90.0;
     if ui.available_width() < BESIDE {
         let both = ui.vertical(|ui| {
-            let label = ui.add(Label::new(&param.label).wrap()).on_hover_text(hint());
-            ui.add(slider(param, range, component)).labelled_by(label.id).on_hover_text(hint()).changed()
+            let label = ui.add(Label::new(&param.label).wrap()).hint(hint);
+            ui.add(slider(param, range, component)).labelled_by(label.id).hint(hint).changed()
         });
         return both.inner;
     }
@@ -196,7 +221,7 @@ fn scalar(ui: &mut Ui, param: &Param, component: &mut f64, hint: impl Fn() -> St
         ui.set_max_width(room.max(0.0));
         ui.add(Label::new(&param.label).truncate())
     });
-    slider.labelled_by(label.inner.on_hover_text(hint()).id).on_hover_text(hint()).changed()
+    slider.labelled_by(label.inner.hint(hint).id).hint(hint).changed()
 }
 
 fn slider<'v>(param: &Param, [low, high]: [f64; 2], component: &'v mut f64) -> Slider<'v> {
@@ -245,7 +270,7 @@ fn choice(ui: &mut Ui, param: &Param, component: &mut f64) -> bool {
             ui.selectable_value(component, number as f64, text(number));
         }
     });
-    shown.response.on_hover_text(hint_of(param));
+    shown.response.hint(|| hint_of(param));
     before.to_bits() != component.to_bits()
 }
 
@@ -267,7 +292,7 @@ fn suffix(param: &Param) -> String {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "colours of egui, and params, are 32-bit floats")]
-fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> String) -> bool {
+fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> String + Copy) -> bool {
     let label = ui.label(&param.label);
     let mut linear: Vec<f32> = value.iter().map(|component| *component as f32).collect();
     let response = match linear.as_mut_slice() {
@@ -285,7 +310,7 @@ fn color(ui: &mut Ui, param: &Param, value: &mut [f64], hint: impl Fn() -> Strin
         }
         _ => return false,
     };
-    let changed = response.labelled_by(label.id).on_hover_text(hint()).changed();
+    let changed = response.labelled_by(label.id).hint(hint).changed();
     if changed {
         for (component, linear) in value.iter_mut().zip(linear) {
             let [low, high] = param.range.unwrap_or([0.0, 1.0]);

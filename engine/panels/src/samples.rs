@@ -1,5 +1,6 @@
 //! The last measurements of something, and what is usual among them.
 
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -13,11 +14,19 @@ const RECENT: Duration = Duration::from_secs(4);
 const FEWEST: usize = 3;
 
 /// A window over the last measurements, in the order in which they came.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Samples {
     kept: VecDeque<(f32, Instant)>,
     /// The only one that is kept is to give way to the next.
     warming: bool,
+    /// The middle one and the 95th of 100, once somebody has asked: panels ask for them more than once a frame.
+    usual: OnceCell<[Option<f32>; 2]>,
+}
+
+impl PartialEq for Samples {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.kept, self.warming) == (&other.kept, other.warming)
+    }
 }
 
 impl Samples {
@@ -42,11 +51,13 @@ impl Samples {
             self.warming = false;
         }
         self.kept.push_back((value as f32, at));
+        self.usual.take();
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
         self.kept.clear();
+        self.usual.take();
     }
 
     /// From the oldest to the newest.
@@ -61,12 +72,19 @@ impl Samples {
 
     /// The median of the recent ones.
     pub fn median(&self) -> Option<f32> {
-        self.quantile(0.5)
+        self.usual()[0]
     }
 
     /// The one that 95 of 100 recent ones do not exceed.
     pub fn p95(&self) -> Option<f32> {
-        self.quantile(0.95)
+        self.usual()[1]
+    }
+
+    fn usual(&self) -> [Option<f32>; 2] {
+        *self.usual.get_or_init(|| {
+            let mut recent: Vec<f32> = self.recent().collect();
+            [0.5, 0.95].map(|share| quantile(&mut recent, share))
+        })
     }
 
     /// The recent ones, from the newest to the oldest.
@@ -76,21 +94,20 @@ impl Samples {
         let kept = self.kept.iter().rev().enumerate();
         kept.take_while(move |(age, (_, at))| *age < FEWEST || is_recent(*at)).map(|(_, (value, _))| *value)
     }
+}
 
-    /// The nearest-rank quantile: the smallest recent measurement that a share `q` of them do not exceed.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a rank is at most the number of samples"
-    )]
-    fn quantile(&self, q: f64) -> Option<f32> {
-        let mut sorted: Vec<f32> = self.recent().collect();
-        let rank = ((sorted.len() as f64 * q).ceil() as usize).max(1) - 1;
-        if rank >= sorted.len() {
-            return None;
-        }
-        Some(*sorted.select_nth_unstable_by(rank, f32::total_cmp).1)
+/// The nearest-rank quantile: the smallest measurement that a share `q` of them do not exceed.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a rank is at most the number of measurements"
+)]
+fn quantile(measured: &mut [f32], q: f64) -> Option<f32> {
+    let rank = ((measured.len() as f64 * q).ceil() as usize).max(1) - 1;
+    if rank >= measured.len() {
+        return None;
     }
+    Some(*measured.select_nth_unstable_by(rank, f32::total_cmp).1)
 }
 
 #[cfg(test)]

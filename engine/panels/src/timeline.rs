@@ -1,9 +1,11 @@
 //! The demo: where it is, its tracks with their keys, scrubbing and re-timing.
 
-use egui::{Align2, Color32, CursorIcon, Id, Rect, Sense, Stroke, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, Id, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, WidgetType, pos2, vec2};
 
 use crate::action::Action;
 use crate::docks::caption;
+use crate::hint::Hint as _;
+use crate::kept::Kept;
 use crate::view::{Lane, Timeline, Track};
 
 /// Points of a track's row, of the ruler above the rows, and of the column with the names.
@@ -32,12 +34,28 @@ pub(crate) struct Moving {
 /// A dropped key returns to its old time when the file has not changed for so many seconds.
 const PATIENCE: f64 = 2.0;
 
-/// Draws the panel.
+/// What the panel remembers from frame to frame.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    /// A key on its way.
+    moving: Option<Moving>,
+    /// The tracks: time goes on over them.
+    tracks: Kept,
+}
+
+impl Memory {
+    /// Whether a key is on its way, or was dropped and not written yet.
+    pub(crate) fn moves(&self) -> bool {
+        self.moving.is_some()
+    }
+}
+
+/// Draws the panel. `whole`: every key is a widget, in every frame.
 pub(crate) fn show(
     ui: &mut Ui,
     timeline: &Timeline,
     paused: bool,
-    moving: &mut Option<Moving>,
+    (memory, whole): (&mut Memory, bool),
     actions: &mut Vec<Action>,
 ) {
     ui.horizontal_wrapped(|ui| {
@@ -70,8 +88,8 @@ pub(crate) fn show(
             }
         }
     });
-    settle(moving, timeline, ui.input(|input| input.time));
-    strip(ui, timeline, moving, actions);
+    settle(&mut memory.moving, timeline, ui.input(|input| input.time));
+    strip(ui, timeline, (memory, whole), actions);
 }
 
 /// Forgets a dropped key when the file has it, or did not get it.
@@ -103,22 +121,20 @@ impl Scale {
 }
 
 /// The ruler, and a row for each track with its keys. A click or a drag beside the keys puts the demo there.
-fn strip(ui: &mut Ui, timeline: &Timeline, moving: &mut Option<Moving>, actions: &mut Vec<Action>) {
+fn strip(ui: &mut Ui, timeline: &Timeline, (memory, whole): (&mut Memory, bool), actions: &mut Vec<Action>) {
     let rows = timeline.tracks.len() as f32;
     let size = vec2(ui.available_width().max(NAMES + 80.0), RULER + rows * ROW + 4.0);
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let area = response.rect;
     let duration = timeline.duration.max(1e-6);
     let scale = Scale { left: area.left() + NAMES, right: area.right() - 10.0, duration };
-    painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
-    ruler(ui, area, scale);
-    for (row, track) in timeline.tracks.iter().enumerate() {
-        let y = area.top() + RULER + (row as f32 + 0.5) * ROW;
-        caption(ui, pos2(area.left() + 4.0, y), Align2::LEFT_CENTER, &track.name);
-        painter.hline(scale.left..=scale.right, y, Stroke::new(1.0, Color32::from_gray(60)));
-        for key in 0..track.keys.len() {
-            handle(ui, (scale, y), (timeline, track, key), moving, actions);
-        }
+    let Memory { moving, tracks: kept } = memory;
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(area));
+    if whole || moving.is_some() {
+        tracks(&inside, (area, scale), timeline, moving, actions);
+    } else {
+        let content = (timeline.tracks.as_slice(), &timeline.duration);
+        kept.show(&mut inside, &content, |ui| tracks(ui, (area, scale), timeline, moving, actions));
     }
     let playhead = if timeline.drives { Color32::WHITE } else { Color32::from_gray(140) };
     painter.vline(scale.x(timeline.time), area.y_range(), Stroke::new(1.5, playhead));
@@ -126,6 +142,29 @@ fn strip(ui: &mut Ui, timeline: &Timeline, moving: &mut Option<Moving>, actions:
         && let Some(pointer) = response.interact_pointer_pos()
     {
         actions.push(Action::Seek(scale.seconds(pointer.x)));
+    }
+}
+
+/// All but the time.
+fn tracks(
+    ui: &Ui,
+    (area, scale): (Rect, Scale),
+    timeline: &Timeline,
+    moving: &mut Option<Moving>,
+    actions: &mut Vec<Action>,
+) {
+    ui.painter().rect_filled(area, 2.0, Color32::from_black_alpha(120));
+    ruler(ui, area, scale);
+    for (row, track) in timeline.tracks.iter().enumerate() {
+        let y = area.top() + RULER + (row as f32 + 0.5) * ROW;
+        if !ui.clip_rect().y_range().expand(ROW).contains(y) {
+            continue;
+        }
+        caption(ui, pos2(area.left() + 4.0, y), Align2::LEFT_CENTER, &track.name);
+        ui.painter().hline(scale.left..=scale.right, y, Stroke::new(1.0, Color32::from_gray(60)));
+        for key in 0..track.keys.len() {
+            handle(ui, (scale, y), (timeline, track, key), moving, actions);
+        }
     }
 }
 
@@ -171,8 +210,8 @@ fn handle(
         rect.max.x = rect.max.x.max(bar.max.x);
     }
     let response = ui.interact(rect, Id::new(("key", &track.name, key)), sense);
-    let name = format!("{} key {} at {time:.2} s", track.name, key + 1);
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
+    let name = || format!("{} key {} at {time:.2} s", track.name, key + 1);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name()));
     let held = response.hovered() || response.dragged();
     let own = if movable { Color32::from_rgb(235, 200, 90) } else { Color32::from_rgb(120, 200, 140) };
     let color = if held { Color32::WHITE } else { own };
@@ -201,18 +240,17 @@ fn handle(
         actions.push(Action::Seek(beside.map_or(time, |pointer| scale.seconds(pointer.x))));
     }
     if !movable {
-        response.on_hover_text(name);
+        response.hint(name);
         return;
     }
     let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
-    response
-        .on_hover_text(format!("{name}\nDrag it to another time; raxel writes the file when you let go"))
-        .context_menu(|ui| {
-            if ui.button("Delete key").clicked() {
-                actions.push(Action::DeleteKey { lane: track.lane.clone(), key });
-                ui.close();
-            }
-        });
+    let hint = || format!("{}\nDrag it to another time; raxel writes the file when you let go", name());
+    response.hint(hint).context_menu(|ui| {
+        if ui.button("Delete key").clicked() {
+            actions.push(Action::DeleteKey { lane: track.lane.clone(), key });
+            ui.close();
+        }
+    });
 }
 
 /// The time that a key may have: in the demo, and between its neighbours.

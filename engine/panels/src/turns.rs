@@ -4,16 +4,24 @@ use egui::{Event, RawInput};
 
 /// Splits the input of one frame where the pointer moves on behind a press or a release. egui looks for what lies under the pointer once for each
 /// input, where the pointer ends: in a frame that takes long, a drag would begin where it had come to.
+///
+/// It also splits before a press or a release to which the pointer has moved: a panel that nobody touched has its widgets from the turn on in
+/// which the pointer comes to it.
 pub fn turns(mut input: RawInput) -> Vec<RawInput> {
     let events = std::mem::take(&mut input.events);
     let mut parts = vec![Vec::new()];
-    let mut pressed = false;
+    // What the pointer did last: nothing, a move, or a press or release.
+    let mut pressed = None;
     for event in events {
-        if pressed && matches!(event, Event::PointerMoved(_)) {
+        let presses = match event {
+            Event::PointerMoved(_) => Some(false),
+            Event::PointerButton { .. } => Some(true),
+            _ => None,
+        };
+        if presses.is_some() && pressed.is_some() && presses != pressed {
             parts.push(Vec::new());
-            pressed = false;
         }
-        pressed |= matches!(event, Event::PointerButton { .. });
+        pressed = presses.or(pressed);
         if let Some(part) = parts.last_mut() {
             part.push(event);
         }

@@ -5,7 +5,8 @@ use egui::{DragValue, Grid, Ui};
 use crate::action::Action;
 use crate::brush;
 use crate::frame::grouped;
-use crate::view::{Solids, World};
+use crate::kept::Content;
+use crate::view::{Editing, Solids, World};
 
 /// The name of a camera where none is typed.
 const UNNAMED: &str = "camera";
@@ -17,6 +18,15 @@ pub(crate) struct Fields {
     camera: String,
     /// The text that the palette is searched by.
     search: String,
+}
+
+/// All that the panel shows.
+pub(crate) fn content<'v>(world: &'v World<'_>) -> impl Content + use<'v> {
+    let World { path, solid, position, angles, speed, cameras, editing } = world;
+    // The outline is drawn over the picture.
+    let Editing { brush, materials, steps, refused, under, outline: _ } = editing;
+    let camera = (position, angles, speed, cameras.as_slice());
+    ((path, solid), camera, (brush, *materials, steps, refused, under))
 }
 
 /// Draws the panel.

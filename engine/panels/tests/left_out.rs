@@ -28,7 +28,9 @@ fn asked(cell: &str) -> [Vec<Action>; 2] {
             let passes = names.into_iter().zip(states).map(|(name, state)| pass(name, state)).collect();
             actions.extend(panels.show(context, &View { passes, resources: &resources, ..View::default() }));
         };
-        let state = (Panels::new(layout.clone()), Vec::new());
+        let mut panels = Panels::new(layout.clone());
+        panels.whole = true;
+        let state = (panels, Vec::new());
         let mut harness = Harness::builder().with_size(Vec2::new(1280.0, 720.0)).build_state(show, state);
         harness.run_steps(3);
         let found = harness.get_by_label(cell);

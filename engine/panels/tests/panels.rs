@@ -14,7 +14,8 @@ mod window;
 use window::{Window, inspected, param};
 
 impl Window {
-    fn harness(self, width: f32, height: f32) -> Harness<'static, Window> {
+    fn harness(mut self, width: f32, height: f32) -> Harness<'static, Window> {
+        self.panels.whole = true;
         let size = Vec2::new(width, height);
         let mut harness =
             Harness::builder().with_size(size).build_state(|ctx, window: &mut Window| window.draw(ctx), self);
@@ -555,6 +556,16 @@ fn a_layout_is_brought_back_to_the_first() {
     click(&mut harness, "Reset layout");
     let layout = &harness.state().panels.layout;
     assert!(layout.is_open(Panel::Passes) && layout.is_open(Panel::Params) && !layout.has(Panel::Frame), "{layout:?}");
+}
+
+#[test]
+fn the_first_layout_leaves_most_of_the_picture_free() {
+    let mut window = Window::new(&[]);
+    window.panels.layout = Layout::default();
+    window.panels.layout.beside = true;
+    let harness = window.harness(1280.0, 720.0);
+    let (free, whole) = (harness.state().panels.picture(&harness.ctx), harness.ctx.content_rect());
+    assert!(free.width() >= 0.59 * whole.width(), "{free:?}");
 }
 
 #[test]

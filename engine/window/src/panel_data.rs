@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use raxel_edit::Scene;
 use raxel_edit::query::CastHit;
+use raxel_execute::FrameReport;
 use raxel_execute::moment::Moment;
-use raxel_execute::{FrameReport, Thumbnail};
 use raxel_graph::checked::{Graph, Value};
 use raxel_graph::plan::Plan;
 use raxel_panels::view::{
@@ -42,8 +42,8 @@ pub struct PanelData {
     held: Option<(Arc<Described>, Vec<PassState>)>,
     /// Materials that edits can use.
     swatches: Vec<Swatch>,
-    /// Small pictures of targets, by the names of pass and target.
-    thumbnails: HashMap<(String, String), (u64, Thumbnail)>,
+    /// Small pictures of targets, by the names of pass and target. Indices are found for each frame: another plan has others.
+    thumbnails: HashMap<(String, String), view::Thumbnail>,
     /// How many of them have arrived.
     arrived: u64,
 }
@@ -103,7 +103,13 @@ impl PanelData {
             let Some((resource, _)) = written else { continue };
             let name = session.graph().resource(resource).name.clone();
             self.arrived += 1;
-            self.thumbnails.insert((row.name.clone(), name), (self.arrived, thumbnail));
+            let found = view::Thumbnail {
+                number: self.arrived,
+                size: thumbnail.size.map(|side| side as usize),
+                rgba: thumbnail.rgba.into(),
+                ..view::Thumbnail::default()
+            };
+            self.thumbnails.insert((row.name.clone(), name), found);
         }
         any
     }
@@ -118,13 +124,11 @@ impl PanelData {
         let Some(described) = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref()) else {
             return Vec::new();
         };
-        let thumbnail = |((pass, resource), (number, found)): (&(String, String), &(u64, Thumbnail))| {
+        let thumbnail = |((pass, resource), found): (&(String, String), &view::Thumbnail)| {
             Some(view::Thumbnail {
                 pass: described.rows.iter().position(|row| row.name == *pass)?,
                 resource: described.resources.iter().position(|known| known.name == *resource)?,
-                number: *number,
-                size: found.size.map(|side| side as usize),
-                rgba: found.rgba.as_slice().into(),
+                ..found.clone()
             })
         };
         self.thumbnails.iter().filter_map(thumbnail).collect()

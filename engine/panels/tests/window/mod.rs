@@ -13,6 +13,8 @@ use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not
 pub struct Window {
     pub panels: Panels,
     pub gpu: Samples,
+    /// Of each pass; where they are missing, those of the GPU.
+    pub times: Vec<Samples>,
     /// Names, what became of them, and what they write.
     pub passes: Vec<(&'static str, PassState, Option<usize>)>,
     pub resources: Vec<Resource>,
@@ -58,6 +60,7 @@ impl Window {
         Self {
             panels: Panels::new(layout),
             gpu,
+            times: Vec::new(),
             passes: vec![
                 ("hit", PassState::Ran, Some(0)),
                 ("shade", PassState::Skipped, Some(1)),
@@ -110,14 +113,14 @@ impl Window {
 
     /// Draws it, and notes what is asked for.
     pub fn draw(&mut self, ctx: &egui::Context) {
-        let pass = |name: &'static str, state, output| Pass {
+        let pass = |(index, (name, state, output)): (usize, &(&'static str, PassState, Option<usize>))| Pass {
             name,
             after: name,
-            times: (state == PassState::Ran).then_some(&self.gpu),
-            state,
+            times: (*state == PassState::Ran).then(|| self.times.get(index).unwrap_or(&self.gpu)),
+            state: *state,
             groups: "40 × 23 × 1",
             place: "graphs/a.toml:7",
-            output,
+            output: *output,
         };
         let view = View {
             status: self.status.clone(),
@@ -129,7 +132,7 @@ impl Window {
                 world: self.world.clone(),
                 ..Frame::default()
             },
-            passes: self.passes.iter().map(|(name, state, output)| pass(name, *state, *output)).collect(),
+            passes: self.passes.iter().enumerate().map(pass).collect(),
             resources: &self.resources,
             params: self.params.clone(),
             presets: self.presets.clone(),
