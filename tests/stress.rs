@@ -295,7 +295,7 @@ fn faults_in_instances_are_caught() {
     let scope = [&scope[..], &["--layouts", "tree64,tree64:instances"]].concat();
     for (file, right, wrong) in [
         ("instance_frame", "uvec2(0u, 0x4000u)", "uvec2(0u, 0x3fffu)"),
-        ("instances", "? last - c : c", "? last - 1u - c : c"),
+        ("instance_voxels", "? last - c : c", "? last - 1u - c : c"),
         ("instances", "uint shift = exponent + 1u - top;", "uint shift = exponent - top;"),
         ("instances", "return p.z != q.z ? p.z < q.z", "return p.z != q.z ? p.z > q.z"),
         (
@@ -304,9 +304,9 @@ fn faults_in_instances_are_caught() {
             "rx_instance_turns_around(instance, axis) ? 0u : 1u",
         ),
         // Packed materials: the halfword of the palette, where it ends, and voxels without one.
-        ("instances", "own & 1u", "0u"),
-        ("instances", "kind == 4u ? 0u : (1u << bits) >> 1", "kind == 4u ? 0u : (1u << bits) >> 2"),
-        ("instances", "code == 3u ? 4u : code", "code"),
+        ("instance_voxels", "own & 1u", "0u"),
+        ("instance_voxels", "kind == 4u ? 0u : (1u << bits) >> 1", "kind == 4u ? 0u : (1u << bits) >> 2"),
+        ("instance_voxels", "code == 3u ? 4u : code", "code"),
     ] {
         let whole = text(file);
         assert_eq!(whole.matches(right).count(), 1, "{right}");
