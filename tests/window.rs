@@ -934,14 +934,12 @@ fn a_write_is_undone_before_the_motion_that_it_wrote() {
     // Keys are the window's where the pointer is.
     display.xdotool(&["mousemove", "100", "200"]);
     rest();
-    display.xdotool(&["key", "ctrl+z"]);
-    eventually("the file is as it was", || file() == first);
+    press(display, "ctrl+z", "the file is as it was", || file() == first);
     eventually("that is read", || slider.log().contains("gen 2"));
     eventually("the window keeps the value", || slider.red() == [255, 0, 0]);
     rest();
     assert_eq!(slider.red(), [255, 0, 0], "it stays");
-    display.xdotool(&["key", "ctrl+z"]);
-    eventually("all of the motion is undone", || slider.red() == [64, 0, 0]);
+    press(display, "ctrl+z", "all of the motion is undone", || slider.red() == [64, 0, 0]);
     slider.leave();
 }
 
