@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use egui::epaint::{ClippedShape, Primitive};
+use egui::epaint::{ClippedShape, CubicBezierShape, Primitive};
 use egui::{
     Align2, Color32, ColorImage, Context, FontId, Mesh, Painter, Pos2, Rect, Response, Sense, Shape, Stroke,
     StrokeKind, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2,
@@ -29,12 +29,6 @@ const MARGIN: f32 = 4.0;
 
 /// Smallest and largest zoom.
 const ZOOMS: [f32; 2] = [0.15, 2.0];
-
-/// Points by which what bends a part of an edge may lie beside it: the edge differs from its curve by less.
-const SMOOTH: f32 = 0.1;
-
-/// How often a part of an edge is halved at most.
-const HALVINGS: u32 = 8;
 
 const RAN: Color32 = Color32::from_rgb(46, 82, 58);
 const IDLE: Color32 = Color32::from_rgb(58, 60, 66);
@@ -229,31 +223,13 @@ impl Edge {
         let Edge { from, to, near } = *self;
         let points = [from, from + self.bend(), to - self.bend(), to];
         let stroke = if near { Stroke::new(2.0, Color32::WHITE) } else { Stroke::new(1.0, LINE) };
-        let mut line = vec![from];
-        flatten(points, HALVINGS, &mut line);
-        Shape::line(line, stroke)
+        Shape::from(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke))
     }
 
     /// Whether it may be seen in this area: it stays within its ends and the points that bend it.
     fn is_in(&self, area: Rect) -> bool {
         Rect::from_two_pos(self.from, self.to).expand2(self.bend() + Vec2::splat(2.0)).intersects(area)
     }
-}
-
-/// Adds the points of a cubic Bézier curve behind its first: the halves of a part that is not flat enough, by de Casteljau's algorithm.
-fn flatten([a, b, c, d]: [Pos2; 4], halvings: u32, line: &mut Vec<Pos2>) {
-    let along = d - a;
-    let beside = |at: Pos2| (along.x * (at.y - a.y) - along.y * (at.x - a.x)).abs();
-    if halvings == 0 || beside(b).max(beside(c)) <= SMOOTH * along.length() {
-        line.push(d);
-        return;
-    }
-    let half = |from: Pos2, to: Pos2| from + (to - from) / 2.0;
-    let (ab, bc, cd) = (half(a, b), half(b, c), half(c, d));
-    let (abc, bcd) = (half(ab, bc), half(bc, cd));
-    let middle = half(abc, bcd);
-    flatten([a, ab, abc, middle], halvings - 1, line);
-    flatten([middle, bcd, cd, d], halvings - 1, line);
 }
 
 fn edges(drawing: &Drawing, rects: &[Rect], hovered: Option<usize>) -> impl Iterator<Item = Edge> {
@@ -465,25 +441,5 @@ mod tests {
         nodes(&mut placed, &passes, &resources);
         nodes(&mut placed, &passes[..1], &resources);
         nodes(&mut placed, &passes, &[]);
-    }
-
-    #[test]
-    fn an_edge_follows_its_curve() {
-        let points = [pos2(0.0, 0.0), pos2(40.0, 0.0), pos2(60.0, 200.0), pos2(100.0, 200.0)];
-        let mut line = vec![points[0]];
-        flatten(points, HALVINGS, &mut line);
-        assert!(line.len() < 40 && line.last() == Some(&points[3]), "{line:?}");
-        let [a, b, c, d] = points.map(|at| at.to_vec2());
-        for step in 0..=100 {
-            let (t, u) = (step as f32 / 100.0, 1.0 - step as f32 / 100.0);
-            let at = (a * u * u * u + b * 3.0 * u * u * t + c * 3.0 * u * t * t + d * t * t * t).to_pos2();
-            let distance = |ends: &[Pos2]| {
-                let along = ends[1] - ends[0];
-                let share = ((at - ends[0]).dot(along) / along.length_sq()).clamp(0.0, 1.0);
-                (at - (ends[0] + along * share)).length()
-            };
-            let nearest = line.windows(2).map(distance).fold(f32::INFINITY, f32::min);
-            assert!(nearest <= SMOOTH, "{nearest} at {at:?}");
-        }
     }
 }
