@@ -494,9 +494,8 @@ mod tests {
     #[test]
     fn a_file_of_another_kind_is_one_mistake() {
         let text = "# Read me\n\nThis is\nno TOML at all\n";
-        let found = |file: &str| {
-            read_document(file, text, &mut SourceMap::default(), |_| Some(())).err().expect("it is no TOML")
-        };
+        let found =
+            |file: &str| read_document(file, text, &mut SourceMap::default(), |_| Some(())).expect_err("it is no TOML");
         assert!(found("g.toml").len() > 1);
         assert_eq!(found("g.toml")[0].help, [""; 0]);
         let other = found("README.md");
