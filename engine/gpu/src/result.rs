@@ -189,12 +189,12 @@ const CHOICES: [&str; 4] =
 
 /// What may help where there is no suitable device.
 fn remedy(candidates: &[String]) -> String {
-    if candidates.is_empty() { drivers(|name| std::env::var_os(name)) } else { RENEW.to_owned() }
+    if candidates.is_empty() { drivers(std::env::var_os) } else { RENEW.to_owned() }
 }
 
 /// What may help where the loader has found no driver.
-fn drivers(variable: impl Fn(&str) -> Option<OsString>) -> String {
-    let set = CHOICES.iter().find_map(|name| Some((name, variable(name)?)));
+fn drivers(variable: impl Fn(&'static str) -> Option<OsString>) -> String {
+    let set = CHOICES.into_iter().find_map(|name| Some((name, variable(name)?)));
     set.map_or_else(
         || INSTALL.to_owned(),
         |(name, value)| {
