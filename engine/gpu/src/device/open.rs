@@ -111,7 +111,6 @@ impl Offered {
 }
 
 /// What of that is enabled.
-#[expect(clippy::struct_excessive_bools, reason = "each is an extension of its own, there or not")]
 struct Chosen {
     features: vk::PhysicalDeviceFeatures,
     on12: vk::PhysicalDeviceVulkan12Features<'static>,
