@@ -2,7 +2,10 @@
 
 mod common;
 
-use common::{Project, Run, command, output, raxel, repository};
+use std::process::Command;
+use std::time::Instant;
+
+use common::{Project, Run, Running, command, output, raxel, repository};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
@@ -71,7 +74,8 @@ fn code_3_means_that_a_file_of_the_project_is_wrong_or_missing() {
 fn code_4_means_that_there_is_no_suitable_device() {
     let none = [("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")];
     for arguments in [&["doctor"][..], &["stress"], &["bench", "hit", "--worlds", "menger"]] {
-        with(arguments, &none).exits(4);
+        let run = with(arguments, &none).exits(4);
+        assert!((run.stdout + &run.stderr).contains("`VK_DRIVER_FILES=/nonexistent.json` says which drivers"));
     }
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("a.png");
@@ -79,23 +83,55 @@ fn code_4_means_that_there_is_no_suitable_device() {
     assert!(!picture.exists());
 }
 
-/// Its frames take seconds on a software device, and are given up after half a second.
-#[test]
-fn code_5_means_that_the_device_was_lost_or_did_not_answer() {
+/// A project with a pass that does so many steps in a round, for each of 65536 pixels.
+fn slow(steps: usize) -> Project {
     let project = Project::empty();
     let graph = "name = 'slow'\npresent = 'color'\n[targets.color]\nformat = 'r32f'\nsize = [256, 256]\n[[passes]]\nname = 'spin'\n\
                  shader = 'spin.comp'\ndispatch = { threads = 'color' }\nbind = { color = 'color' }\n";
     // That driver leaves loops after 65535 rounds, so a round is long.
-    let step = "x = fract(x * 1.37 + 0.11); ".repeat(64);
+    let step = "x = fract(x * 1.37 + 0.11); ".repeat(steps);
     let shader = format!(
         "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D color;\n\
          void main() {{\n    float x = float(gl_GlobalInvocationID.x);\n    for (int i = 0; i < 60000; ++i) {{ {step} }}\n    \
          imageStore(color, ivec2(gl_GlobalInvocationID.xy), vec4(x));\n}}\n"
     );
     project.write("graphs/slow.toml", graph).write("shaders/spin.comp", shader);
+    project
+}
+
+/// Its frames take seconds on a software device, and are given up after half a second.
+#[test]
+fn code_5_means_that_the_device_was_lost_or_did_not_answer() {
+    let project = slow(64);
     let run = project.raxel(&["render", "-o", "a.png", "--size", "64x64", "--watchdog", "0.08"]).exits(5);
     assert!(run.stderr.contains("`spin`") && run.stderr.contains("--watchdog SECONDS"), "{}", run.stderr);
     assert_eq!(project.files(), ["graphs/slow.toml", "shaders/spin.comp"], "nothing is written");
+}
+
+/// A software device computes on threads of the process: it is not given up for a time in which they could not run. Here the process is stopped again
+/// and again, each time for longer than the watchdog allows.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_software_device_is_not_given_up_for_the_time_in_which_its_process_was_stopped() {
+    let project = slow(2);
+    let picture = ["render", "-o", "a.png", "--size", "64x64", "--device", "llvmpipe", "--watchdog"];
+    let started = Instant::now();
+    project.raxel(&[&picture[..], &["100"]].concat()).exits(0);
+    // The frame takes most of it. A software device has six times the watchdog's time.
+    let (whole, limit) = (started.elapsed(), started.elapsed().mul_f64(1.5));
+    let watchdog = (limit.as_secs_f64() / 6.0).to_string();
+    let mut child = Running::start(&mut command(project.root(), &[&picture[..], &[&watchdog]].concat()));
+    let signal = |name: &str| {
+        let told = Command::new("kill").args([name, &child.0.id().to_string()]).status().expect("a command of POSIX");
+        assert!(told.success());
+    };
+    for _ in 0..3 {
+        std::thread::sleep(whole / 4);
+        signal("-STOP");
+        std::thread::sleep(limit.mul_f64(1.2));
+        signal("-CONT");
+    }
+    assert_eq!(child.finish().code(), Some(0));
 }
 
 /// With its best practices switched on, the layer has something to say about any program.

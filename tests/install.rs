@@ -248,6 +248,8 @@ fn every_template_checks_renders_and_names_files_that_are_there() {
     let user = User::with(binary());
     for (template, file) in [
         ("voxel", "graphs/primary.toml"),
+        // The same, by the name of its graph.
+        ("primary", "graphs/primary.toml"),
         ("beauty", "graphs/beauty.toml"),
         ("post", "graphs/glow.toml"),
         ("simulation", "graphs/spots.toml"),

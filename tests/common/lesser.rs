@@ -66,6 +66,8 @@ pub struct Lesser {
     pub timestamp_bits: u32,
     /// The queue draws, too (`VK_QUEUE_GRAPHICS_BIT`).
     pub graphics: bool,
+    /// `VK_KHR_swapchain`.
+    pub swapchain: bool,
     /// Extensions besides the swapchain's, and those of `minor` 2.
     pub extensions: bool,
     /// Vulkan 1.1, 1.2 or 1.3. Of 1.2, the device has the extensions for what raxel needs of 1.3.
@@ -236,6 +238,7 @@ impl Lesser {
             ("SUBGROUP_MOST", asked[1]),
             ("FORMATS", u32::from(self.formats)),
             ("EXTENSIONS", u32::from(self.extensions)),
+            ("SWAPCHAIN", u32::from(self.swapchain)),
             ("MINOR", self.minor),
             ("TIMESTAMP_BITS", self.timestamp_bits),
             ("GRAPHICS", u32::from(self.graphics)),

@@ -4,6 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Template {
     /// A traced voxel world with sun, shadow and sky.
+    #[value(alias = "primary")]
     Voxel,
     /// A voxel world lit as in the README's picture: global illumination, sky, mist, automatic exposure.
     Beauty,

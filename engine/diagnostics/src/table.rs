@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
+use std::path::Path;
 use std::sync::Arc;
 
 use toml::Spanned;
@@ -62,19 +63,21 @@ pub fn parse<'t>(text: &'t str, reporter: &Reporter) -> Option<Spanned<DeTable<'
         return None;
     }
     let (table, errors) = DeTable::parse_recoverable(text);
+    // A file of another kind is wrong in every line.
+    let other = Path::new(&*reporter.file).extension().is_some_and(|extension| extension != "toml");
     // The parser says the same of each level that a missing bracket leaves open.
     let mut said = None;
-    for error in &errors {
+    for error in errors.iter().take(if other { 1 } else { errors.len() }) {
         let at = error.span().unwrap_or(0..0);
         let end = at.end.min(text.len());
         let range = at.start.min(end)..end;
         if said.replace((range.clone(), error.message())) == Some((range.clone(), error.message())) {
             continue;
         }
-        reporter.report(
-            Diagnostic::error(codes::files::TOML_SYNTAX, format!("TOML syntax: {}", error.message()))
-                .label(Span::new(reporter.file.clone(), range), ""),
-        );
+        let diagnostic = Diagnostic::error(codes::files::TOML_SYNTAX, format!("TOML syntax: {}", error.message()))
+            .label(Span::new(reporter.file.clone(), range), "");
+        let help = format!("graphs, worlds and demos are files `NAME.toml`: is `{}` one?", reporter.file);
+        reporter.report(if other { diagnostic.help(help) } else { diagnostic });
     }
     errors.is_empty().then_some(table)
 }
@@ -486,6 +489,18 @@ mod tests {
         let short: Vec<_> = found.iter().map(|d| (d.code.as_str(), d.labels[0].span.range.clone())).collect();
         assert_eq!(short, [("RX0012", 7..8), ("RX0014", 30..32), ("RX0013", 19..20), ("RX0011", 9..13)]);
         assert_eq!(found[3].help, ["did you mean `size`?"]);
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_one_mistake() {
+        let text = "# Read me\n\nThis is\nno TOML at all\n";
+        let found =
+            |file: &str| read_document(file, text, &mut SourceMap::default(), |_| Some(())).expect_err("it is no TOML");
+        assert!(found("g.toml").len() > 1);
+        assert_eq!(found("g.toml")[0].help, [""; 0]);
+        let other = found("README.md");
+        assert_eq!(other.len(), 1);
+        assert_eq!(other[0].help, ["graphs, worlds and demos are files `NAME.toml`: is `README.md` one?"]);
     }
 
     #[test]

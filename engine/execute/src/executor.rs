@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
 use raxel_graph::checked::PassId;
@@ -13,7 +13,7 @@ use super::FRAMES;
 use super::capture::Captured;
 use super::error::{ExecuteError, Suspect};
 use super::frame::slot_of;
-use super::heartbeat::Heartbeat;
+use super::heartbeat::Observed;
 use super::lens::Lens;
 use super::prepare::{Builder, Prepared};
 use super::readback::ReadTicket;
@@ -112,12 +112,6 @@ pub enum Progress {
     },
 }
 
-/// How far the device was seen to have come, and when it was first seen so.
-pub(super) struct Observed {
-    beat: Heartbeat,
-    pub(super) since: Instant,
-}
-
 impl Executor {
     /// An executor that has nothing to run yet.
     pub fn new(device: Arc<Device>, options: ExecutorOptions) -> Result<Executor, ExecuteError> {
@@ -135,7 +129,7 @@ impl Executor {
             wants_thumbnails: false,
             thumbnails: None,
             told: Told::default(),
-            progress: Observed { beat: Heartbeat::default(), since: Instant::now() },
+            progress: Observed::from_now(&shared.device),
             shared,
             running: None,
             ran: None,
@@ -271,25 +265,6 @@ impl Executor {
     /// Waits at most so long until the next frame can begin without waiting. Errors as for [`Self::wait_picture`].
     pub fn wait_next(&mut self, at_most: Duration) -> Result<Progress, ExecuteError> {
         self.observe(self.slots[slot_of(self.frame)].commands.submitted(), at_most)
-    }
-
-    fn observe(&mut self, until: TimelineValue, at_most: Duration) -> Result<Progress, ExecuteError> {
-        let device = self.shared.device.clone();
-        match device.wait(until, at_most) {
-            Ok(()) => return Ok(Progress::Done),
-            Err(raxel_gpu::Error::TimedOut { .. }) => {}
-            Err(error) => return Err(self.attribute_loss(error.into())),
-        }
-        let beat = self.heartbeat().map_err(|error| self.attribute_loss(error.into()))?;
-        // Nothing new was finished, or nothing was asked for since all was finished.
-        if beat != self.progress.beat {
-            self.progress = Observed { beat, since: Instant::now() };
-        }
-        let elapsed = self.progress.since.elapsed();
-        if elapsed >= self.shared.watchdog() {
-            return Err(self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true }));
-        }
-        Ok(Progress::Working { pass: self.suspect().map(|suspect| suspect.pass), elapsed })
     }
 
     /// Changes how long a frame may take before the device counts as lost.

@@ -106,7 +106,7 @@ impl Executor {
             let (capture, making, uploads) = (capture.as_ref(), making.as_mut(), &self.uploads);
             let frame = DecidedFrame { number, slot, running, before, uploads, look, capture, making };
             let (counts, submitted) = frame.submit(&mut self.slots[slot])?;
-            self.progress.since = start;
+            self.progress.begin(&device);
             self.uploads.submitted();
             (counts, Some(submitted))
         } else {

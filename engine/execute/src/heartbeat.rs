@@ -1,11 +1,12 @@
 //! Waits for a device for as long as it goes on finishing passes. A slow device is not taken for one that hangs: the watchdog's time begins anew with
-//! each pass that has finished.
+//! each pass that has finished, and a software device that gets little of the processor has more of it ([`raxel_gpu::Stopwatch`]).
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use raxel_gpu::{Error, TimelineValue};
+use raxel_gpu::{Device, Error, Stopwatch, TimelineValue};
 
-use super::executor::Executor;
+use super::error::ExecuteError;
+use super::executor::{Executor, Progress};
 use super::{FRAMES, SLOW};
 
 /// How often the device is asked whether it has finished another pass; more often where the watchdog is impatient.
@@ -16,14 +17,42 @@ const TOLD_AFTER: u64 = 2;
 
 /// How far a device has come: submissions, and passes of the frames in flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Heartbeat {
-    pub(super) reached: TimelineValue,
-    pub(super) finished: [usize; FRAMES],
+struct Heartbeat {
+    reached: TimelineValue,
+    finished: [usize; FRAMES],
+}
+
+/// How far the device was seen to have come, and the time since.
+pub(super) struct Observed {
+    beat: Option<Heartbeat>,
+    stopwatch: Stopwatch,
+}
+
+impl Observed {
+    /// A device that has something to do from now on.
+    pub(super) fn from_now(device: &Device) -> Self {
+        Self { beat: None, stopwatch: device.stopwatch() }
+    }
+
+    /// The device has something to do from now on.
+    pub(super) fn begin(&mut self, device: &Device) {
+        self.stopwatch = device.stopwatch();
+    }
+
+    /// Notes how far the device has come. Whether it has finished something since it was asked last.
+    fn note(&mut self, beat: Heartbeat, device: &Device) -> bool {
+        // The first answer says nothing of the time before it.
+        let moves = self.beat.replace(beat).is_some_and(|before| before != beat);
+        if moves {
+            self.begin(device);
+        }
+        moves
+    }
 }
 
 impl Executor {
     /// How far the device has come.
-    pub(super) fn heartbeat(&self) -> raxel_gpu::Result<Heartbeat> {
+    fn heartbeat(&self) -> raxel_gpu::Result<Heartbeat> {
         let reached = self.shared.device.reached()?;
         Ok(Heartbeat { reached, finished: std::array::from_fn(|slot| self.slots[slot].finished()) })
     }
@@ -34,30 +63,25 @@ impl Executor {
     /// [`Error::TimedOut`] when it has finished no pass and no submission for as long as the watchdog allows. Any error of the driver.
     pub(super) fn wait_at_work(&self, until: TimelineValue) -> raxel_gpu::Result<()> {
         let device = &self.shared.device;
-        let mut beat = None;
-        let mut since = Instant::now();
+        let mut observed = Observed::from_now(device);
         let mut told_after = TOLD_AFTER;
         loop {
             let limit = self.shared.watchdog();
-            let left = limit.saturating_sub(since.elapsed());
-            match device.wait(until, left.min(limit / 4).min(ASKED_EACH)) {
-                Err(Error::TimedOut { .. }) => {}
-                result => return result,
+            if device.reaches_within(until, ASKED_EACH.min(limit / 4))? {
+                return Ok(());
             }
-            let now = Some(self.heartbeat()?);
-            if beat != now {
-                // The first answer says nothing of the time before it.
-                if beat.is_some() {
-                    since = Instant::now();
-                    told_after = TOLD_AFTER;
-                }
-                beat = now;
+            let beat = self.heartbeat()?;
+            // The driver's own clock runs while this process is stopped.
+            if beat.reached >= until {
+                return Ok(());
             }
-            let elapsed = since.elapsed();
-            if elapsed >= limit {
+            if observed.note(beat, device) {
+                told_after = TOLD_AFTER;
+            }
+            if observed.stopwatch.is_over(limit) {
                 return Err(Error::TimedOut { seconds: limit.as_secs_f64() });
             }
-            let seconds = elapsed.as_secs();
+            let seconds = observed.stopwatch.passed().as_secs();
             if seconds >= told_after {
                 told_after = seconds.saturating_mul(2);
                 let pass = self.suspect().map(|suspect| suspect.pass);
@@ -65,5 +89,24 @@ impl Executor {
                 tracing::info!(target: SLOW, event = "working", pass, seconds, "the device has worked{on} for {seconds} s");
             }
         }
+    }
+
+    /// Waits at most so long until the device has reached a value.
+    pub(super) fn observe(&mut self, until: TimelineValue, at_most: Duration) -> Result<Progress, ExecuteError> {
+        let device = self.shared.device.clone();
+        let there = device.reaches_within(until, at_most);
+        if there.map_err(|error| self.attribute_loss(error.into()))? {
+            return Ok(Progress::Done);
+        }
+        let beat = self.heartbeat().map_err(|error| self.attribute_loss(error.into()))?;
+        if beat.reached >= until {
+            return Ok(Progress::Done);
+        }
+        self.progress.note(beat, &device);
+        if self.progress.stopwatch.is_over(self.shared.watchdog()) {
+            return Err(self.attribute_loss(ExecuteError::DeviceLost { suspect: None, timed_out: true }));
+        }
+        let pass = self.suspect().map(|suspect| suspect.pass);
+        Ok(Progress::Working { pass, elapsed: self.progress.stopwatch.passed() })
     }
 }

@@ -68,8 +68,8 @@ pub struct Capabilities {
     pub write_without_format: bool,
     /// The clock of the queue; `None` when it takes no timestamps.
     pub clock: Option<QueueClock>,
-    /// Windows can be presented to.
-    pub present: bool,
+    /// Why no window can be presented to; `None` where one can.
+    pub cannot_present: Option<&'static str>,
     /// Ballots and votes that do not ask which invocations are active (`VK_EXT_shader_subgroup_ballot`, `VK_EXT_shader_subgroup_vote`).
     pub plain_ballots: bool,
     /// Markers cost a word in the command stream (`VK_AMD_buffer_marker`); elsewhere a dependency and a fill.

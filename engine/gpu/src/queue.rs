@@ -9,6 +9,7 @@ use ash::vk;
 use crate::device::Device;
 use crate::last_use::UploadUses;
 use crate::result::{Error, Named, Result};
+use crate::stopwatch::LOOK;
 
 /// A point on a device's timeline: reached when the submission that got it has finished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -121,15 +122,43 @@ impl Device {
         Ok(self.queue.reached.load(Ordering::Acquire) >= value.0 || self.reached()? >= value)
     }
 
-    /// Waits until the device has reached a value, but no longer than `timeout`.
-    pub fn wait(&self, value: TimelineValue, timeout: Duration) -> Result<()> {
+    /// Waits at most so long, and says whether the device has reached a value.
+    pub fn reaches_within(&self, value: TimelineValue, at_most: Duration) -> Result<bool> {
+        self.queue.waits.fetch_add(1, Ordering::Relaxed);
+        self.look_for(value, at_most)
+    }
+
+    /// Waits until the device has reached a value.
+    ///
+    /// # Errors
+    /// [`Error::TimedOut`] if it finishes no submission in `limit`, as [`crate::Stopwatch`] counts it.
+    pub fn wait(&self, value: TimelineValue, limit: Duration) -> Result<()> {
+        self.queue.waits.fetch_add(1, Ordering::Relaxed);
+        let mut stopwatch = self.stopwatch();
+        let mut finished = None;
+        while !self.look_for(value, limit.min(LOOK))? {
+            let now = self.reached()?;
+            // The driver's own clock runs while this process is stopped.
+            if now >= value {
+                break;
+            }
+            // The first answer says nothing of the time before it.
+            if finished.replace(now).is_some_and(|before| before != now) {
+                stopwatch = self.stopwatch();
+            } else if stopwatch.is_over(limit) {
+                return Err(Error::TimedOut { seconds: limit.as_secs_f64() });
+            }
+        }
+        Ok(())
+    }
+
+    fn look_for(&self, value: TimelineValue, at_most: Duration) -> Result<bool> {
         if self.is_lost() {
             return Err(Error::DeviceLost);
         }
-        self.queue.waits.fetch_add(1, Ordering::Relaxed);
-        match self.wait_timeline(value, timeout) {
-            Err(vk::Result::TIMEOUT) => Err(Error::TimedOut { seconds: timeout.as_secs_f64() }),
-            result => self.watch(result.named("vkWaitSemaphores")),
+        match self.wait_timeline(value, at_most) {
+            Err(vk::Result::TIMEOUT) => Ok(false),
+            result => self.watch(result.named("vkWaitSemaphores")).map(|()| true),
         }
     }
 
@@ -138,9 +167,9 @@ impl Device {
         self.queue.waits.load(Ordering::Relaxed)
     }
 
-    /// Waits for everything that was submitted, but no longer than `timeout`.
-    pub fn wait_idle(&self, timeout: Duration) -> Result<()> {
-        self.wait(self.submitted(), timeout)
+    /// Waits for everything that was submitted, as [`Self::wait`] does.
+    pub fn wait_idle(&self, limit: Duration) -> Result<()> {
+        self.wait(self.submitted(), limit)
     }
 
     /// Waits until the queue has done all of its work so far, but no longer than `timeout`. `vkQueueWaitIdle` has no limit. `queue` is the

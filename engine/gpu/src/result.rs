@@ -1,5 +1,7 @@
 //! Errors of a device.
 
+use std::ffi::OsString;
+
 use ash::vk;
 
 /// Result of everything in this crate.
@@ -15,13 +17,17 @@ pub enum Error {
         reason: String,
     },
     /// The loader found no driver, or every driver lacks something raxel needs.
-    #[error("no suitable Vulkan device{}\n{}", list(.candidates), if candidates.is_empty() { INSTALL } else { RENEW })]
+    #[error("no suitable Vulkan device{}\n{}", list(.candidates), remedy(.candidates))]
     NoDriver {
         /// One line for each device that was looked at, with the reason against it.
         candidates: Vec<String>,
     },
     /// The device that was asked for by name or index is not there or not suitable.
-    #[error("no suitable Vulkan device `{wanted}`{}", list(.candidates))]
+    #[error(
+        "no suitable Vulkan device `{wanted}`{}\n\
+         help: `--device` and `RAXEL_DEVICE` take a part of a name in this list, or its number",
+        list(.candidates)
+    )]
     NoSuchDevice {
         /// The request.
         wanted: String,
@@ -177,6 +183,28 @@ const RENEW: &str = if cfg!(target_os = "macos") {
     "help: a newer driver may do; without one, the software driver does: on Debian or Ubuntu, sudo apt-get install mesa-vulkan-drivers"
 };
 
+/// Variables that say which drivers the loader finds. An empty one counts.
+const CHOICES: [&str; 4] =
+    ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"];
+
+/// What may help where there is no suitable device.
+fn remedy(candidates: &[String]) -> String {
+    if candidates.is_empty() { drivers(std::env::var_os) } else { RENEW.to_owned() }
+}
+
+/// What may help where the loader has found no driver.
+fn drivers(variable: impl Fn(&'static str) -> Option<OsString>) -> String {
+    let set = CHOICES.into_iter().find_map(|name| Some((name, variable(name)?)));
+    set.map_or_else(
+        || INSTALL.to_owned(),
+        |(name, value)| {
+            let value = value.to_string_lossy();
+            let value = value.escape_debug();
+            format!("help: `{name}={value}` says which drivers the loader finds: correct it, or unset it\n{INSTALL}")
+        },
+    )
+}
+
 fn list(candidates: &[String]) -> String {
     if candidates.is_empty() {
         return ": the Vulkan loader found no driver".to_owned();
@@ -206,5 +234,22 @@ impl<T> Named<T> for std::result::Result<T, vk::Result> {
             Error::Vulkan { call, result } => Error::NotMade { name: name.to_owned(), call, result },
             error => error,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variable_that_hides_every_driver_is_named_and_without_one_a_driver_is_to_be_installed() {
+        let with = |set: &[(&str, &str)]| {
+            drivers(|name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| OsString::from(value)))
+        };
+        assert_eq!(with(&[]), INSTALL);
+        let both = with(&[("VK_ICD_FILENAMES", "/a.json"), ("VK_DRIVER_FILES", "")]);
+        let said = "help: `VK_DRIVER_FILES=` says which drivers the loader finds: correct it, or unset it\n";
+        assert_eq!(both, [said, INSTALL].concat());
+        assert!(with(&[("VK_LOADER_DRIVERS_DISABLE", "*")]).contains("`VK_LOADER_DRIVERS_DISABLE=*`"));
     }
 }

@@ -225,8 +225,8 @@ impl Surface {
         let device = self.device.clone();
         let cannot = |reason: String| Error::CannotPresent { device: device.capabilities().name.clone(), reason };
         let functions = match &device.instance.surface {
-            Some(functions) if device.capabilities().present => functions,
-            _ => return Err(cannot("it has no VK_KHR_swapchain, or no queue that draws".to_owned())),
+            Some(functions) if device.swapchain.is_some() => functions,
+            _ => return Err(cannot(device.capabilities().cannot_present.unwrap_or_default().to_owned())),
         };
         let display = self.window.display_handle().map_err(|error| cannot(error.to_string()))?.as_raw();
         let handle = self.window.window_handle().map_err(|error| cannot(error.to_string()))?.as_raw();

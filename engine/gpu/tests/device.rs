@@ -97,6 +97,7 @@ fn a_device_that_is_not_there_is_an_error_that_lists_what_is() {
     assert_eq!(wanted, "Voodoo 5");
     assert!(!candidates.is_empty());
     assert!(error.to_string().contains(&candidates[0]), "{error}");
+    assert!(error.to_string().ends_with("a part of a name in this list, or its number"), "{error}");
 }
 
 #[test]

@@ -151,7 +151,7 @@ impl Shoot {
             }
             frame_of(session)?;
             if self.mode == Mode::OneByOne {
-                session.wait_picture(Duration::MAX).map_err(|error| OutputError::new(error.to_string()))?;
+                session.wait().map_err(|error| OutputError::new(error.to_string()))?;
             }
             stages.render += rendering.elapsed();
             each(session, frame)?;

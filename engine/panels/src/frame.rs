@@ -15,8 +15,8 @@ const INTERVAL: Color32 = Color32::from_rgb(130, 130, 130);
 /// All that the panel shows.
 pub(crate) fn content<'v>(frame: &'v Frame<'_>) -> impl Content + use<'v> {
     let Frame { interval, cpu, gpu, memory, saved, scale, scales, output, fps_cap, device, ran, world } = frame;
-    let samples = |samples: &Option<&'v Samples>| samples.map_or(&[][..], std::slice::from_ref);
-    let times = (samples(interval), samples(cpu), samples(gpu));
+    let samples = |samples: Option<&'v Samples>| samples.map_or(&[][..], std::slice::from_ref);
+    let times = (samples(*interval), samples(*cpu), samples(*gpu));
     (times, (memory, saved, ran, device.as_str()), (scale, scales, output, fps_cap), world)
 }
 

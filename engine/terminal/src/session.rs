@@ -52,7 +52,8 @@ pub struct What {
     #[arg(long)]
     pub check_bounds: bool,
 
-    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device.
+    /// Seconds without a finished pass after which a frame counts as hung, and is given up; six times as many on a software device, where
+    /// Linux counts processor time.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub watchdog: Duration,
 }

@@ -67,7 +67,11 @@ impl Open {
             Ok(Open { window: window.clone(), presenter, overlay: Overlay::new(window, most), pictures })
         };
         match with {
-            Some(PresentWith::Own) => return presented_by(device),
+            Some(PresentWith::Own) => {
+                let help = "without `--present-with own`, another device may present; `raxel render` needs no window";
+                let opened = presented_by(device);
+                return if device.is_lost() { opened } else { opened.map_err(|failure| failure.help(help)) };
+            }
             Some(PresentWith::Device(name)) => return presented_by(&device.beside(name)?),
             None if device.capabilities().kind == DeviceKind::Cpu => return presented_by(&device.another()?),
             None => {}

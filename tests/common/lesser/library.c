@@ -104,7 +104,8 @@ static int our_drawing(Word device, Word cache, unsigned count, const void *info
     return create_drawing(device, cache, count, infos, allocator, made);
 }
 static int is_kept(const char *extension) {
-    return EXTENSIONS || !strcmp(extension, "VK_KHR_swapchain") || ((MINOR < 3) && (!strcmp(extension, "VK_KHR_synchronization2") ||
+    if (!strcmp(extension, "VK_KHR_swapchain")) return SWAPCHAIN;
+    return EXTENSIONS || ((MINOR < 3) && (!strcmp(extension, "VK_KHR_synchronization2") ||
         !strcmp(extension, "VK_KHR_maintenance4") || !strcmp(extension, "VK_KHR_dynamic_rendering")));
 }
 /* Of Vulkan 1.3; each has another name by its extension. */

@@ -29,6 +29,7 @@ pub const LEAST: Lesser = Lesser {
     formats: false,
     timestamp_bits: 0,
     graphics: false,
+    swapchain: true,
     extensions: false,
     minor: 3,
     pipeline_milliseconds: 0,
@@ -59,6 +60,7 @@ const WHOLE: Lesser = Lesser {
     formats: true,
     timestamp_bits: 64,
     graphics: true,
+    swapchain: true,
     extensions: true,
     minor: 3,
     pipeline_milliseconds: 0,
@@ -123,6 +125,9 @@ pub const METAL: Lesser = Lesser {
 
 /// The same over a driver of Vulkan 1.2.
 pub const METAL_12: Lesser = Lesser { name: "Apple M1 (MoltenVK of Vulkan 1.2)", minor: 2, ..METAL };
+
+/// The same with a driver that knows no windows.
+pub const WINDOWLESS: Lesser = Lesser { name: "a device without windows", swapchain: false, ..METAL };
 
 /// The same with a driver that is slow at compiling.
 pub const SLOW_DRIVER: Lesser = Lesser { name: "a device with a slow driver", pipeline_milliseconds: 1600, ..METAL };

@@ -47,6 +47,7 @@ impl Lesser {
             timestamp_bits: random.pick(&[0, 36, 48, 64]),
             graphics: random.percent(80),
             extensions: random.percent(60),
+            swapchain: random.percent(80),
             ..limits
         }
     }

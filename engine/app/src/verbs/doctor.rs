@@ -99,10 +99,12 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
             report.line(Grade::Good, "devices", &verdicts.join("\n"));
             report.line(Grade::Good, "driver", &able.driver);
             report.line(Grade::Good, "camera rays", &able.packets().to_string());
-            if able.present {
-                report.line(Grade::Good, "windows", "the device can present");
-            } else {
-                report.line(Grade::Optional, "windows", "the device cannot present; `raxel render` works without");
+            match able.cannot_present {
+                None => report.line(Grade::Good, "windows", "the device can present"),
+                Some(why) => {
+                    let finding = format!("the device cannot present: {why}; `raxel render` works without");
+                    report.line(Grade::Optional, "windows", &finding);
+                }
             }
         }
         Err(error) => report.bad("devices", error.into()),

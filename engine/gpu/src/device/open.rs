@@ -33,7 +33,7 @@ pub(super) fn open(
     let raw = create(&instance, seen, &chosen)?;
     let (allocator, pipelines, queue) = equip(&instance, &raw, seen, &offered.properties, cache)?;
     Ok(Arc::new(Device {
-        swapchain: chosen.present.then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
+        swapchain: chosen.cannot_present.is_none().then(|| khr::swapchain::Device::new(&instance.raw, &raw)),
         debug: instance.labels.then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
         marker: chosen.marker.then(|| amd::buffer_marker::Device::new(&instance.raw, &raw)),
         allocator: Mutex::new(Some(allocator)),
@@ -111,15 +111,14 @@ impl Offered {
 }
 
 /// The part of the offer that is enabled.
-#[expect(clippy::struct_excessive_bools, reason = "each is an extension of its own, there or not")]
 struct Chosen {
     features: vk::PhysicalDeviceFeatures,
     on12: vk::PhysicalDeviceVulkan12Features<'static>,
     on13: vk::PhysicalDeviceVulkan13Features<'static>,
     /// Dynamic rendering comes from the extension that became a part of Vulkan 1.3.
     renders_by_extension: bool,
-    /// `VK_KHR_swapchain`.
-    present: bool,
+    /// Why there is no `VK_KHR_swapchain`; `None` where there is.
+    cannot_present: Option<&'static str>,
     /// `VK_AMD_buffer_marker`.
     marker: bool,
     /// `VK_EXT_shader_subgroup_ballot` and `VK_EXT_shader_subgroup_vote`.
@@ -166,8 +165,16 @@ impl Chosen {
                 ..Default::default()
             },
             renders_by_extension: !seen.core13 && *dynamic_rendering == vk::TRUE,
-            // A blit brings the picture to the window, and only a queue that draws can do that.
-            present: instance.surface.is_some() && seen.has(khr::swapchain::NAME) && draws,
+            cannot_present: if instance.surface.is_none() {
+                Some("the Vulkan loader has no VK_KHR_surface")
+            } else if !seen.has(khr::swapchain::NAME) {
+                Some("its driver has no VK_KHR_swapchain")
+            } else if !draws {
+                // A blit brings the picture to the window.
+                Some("its queue computes and does not draw")
+            } else {
+                None
+            },
             marker: seen.has(amd::buffer_marker::NAME),
             plain_ballots: seen.has(ext::shader_subgroup_ballot::NAME) && seen.has(ext::shader_subgroup_vote::NAME),
         }
@@ -180,7 +187,7 @@ fn create(instance: &Instance, seen: &Seen, chosen: &Chosen) -> Result<ash::Devi
         (!seen.core13, khr::synchronization2::NAME),
         (!seen.core13, khr::maintenance4::NAME),
         (chosen.renders_by_extension, khr::dynamic_rendering::NAME),
-        (chosen.present, khr::swapchain::NAME),
+        (chosen.cannot_present.is_none(), khr::swapchain::NAME),
         (chosen.marker, amd::buffer_marker::NAME),
         (chosen.plain_ballots, ext::shader_subgroup_ballot::NAME),
         (chosen.plain_ballots, ext::shader_subgroup_vote::NAME),
@@ -280,7 +287,7 @@ fn capabilities(offered: &Offered, chosen: &Chosen, seen: &Seen, validated: bool
         write_without_format: features.shader_storage_image_write_without_format == vk::TRUE,
         clock: (family.timestamp_valid_bits > 0)
             .then_some(QueueClock { period: properties.limits.timestamp_period, bits: family.timestamp_valid_bits }),
-        present: chosen.present,
+        cannot_present: chosen.cannot_present,
         plain_ballots,
         buffer_markers: chosen.marker,
         graphics: family.queue_flags.contains(vk::QueueFlags::GRAPHICS) && on13.dynamic_rendering == vk::TRUE,

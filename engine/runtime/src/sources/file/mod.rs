@@ -124,8 +124,10 @@ pub fn has_texels(path: &str) -> bool {
     picture_decoder(path).is_some() || video::is_video(path) || sound::is_sound(path)
 }
 
-/// What decodes a picture, by the name of its file.
-fn picture_decoder(path: &str) -> Option<fn(&[u8]) -> Result<Picture, String>> {
+type Decoder = fn(&[u8]) -> Result<Picture, String>;
+
+/// The decoder of a picture, by the name of its file.
+fn picture_decoder(path: &str) -> Option<Decoder> {
     match path.rsplit_once('.')?.1.to_ascii_lowercase().as_str() {
         "png" => Some(png::decode),
         "exr" => Some(exr::decode),
