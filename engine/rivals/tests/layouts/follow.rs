@@ -1,6 +1,6 @@
 //! Buffers that follow edits, read by their formats alone, hold the voxels of the world that was edited.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::IVec3;
@@ -193,7 +193,7 @@ fn a_change_that_changes_nothing_writes_no_voxel() {
             if layout == Layout::TREE64 { 4 * nodes_above(&followed.world, &followed.words) as usize } else { 0 };
         assert_eq!(followed.follow(&same), Some(above), "{layout:?}");
         assert_eq!(followed.follow(&[(ChunkPos::new(9, 0, 0), None)]), Some(above), "{layout:?}");
-        let more = World::from_shared(palette(MATERIALS as usize + 1), Default::default());
+        let more = World::from_shared(palette(MATERIALS as usize + 1), BTreeMap::new());
         assert_eq!(followed.live.update(&more, []), None, "{layout:?}");
     }
 }
