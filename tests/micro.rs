@@ -123,7 +123,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
     project.write("graphs/micro.toml", graph(false)).write("graphs/scaled.toml", graph(true));
     let world = "name = \"test\"\n[models]\nmicro = { file = \"micro.vox\" }\n[camera]\nposition = [0.0, 0.0, 90.0]\nlook_at = [0.0, 0.0, 0.0]\n\
                  [[build]]\nop = \"model\"\nmodel = \"micro\"\nanchor = \"origin\"\n";
-    let one = World::from_voxels(raxel::oracle::scenes::materials(), [(IVec3::ZERO, 1)].into_iter());
+    let one = World::from_voxels(raxel::oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
     project.write("worlds/test.toml", world).write("worlds/micro.vox", vox::export(&one).unwrap());
 
     let mut session = open(&project, "micro");
@@ -143,7 +143,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
         }
     }
     assert!(voxels.len() > 5000, "{} of {} words", voxels.len(), words.len());
-    let large = World::from_voxels(raxel::oracle::scenes::materials(), voxels.into_iter());
+    let large = World::from_voxels(raxel::oracle::scenes::materials(), voxels);
     project.write("worlds/micro.vox", vox::export(&large).unwrap());
     let large = rays(&mut open(&project, "scaled"));
 

@@ -217,7 +217,7 @@ fn micro_voxels_follow_the_density() {
         (0..count).map(|z| session.read_texels(name, 0, 0, z).unwrap()).collect()
     };
     let bits: u32 = slices("micro", 8).iter().flat_map(|slice| &slice.bytes).map(|byte| byte.count_ones()).sum();
-    let cubes = slices("field", 16).iter().flat_map(|slice| slice.floats()).filter(|texel| texel[0] > 0.5).count();
+    let cubes = slices("field", 16).iter().flat_map(raxel::Texels::floats).filter(|texel| texel[0] > 0.5).count();
     let (micro, cubes) = (f64::from(bits) / 64.0, cubes as f64 / 8.0);
     assert!(cubes > 200.0 && (micro / cubes - 1.0).abs() < 0.1, "{micro} voxels of micro-voxels, {cubes} of cubes");
 }

@@ -17,6 +17,7 @@ pub const EXCEEDED: i32 = 97;
 
 /// The lower limits of a device, where the device below has more.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is something that a device has or lacks")]
 pub struct Lesser {
     /// Name in messages.
     pub name: &'static str,

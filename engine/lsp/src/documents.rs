@@ -87,14 +87,12 @@ impl Documents {
     /// A text that was just read: what is known of the same text is kept.
     fn indexed(&self, file: PathBuf, text: &str) -> Arc<IndexedText> {
         let mut read = self.read();
-        match read.get(&file).filter(|known| known[..] == *text) {
-            Some(known) => known.clone(),
-            None => {
-                let text = Arc::new(IndexedText::new(text.to_owned()));
-                read.insert(file, text.clone());
-                text
-            }
+        if let Some(known) = read.get(&file).filter(|known| known[..] == *text) {
+            return known.clone();
         }
+        let text = Arc::new(IndexedText::new(text.to_owned()));
+        read.insert(file, text.clone());
+        text
     }
 
     fn read(&self) -> MutexGuard<'_, HashMap<PathBuf, Arc<IndexedText>>> {

@@ -116,7 +116,7 @@ const CHANGES: &[Change] = &[
         let uses = vec![Use { reads: true, ..Use::default() }; 3];
         window.resources.push(Resource { name: "glow".to_owned(), uses, ..Resource::default() });
     }),
-    ("memory", |window| window.resources[1].memory = "in block 0 at 0".to_owned()),
+    ("memory", |window| "in block 0 at 0".clone_into(&mut window.resources[1].memory)),
     ("what is shown", |window| window.status.shown = Shown::after("depth", Some("struck".to_owned()))),
     ("what is locked", |window| window.status.locked = Shown::after("depth", Some("struck".to_owned()))),
     ("a thumbnail", |window| {
