@@ -106,7 +106,11 @@ mod tests {
             std::fs::create_dir(&folder).unwrap();
             let path = folder.clone();
             let writer = std::thread::spawn(move || {
-                (0..).take_while(|i| std::fs::write(path.join(format!("{i}")), "").is_ok()).count()
+                let mut written = 0;
+                while std::fs::write(path.join(format!("{written}")), "").is_ok() {
+                    written += 1;
+                }
+                written
             });
             while std::fs::read_dir(&folder).unwrap().count() < 20 {
                 std::thread::yield_now();
