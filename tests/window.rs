@@ -901,9 +901,9 @@ impl Slider {
         log(&self.project.path("log"))
     }
 
-    /// A pixel below bar and tabs, left of the panel.
+    /// A pixel below bar and tabs, left of the panel, and away from the pointer, which is in the picture, too.
     fn red(&self) -> [u8; 3] {
-        self.display.pixels(600, 400)[200 * 600 + 100]
+        self.display.pixels(600, 400)[330 * 600 + 40]
     }
 
     fn leave(mut self) {

@@ -65,12 +65,13 @@ fn remove_in_use(folder: &Path) {
     let mut name = folder.file_name().unwrap_or_default().to_owned();
     name.push("-removed");
     let renamed = folder.with_file_name(name);
-    // A thread that makes folders along with their parents may make it once more.
+    // A thread that has found the folder already may put one more file into it; one that makes folders along with their parents may make it once more.
     for _ in 0..8 {
-        if std::fs::rename(folder, &renamed).is_err() {
+        let _ = std::fs::rename(folder, &renamed);
+        let _ = std::fs::remove_dir_all(&renamed);
+        if !folder.exists() && !renamed.exists() {
             break;
         }
-        let _ = std::fs::remove_dir_all(&renamed);
     }
 }
 

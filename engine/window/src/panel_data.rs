@@ -522,7 +522,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_of_two_ticks_has_more_dispatches_than_passes() {
+    fn a_frame_of_two_ticks_has_a_row_for_each_dispatch() {
         let folder = tempfile::tempdir().unwrap();
         let graph = "name = \"two\"\npresent = \"b\"\n[clocks.sim]\nhz = 4\nmost = 2\n\
             [targets.a]\nformat = \"r32f\"\nclock = \"sim\"\n[targets.b]\nformat = \"r32f\"\n\
@@ -541,7 +541,10 @@ mod tests {
             session.wait().unwrap();
             data.note(&mut session, &report);
         }
-        assert_eq!((data.passes(&session).len(), data.frame(&session, None).ran), (2, [3, 0, 0]));
+        let passes = data.passes(&session);
+        let names: Vec<&str> = passes.iter().map(|pass| &*pass.name).collect();
+        assert_eq!(names, ["first", "first, tick 2", "second"]);
+        assert_eq!(data.frame(&session, None).ran, [3, 0, 0]);
     }
 
     #[test]

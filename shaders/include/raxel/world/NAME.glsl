@@ -47,6 +47,7 @@
 #define rx_block_solid NAME_block_solid
 #define rx_block_voxel NAME_block_voxel
 #define rx_brick_material NAME_brick_material
+#define rx_bvh_cross NAME_bvh_cross
 #define rx_bvh_enter NAME_bvh_enter
 #define rx_bvh_enter_exactly NAME_bvh_enter_exactly
 #define rx_bvh_meets NAME_bvh_meets
@@ -168,6 +169,7 @@
 #undef rx_block_solid
 #undef rx_block_voxel
 #undef rx_brick_material
+#undef rx_bvh_cross
 #undef rx_bvh_enter
 #undef rx_bvh_enter_exactly
 #undef rx_bvh_meets
