@@ -542,7 +542,7 @@ mod tests {
             data.note(&mut session, &report);
         }
         let passes = data.passes(&session);
-        let names: Vec<&str> = passes.iter().map(|pass| &*pass.name).collect();
+        let names: Vec<&str> = passes.iter().map(|pass| pass.name).collect();
         assert_eq!(names, ["first", "first, tick 2", "second"]);
         assert_eq!(data.frame(&session, None).ran, [3, 0, 0]);
     }
