@@ -259,13 +259,13 @@ fn seen(session: &mut Session) -> (Vec<u8>, Vec<u8>, Vec<[f32; 4]>) {
 fn drawn(session: &mut Session) -> usize {
     let bytes = session.read_buffer("work", 0..16).unwrap();
     let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
-    let voxels = session.read_buffer("voxels", 0..u64::from(4 * word(&bytes[..4]))).unwrap();
+    let voxels = session.read_buffer("blocks", 0..u64::from(4 * word(&bytes[..4]))).unwrap();
     voxels.chunks_exact(4).filter(|voxel| word(voxel) >> 16 != 0).count()
 }
 
 fn open_requests(project: &Project) -> Session {
     let mut session = scenes::open(project, REQUESTS, [64, 36], &[]);
-    for name in ["hit", "place", "work", "voxels"] {
+    for name in ["hit", "place", "work", "blocks"] {
         session.pin(name).unwrap();
     }
     session
@@ -323,11 +323,7 @@ fn requests_are_drawn_at_any_place_and_leave_no_trail() {
 fn requests_without_room_are_named() {
     let project = Project::shipped();
     with_hut(&project, true, [3.0, 2.0, -5.0], "");
-    project.edit(
-        REQUESTS,
-        "most_slots = { type = \"u32\", value = 1024 }",
-        "most_slots = { type = \"u32\", value = 2 }",
-    );
+    project.edit(REQUESTS, "size = { count = 1024, stride = 4 }", "size = { count = 2, stride = 4 }");
     let mut session = open_requests(&project);
     scenes::frames(&mut session, 4);
     let counted = session.counted();

@@ -1,11 +1,10 @@
 // Lum's blocks that are copied before they are written. A block of 16³ voxels that an instance touches has a slot: its voxels are copied there, and the
 // instance is drawn over them. All other blocks are those of the world. Needs the block `grid` of field.glsl.
 #include <raxel/internal/walk.glsl>
+#include "block.glsl"
 
-uniform usampler3D slots;                                  // for each block of the world: its slot + 1, or 0
-layout(std430) readonly buffer Voxels { uint voxels[]; };  // 16³ words a slot: the material, and above it the instance + 1
-
-const uint BLOCK_VOXELS = 4096u;
+uniform usampler3D slots;   // for each block of the world: its slot + 1, or 0
+layout(std430) readonly buffer Blocks { Block blocks[]; };
 
 // Log2 of the size of the smallest cube that holds the grid of blocks, in voxels.
 uint blocks_log2_size() {
@@ -20,7 +19,7 @@ uint blocks_look(uvec3 cell, out uint log2_free) {
     if (slot == 0u) return 0u;
     log2_free = 0u;
     uvec3 within = cell & 15u;
-    return voxels[BLOCK_VOXELS * (slot - 1u) + (within.x | within.y << 4 | within.z << 8)] & 0xffffu;
+    return blocks[slot - 1u].voxels[within.x | within.y << 4 | within.z << 8] & 0xffffu;
 }
 
 // The first solid voxel of a copied block along a ray, by the walk that all tracers share.
@@ -48,15 +47,4 @@ bool trace_blocks(RxRay ray, out RxHit hit) {
     hit.material = material;
     hit.steps = steps;
     return within;
-}
-
-// The first solid voxel along a ray. A copy has all voxels of its block, so where both are met at once, the copy counts.
-bool lum_trace(RxRay ray, out RxHit hit) {
-    bool found = rx_trace(ray, hit);
-    RxHit copied;
-    if (found) ray.t_max = min(ray.t_max, hit.t);
-    if (!trace_blocks(ray, copied)) return found;
-    copied.steps += hit.steps;
-    hit = copied;
-    return true;
 }

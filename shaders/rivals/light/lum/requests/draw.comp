@@ -5,12 +5,13 @@
 #define SCALE 1.0
 #include "../field.glsl"
 #include "box.glsl"
+#include "block.glsl"
 #include "work.glsl"
 
 layout(local_size_x = 64) in;
 layout(r32ui) uniform readonly uimage3D slots;
 layout(std430) readonly buffer Draws { uvec2 draws[]; };
-layout(std430) buffer Voxels { uint voxels[]; };
+layout(std430) buffer Blocks { Block blocks[]; };
 
 void main() {
     uint thread = rx_thread();
@@ -20,8 +21,8 @@ void main() {
     uint slot = imageLoad(slots, block).x;
     if (slot == 0u) return;
     RxInstance instance = rx_instance_of(todo.y);
-    for (uint i = thread & 63u; i < 4096u; i += 64u) {
+    for (uint i = thread & 63u; i < BLOCK_VOXELS; i += 64u) {
         uint material = material_of(instance, 16 * block + ivec3(i & 15u, i >> 4 & 15u, i >> 8));
-        if (material != 0u) atomicMax(voxels[4096u * (slot - 1u) + i], (todo.y + 1u) << 16 | material);
+        if (material != 0u) atomicMax(blocks[slot - 1u].voxels[i], (todo.y + 1u) << 16 | material);
     }
 }

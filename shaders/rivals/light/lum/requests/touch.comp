@@ -4,13 +4,13 @@
 #define SCALE 1.0
 #include "../field.glsl"
 #include "box.glsl"
+#include "block.glsl"
 #include "work.glsl"
 
 layout(local_size_x = 64) in;
 layout(r32ui) uniform uimage3D slots;
 layout(std430) writeonly buffer Copies { uint copies[]; };   // the block of each slot, its x, y and z in 10 bits each
 layout(std430) writeonly buffer Draws { uvec2 draws[]; };    // block, instance
-layout(push_constant) uniform Push { uint most_slots; } push;
 
 void touch(ivec3 block, uint instance) {
     uint place = uint(block.x | block.y << 10 | block.z << 20);
@@ -22,12 +22,12 @@ void touch(ivec3 block, uint instance) {
     }
     // The first instance in a block takes the slot. Until it has one, the block is marked, so that no other does.
     if (imageAtomicCompSwap(slots, block, 0u, 0xffffffffu) != 0u) return;
-    uint slot = atomicAdd(work.copy_threads, 4096u) / 4096u;
-    if (slot < push.most_slots) {
+    uint slot = atomicAdd(work.copy_threads, BLOCK_VOXELS) / BLOCK_VOXELS;
+    if (slot < copies.length()) {
         copies[slot] = place;
         imageStore(slots, block, uvec4(slot + 1u));
     } else {
-        atomicAdd(work.copy_threads, -4096u);
+        atomicAdd(work.copy_threads, -BLOCK_VOXELS);
         atomicAdd(work.no_slot, 1u);
         imageStore(slots, block, uvec4(0u));
     }
