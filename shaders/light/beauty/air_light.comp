@@ -23,7 +23,7 @@ uniform sampler3D sunBefore;                        // those of the last frame; 
 uniform sampler3D skyBefore;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;   // the camera of the last frame
 
-const float MOST = 4.0, MOST_OF_SKY = 24.0, MOST_AT_REST = 128.0;   // frames in a mean
+const float MOST = 4.0, MOST_OF_SKY = 24.0, MOST_AT_REST = 512.0;   // frames in a mean
 const float FAST = 12.0;         // frames that still count (change.glsl) below which the sun moves fast
 const float MOST_FAST = 3.0;     // frames in a mean then
 const uint RAYS_IN_MOTION = 3u;  // to the sun

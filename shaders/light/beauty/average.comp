@@ -26,6 +26,7 @@ layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
 const float MOST_IN_MOTION = 4.0, MOST_ON_WATER = 3.0;
+const float BRIGHTER = 2.0;
 const uint STALE = 32u;   // frames at rest in which light from before a change may still be in the mean
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
@@ -37,17 +38,19 @@ vec3 released(vec3 light) {
     return light / max(1.0 - max(light.x, max(light.y, light.z)), 1e-4);
 }
 
-// The range of the light around a pixel now: `deviations` standard deviations around the mean.
+// The range of the light around a pixel now: `deviations` standard deviations around the mean, and at most
+// BRIGHTER times as bright as all of it.
 void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out vec3 high) {
-    vec3 mean = vec3(0.0), square = vec3(0.0);
+    vec3 mean = vec3(0.0), square = vec3(0.0), most = vec3(0.0);
     for (int i = 0; i < 9; ++i) {
         vec3 c = pressed(texelFetch(seen, clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1), 0).rgb);
         mean += c / 9.0;
         square += c * c / 9.0;
+        most = max(most, c);
     }
     vec3 wide = deviations * sqrt(max(square - mean * mean, 0.0));
     low = mean - wide;
-    high = mean + wide;
+    high = min(mean + wide, pressed(BRIGHTER * released(most)));
 }
 
 // The mean of earlier frames at a place of the picture, and its frames.

@@ -68,8 +68,9 @@ void choose_grain() {
 void begin() {
     // As many faces are in sight as in the last frame, about.
     float budget = max(push.paths * float(pixels()), 1.0);
-    queue.every = uint(clamp(ceil(float(queue.seen) / budget), 1.0, 16.0));
+    queue.every = uint(clamp(ceil(float(queue.wanted) / budget), 1.0, 16.0));
     queue.seen = 0u;
+    queue.wanted = 0u;
     queue.count = 0u;
     queue.lost = 0u;
     // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.

@@ -1,4 +1,5 @@
-// The faces that get new samples in a frame. QUEUE_ACCESS is empty where the shader writes it.
+// The faces that get new samples in a frame. A face that is wide on the picture has several entries of the list, one after the other, and
+// each entry is a new sample. QUEUE_ACCESS is empty where the shader writes it.
 #ifndef FACE_CACHE_QUEUE_GLSL
 #define FACE_CACHE_QUEUE_GLSL
 #ifndef QUEUE_ACCESS
@@ -11,9 +12,9 @@
 const float QUEUE_ONE = 256.0, QUEUE_LOG_LEAST = -24.0, QUEUE_LOG_MOST = 24.0;
 
 layout(std430) QUEUE_ACCESS buffer Queue {
-    uint count;     // faces that are listed
-    uint work;      // paths in all
-    uint per_face;  // paths for each
+    uint count;     // entries of the list
+    uint work;      // threads of a pass that has several for each entry
+    uint wanted;    // entries that all faces in sight would have
     uint seen;      // faces that are in sight
     uint every;     // one in so many of the faces in sight is listed, in turn
     uint spread;    // the sum of the variances of samples over faces, relative to the shown light of such a place
@@ -24,9 +25,31 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     float noise;    // the mean of the variances, in earlier frames; 0 as long as it is unknown
     uint lamps;     // how many the world has
     uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
-    uint faces[RX_FACE_SLOTS];   // the slots of the listed faces, each once
+    uint faces[RX_FACE_SLOTS];   // queue_entry
     uint pick[];    // of each slot that is a cell of many faces, the pixel that stands for it in this frame (pick.glsl); 0 between frames
 } queue;
+
+// An entry of the list: the slot of the face, the number of the entry among those of the face, and how many these are, up to 64.
+uint queue_entry(uint slot, uint number, uint of) {
+    return slot | number << 20 | of - 1u << 26;
+}
+
+uint entry_slot(uint entry) {
+    return entry & RX_FACE_SLOTS - 1u;
+}
+
+uint entry_number(uint entry) {
+    return entry >> 20 & 63u;
+}
+
+uint entries_of_face(uint entry) {
+    return (entry >> 26) + 1u;
+}
+
+// How many entries fit, for a picture of a size.
+uint queue_room(ivec2 size) {
+    return min(RX_FACE_SLOTS, 2u * uint(size.x * size.y));
+}
 
 // Whether samples are known to have little noise.
 bool queue_quiet() {

@@ -28,11 +28,12 @@ float luminance(vec3 light) {
 
 // Takes the new samples in, and notes how noisy they are.
 void resolve(uint i) {
-    uint slot = queue.faces[i];
+    uint entry = queue.faces[i], slot = entry_slot(entry), samples = entries_of_face(entry);
+    if (entry_number(entry) != 0u) return;
     vec3 sum = vec3(0.0);
-    float square = 0.0, added = float(queue.per_face);
-    for (uint k = 0u; k < queue.per_face; ++k) {
-        vec3 one = fresh[i * queue.per_face + k].rgb;
+    float square = 0.0, added = float(samples);
+    for (uint k = 0u; k < samples; ++k) {
+        vec3 one = fresh[i + k].rgb;
         sum += one;
         square += luminance(one) * luminance(one);
     }

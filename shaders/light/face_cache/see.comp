@@ -1,6 +1,6 @@
 // The first hit of each pixel, and a list of the faces that get new samples, each once: all that are new, and of the others as many as
 // there are paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to
-// know it better.
+// know it better, and get more samples at once.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -18,7 +18,7 @@ layout(rg32ui) uniform readonly uimage2D firsts;
 #define CACHE_ACCESS
 #define RX_FACE_INSERT
 #include "cache.glsl"
-layout(push_constant) uniform Push { float quarters; float error; int rarely; } push;
+layout(push_constant) uniform Push { float quarters; float paths; float error; int rarely; } push;
 #include "across.glsl"
 #include "cells.glsl"
 #include "part.glsl"
@@ -26,6 +26,8 @@ layout(push_constant) uniform Push { float quarters; float error; int rarely; } 
 #ifdef RX_BINDS_Poses
 #include "moves.glsl"
 #endif
+
+const float ENTRIES_MOST = 16.0;
 
 // The hit of a pixel's ray in the world.
 bool first_of(uvec2 first, RxRay ray, out RxHit hit) {
@@ -48,9 +50,41 @@ uint slot_at(RxHit hit, inout uint part, out RxFaceKey key) {
     }
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
-    if (any(greaterThanEqual(pixel, size))) return;
+// What a group of threads adds to the queue at once.
+shared uint seen, wanted, listed, first_entry;
+
+// Entries of a face that is so many pixels wide: its noise shows on all of them.
+uint entries_for(float across) {
+#ifdef UNSOFTENED
+    return 1u;
+#else
+    return uint(clamp(push.paths * across * across, 1.0, ENTRIES_MOST));
+#endif
+}
+
+// Whether a face is listed that this frame asks for the first time, and how many entries it has. `before` is the frame that asked last, from 1 on.
+bool is_listed(RxHit hit, uint part, RxFaceKey key, uint slot, uint before, float height, out uint entries) {
+    float across = cell_pixels(cell_of(hit.voxel, hit.face, part), hit.face, part, height);
+    if (part > 0u && part < CELL_PARTS) across *= 0.5;
+    entries = entries_for(across);
+    atomicAdd(seen, 1u);
+    atomicAdd(wanted, entries);
+    if (before == 0u) atomicAdd(fit.used, 1u);
+    // Samples of light that is gone do not count.
+    float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
+#ifdef RX_BINDS_Poses
+    samples = samples_after_moves(slot, samples);
+#endif
+    float needed = queue.noise * max(across, 1.0) / (push.error * push.error);
+    float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
+    // By the key, because slots depend on the order of threads.
+    bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
+    return turn || samples == 0.0;
+}
+
+// The slot of a pixel's face, and how many entries of the list the face gets, if this pixel is the one that lists it.
+uint see(ivec2 pixel, ivec2 size, out uint entries) {
+    entries = 0u;
     RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
     RxHit hit;
     bool found = first_of(imageLoad(firsts, pixel).xy, ray, hit);
@@ -59,33 +93,49 @@ void main() {
 #endif
     imageStore(outHit, pixel, found ? ivec4(hit.voxel, pack_hit(hit.material, hit.face)) : ivec4(0, 0, 0, -1));
     imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(0.0));
-    uint slot = RX_NO_FACE;
-    if (found && hit.face != RX_FACE_INSIDE) {
-        // One of 64 pixels reports how wide its face is, for the size of cells in the next frame.
-        uint says = rx_hash(gl_WorkGroupID.x + rx_hash(gl_WorkGroupID.y + rx_hash(frame.index))) & FIT_APART - 1u;
-        if (gl_LocalInvocationIndex == says) atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(size.y)))], 1u);
-        uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
-        RxFaceKey key;
-        slot = slot_at(hit, part, key);
-        if (slot == RX_NO_FACE && (fit.grain >= 0.0 || rx_is_on_instance(hit.face) || rx_face_fits(hit.voxel, face_box()))) atomicAdd(queue.lost, 1u);
-        if (slot != RX_NO_FACE && part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
-        // Frames count from 1 here: 0 is a slot that no pass has asked for. The list holds as many faces as there are pixels.
-        uint now = frame.index + 1u, before = slot == RX_NO_FACE || asked[slot] == now ? now : atomicExchange(asked[slot], now);
-        if (before != now) {
-            atomicAdd(queue.seen, 1u);
-            if (before == 0u) atomicAdd(fit.used, 1u);
-            // Samples of light that is gone do not count.
-            float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
-#ifdef RX_BINDS_Poses
-            samples = samples_after_moves(slot, samples);
-#endif
-            float across = cell_pixels(cell_of(hit.voxel, hit.face, part), hit.face, part, float(size.y));
-            float needed = queue.noise * max(part == 0u || part >= CELL_PARTS ? across : 0.5 * across, 1.0) / (push.error * push.error);
-            float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
-            // By the key, because slots depend on the order of threads.
-            bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
-            if (turn || samples == 0.0) queue.faces[atomicAdd(queue.count, 1u)] = slot;
-        }
+    if (!found || hit.face == RX_FACE_INSIDE) return RX_NO_FACE;
+    // One of 64 pixels reports how wide its face is, for the size of cells in the next frame.
+    uint says = rx_hash(gl_WorkGroupID.x + rx_hash(gl_WorkGroupID.y + rx_hash(frame.index))) & FIT_APART - 1u;
+    if (gl_LocalInvocationIndex == says) atomicAdd(fit.bins[fit_bin(cell_width(hit.voxel, hit.face, float(size.y)))], 1u);
+    uint part = part_at(hit.voxel, hit.face, hit.uv, float(size.y), push.quarters);
+    RxFaceKey key;
+    uint slot = slot_at(hit, part, key);
+    if (slot == RX_NO_FACE) {
+        if (fit.grain >= 0.0 || rx_is_on_instance(hit.face) || rx_face_fits(hit.voxel, face_box())) atomicAdd(queue.lost, 1u);
+        return slot;
     }
-    imageStore(outSlot, pixel, uvec4(slot));
+    if (part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
+    // Frames count from 1 here: 0 is a slot that no pass has asked for.
+    uint now = frame.index + 1u, before = asked[slot] == now ? now : atomicExchange(asked[slot], now), own;
+    if (before != now && is_listed(hit, part, key, slot, before, float(size.y), own)) entries = own;
+    return slot;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
+    bool inside = all(lessThan(pixel, size)), leads = gl_LocalInvocationIndex == 0u;
+    if (leads) {
+        seen = 0u;
+        wanted = 0u;
+        listed = 0u;
+    }
+    barrier();
+    uint entries = 0u, slot = RX_NO_FACE, own = 0u;
+    if (inside) {
+        slot = see(pixel, size, entries);
+        imageStore(outSlot, pixel, uvec4(slot));
+        if (entries > 0u) own = atomicAdd(listed, entries);
+    }
+    barrier();
+    if (leads && seen > 0u) {
+        atomicAdd(queue.seen, seen);
+        atomicAdd(queue.wanted, wanted);
+        first_entry = atomicAdd(queue.count, listed);
+    }
+    barrier();
+    if (entries == 0u) return;
+    // As far as there is room.
+    uint first = first_entry + own, room = queue_room(size);
+    entries = min(entries, room - min(first, room));
+    for (uint i = 0u; i < entries; ++i) queue.faces[first + i] = queue_entry(slot, i, entries);
 }

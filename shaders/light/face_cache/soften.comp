@@ -94,7 +94,8 @@ void add(vec4 own, float variance, inout vec3 sum, inout float samples) {
 void main() {
     uint i = rx_thread();
     if (i >= queue.count) return;
-    uint slot = queue.faces[i];
+    uint entry = queue.faces[i], slot = entry_slot(entry);
+    if (entry_number(entry) != 0u) return;
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
     vec4 own = light[slot];

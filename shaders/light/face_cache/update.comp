@@ -1,4 +1,4 @@
-// One path from a random place on each listed face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces
+// One path for each entry of the list, from a random place on its face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces
 // send back, without direct sun. Where a face that is hit keeps light itself, the path ends with that. Only data of the last frame is read,
 // so the order of threads does not matter.
 #version 460
@@ -50,14 +50,14 @@ vec4 kept(RxHit hit) {
 
 void main() {
     uint i = rx_thread();
-    if (i >= queue.work) return;
+    if (i >= queue.count) return;
     RxFaceKey key;
-    uint slot = queue.faces[i / queue.per_face];
+    uint entry = queue.faces[i], slot = entry_slot(entry);
     if (!rx_face_in_slot(slot, key)) return;
     ivec3 voxel;
     uint face, part;
     cell_of_key(key, voxel, face, part);
-    RxSampler numbers = rx_sampler(frame.index * queue.per_face + i % queue.per_face, scene_seed(rx_hash(key.home) ^ key.rest));
+    RxSampler numbers = rx_sampler(frame.index * entries_of_face(entry) + entry_number(entry), scene_seed(rx_hash(key.home) ^ key.rest));
     vec3 corner = vec3(0.0, 0.0, 1.0);
     if (part < CELL_PARTS) {
         corner = rx_face_part(part);

@@ -5,6 +5,5 @@
 layout(local_size_x = 1) in;
 
 void main() {
-    queue.per_face = 16u;
     queue.work = 16u * queue.count;
 }
