@@ -441,20 +441,20 @@ fn faces_that_know_their_light_take_their_turn_less_often() {
     room(&project);
     let mut session = open(&project, "graphs/light/face_cache.toml", [64, 36], &DARK);
     session.pin("queue").unwrap();
-    // Faces that get new samples, and all that are in sight.
+    // Samples that are listed, and those that all faces in sight would have, by their width.
     let listed = |session: &mut Session, count: u32| {
         frames(session, count);
-        let bytes = session.read_buffer("queue", 0..16).unwrap();
-        [0, 12].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()))
+        let bytes = session.read_buffer("queue", 0..12).unwrap();
+        [0, 8].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()))
     };
-    let [first, seen] = listed(&mut session, 1);
-    assert!(first == seen && seen > 100, "{first} of {seen}");
-    let [later, seen] = listed(&mut session, 47);
-    assert!(later > 0 && later < seen / 4, "{later} of {seen}");
+    let [first, all] = listed(&mut session, 1);
+    assert!(first >= all && all > 100, "{first} of {all}");
+    let [later, all] = listed(&mut session, 47);
+    assert!(later > 0 && later < all / 4, "{later} of {all}");
     // Their cached light is stale.
     session.set_param("lamp_strength", Value::F32(0.25)).unwrap();
-    let [changed, seen] = listed(&mut session, 1);
-    assert_eq!(changed, seen);
+    let [changed, all] = listed(&mut session, 1);
+    assert!(changed >= all, "{changed} of {all}");
 }
 
 #[test]

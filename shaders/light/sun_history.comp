@@ -33,6 +33,11 @@ layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
 #include "rivals/light/surface/unwrapped.glsl"
 #endif
 #include "change.glsl"
+#ifdef STIRS
+layout(std430) buffer Stirred { uint stirred[]; };
+#include "stirred.glsl"
+const float STIRS_FROM = 0.05;   // change of the share of the sun
+#endif
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; int history; vec3 frac; int rays; } push;
 
 #ifndef ONE_RAY
@@ -237,6 +242,13 @@ void main() {
     }
 #endif
     if (!inside) return;
+#ifdef STIRS
+    // The sun moves, and its share here is another than in the last frame.
+    if (asks && state.changed != 0u && frame.still == 0u && old.y > 0.0 && face < RX_FACE_INSIDE) {
+        float most = max(dot(rx_normal(face), sun), 1e-3);
+        if (abs(result.x - old.x) > STIRS_FROM * most) stirred[stirred_place(hit.xyz >> 3)] = frame.index + 1u;
+    }
+#endif
     imageStore(outSun, pixel, vec4(result, 0.0, 0.0));
 #ifdef PANES
     imageStore(outStained, pixel, vec4(stained, 0.0));

@@ -12,6 +12,7 @@ layout(local_size_x = 64) in;
 #include "goes_on.glsl"
 layout(push_constant) uniform Push { ivec2 size; float paths; float grain; float quarters; } push;
 
+const float ENTRIES_MORE = 8.0;                      // entries for each pixel of a face's width, at most, where there is a path for each pixel
 const uint EACH = 16u;                               // slots that a thread looks through
 const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
 
@@ -66,19 +67,23 @@ void choose_grain() {
 }
 
 void begin() {
-    // As many faces are in sight as in the last frame, about.
-    float budget = max(push.paths * float(pixels()), 1.0);
-    queue.every = uint(clamp(ceil(float(queue.wanted) / budget), 1.0, 16.0));
-    queue.seen = 0u;
+    // As many faces are in sight as in the last frame, about. One in `every` is listed; while that leaves paths over, each gets more.
+    float budget = max(push.paths * float(pixels()), 1.0), most = max(ENTRIES_MORE * push.paths, 1.0), wanted = max(float(queue.wanted), 1.0);
+    queue.every = uint(clamp(ceil(wanted / budget), 1.0, 16.0));
+    if (queue.count > 0u) queue.per_width *= 0.9 * budget / float(queue.count);
+    queue.per_width = queue.per_width > 0.0 ? clamp(queue.per_width, 1.0, most) : min(most, 2.0);
+    queue.per_new_width = min(queue.per_width, queue.wanted > 0u ? max(0.9 * float(queue_room(push.size)) / wanted, 1.0) : 2.0);
     queue.wanted = 0u;
     queue.count = 0u;
     queue.lost = 0u;
     // One number for all faces: a number of samples that follows each face's own samples would stop where they happen to lie low.
-    if (queue.spreads >= 16u) {
+    // At first, a few wide faces have enough of them, which says little about all others.
+    if (queue.spreads >= 16u && (queue.noise > 0.0 || queue.spreads >= queue.seen / 4u)) {
         float noise = float(queue.spread) / (QUEUE_ONE * float(queue.spreads));
         queue.noise += (noise - queue.noise) * (queue.noise > 0.0 ? 0.1 : 1.0);
     }
     if (queue.showing > 0u) queue.bright = exp2(float(queue.logs) / (QUEUE_ONE * float(queue.showing)) + QUEUE_LOG_LEAST);
+    queue.seen = 0u;
     queue.spread = 0u;
     queue.spreads = 0u;
     queue.logs = 0u;

@@ -14,7 +14,7 @@ const float QUEUE_ONE = 256.0, QUEUE_LOG_LEAST = -24.0, QUEUE_LOG_MOST = 24.0;
 layout(std430) QUEUE_ACCESS buffer Queue {
     uint count;     // entries of the list
     uint work;      // threads of a pass that has several for each entry
-    uint wanted;    // entries that all faces in sight would have
+    uint wanted;    // entries that all faces in sight would have, with one for each pixel of their width
     uint seen;      // faces that are in sight
     uint every;     // one in so many of the faces in sight is listed, in turn
     uint spread;    // the sum of the variances of samples over faces, relative to the shown light of such a place
@@ -25,13 +25,20 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     float noise;    // the mean of the variances, in earlier frames; 0 as long as it is unknown
     uint lamps;     // how many the world has
     uint lost;      // pixels whose face found no slot in the table (warned of); of the hash cache, samples whose cell found none
+    float per_width;      // entries of a face for each pixel of its width
+    float per_new_width;  // the same of faces that know no light: all of them fit into the list at once
     uint faces[RX_FACE_SLOTS];   // queue_entry
     uint pick[];    // of each slot that is a cell of many faces, the pixel that stands for it in this frame (pick.glsl); 0 between frames
 } queue;
 
-// An entry of the list: the slot of the face, the number of the entry among those of the face, and how many these are, up to 64.
-uint queue_entry(uint slot, uint number, uint of) {
-    return slot | number << 20 | of - 1u << 26;
+// An entry of the list: the slot of the face, the number of the entry among those of the face, how many these are, up to 16, and whether old
+// samples of the face hardly count.
+uint queue_entry(uint slot, uint number, uint of, bool late) {
+    return slot | number << 20 | of - 1u << 24 | (late ? 1u << 28 : 0u);
+}
+
+bool entry_is_late(uint entry) {
+    return (entry >> 28 & 1u) != 0u;
 }
 
 uint entry_slot(uint entry) {
@@ -39,11 +46,11 @@ uint entry_slot(uint entry) {
 }
 
 uint entry_number(uint entry) {
-    return entry >> 20 & 63u;
+    return entry >> 20 & 15u;
 }
 
 uint entries_of_face(uint entry) {
-    return (entry >> 26) + 1u;
+    return (entry >> 24 & 15u) + 1u;
 }
 
 // How many entries fit, for a picture of a size.

@@ -17,6 +17,8 @@ layout(push_constant) uniform Push { int history; } push;
 #endif
 
 const float JUDGES_FROM = 8.0;   // samples of a mean that others are held against
+const float LATE_SAMPLES = 8.0, LATE_TIMES = 3.0;
+const float JUDGED_MOST = 8.0;   // samples of a frame that are held against it, so that wide faces count like others
 const float SPREAD_MOST = 64.0;  // so that the sum over all faces fits
 
 shared uint spread;
@@ -31,13 +33,15 @@ void resolve(uint i) {
     uint entry = queue.faces[i], slot = entry_slot(entry), samples = entries_of_face(entry);
     if (entry_number(entry) != 0u) return;
     vec3 sum = vec3(0.0);
-    float square = 0.0, added = float(samples);
+    float square = 0.0, added = float(samples), judged = min(added, JUDGED_MOST), first = 0.0;
     for (uint k = 0u; k < samples; ++k) {
         vec3 one = fresh[i + k].rgb;
         sum += one;
+        if (k < uint(JUDGED_MOST)) first += luminance(one) / judged;
         square += luminance(one) * luminance(one);
     }
     vec4 old = light[slot];
+    if (entry_is_late(entry)) old.w = min(old.w, max(LATE_SAMPLES, LATE_TIMES * added));
 #ifdef RX_BINDS_Poses
     old.w = samples_after_moves(slot, old.w);
     moves_seen[slot] = moves;
@@ -45,8 +49,8 @@ void resolve(uint i) {
     if (old.w >= JUDGES_FROM && generation[slot] == state.generation && queue.bright > 0.0) {
         // Samples of one frame are spread evenly, so they are held against the mean together; a mean of n is off by an n-th of the variance itself.
         // Where sunlight comes on top, or all else is much brighter, it shows less.
-        float mean = luminance(old.rgb), off = luminance(sum / added) - mean;
-        float relative = off * off / ((1.0 / added + 1.0 / old.w) * (mean * mean + queue.bright * queue.bright));
+        float mean = luminance(old.rgb), off = first - mean;
+        float relative = off * off / ((1.0 / judged + 1.0 / old.w) * (mean * mean + queue.bright * queue.bright));
         atomicAdd(spread, uint(QUEUE_ONE * min(relative, SPREAD_MOST)));
         atomicAdd(spreads, 1u);
     }

@@ -18,16 +18,18 @@ layout(rg32ui) uniform readonly uimage2D firsts;
 #define CACHE_ACCESS
 #define RX_FACE_INSERT
 #include "cache.glsl"
-layout(push_constant) uniform Push { float quarters; float paths; float error; int rarely; } push;
+layout(push_constant) uniform Push { float quarters; float error; int rarely; } push;
 #include "across.glsl"
 #include "cells.glsl"
 #include "part.glsl"
 #include "pick.glsl"
+layout(std430) readonly buffer Stirred { uint stirred[]; };
+#include "../stirred.glsl"
 #ifdef RX_BINDS_Poses
 #include "moves.glsl"
 #endif
 
-const float ENTRIES_MOST = 16.0;
+const float ENTRIES_MOST = 16.0, LATE_SAMPLES = 8.0, KNOWN_FROM = 8.0;
 
 // The hit of a pixel's ray in the world.
 bool first_of(uvec2 first, RxRay ray, out RxHit hit) {
@@ -53,37 +55,52 @@ uint slot_at(RxHit hit, inout uint part, out RxFaceKey key) {
 // What a group of threads adds to the queue at once.
 shared uint seen, wanted, listed, first_entry;
 
-// Entries of a face that is so many pixels wide: its noise shows on all of them.
-uint entries_for(float across) {
+// Entries of a face that is so many pixels wide: its noise shows on all of them, and that of a narrower one on a whole pixel. `turn` is a random
+// number, by which the number of entries is right in the mean.
+uint entries_for(float across, float per_width, uint turn) {
 #ifdef UNSOFTENED
     return 1u;
 #else
-    return uint(clamp(push.paths * across * across, 1.0, ENTRIES_MOST));
+    return uint(clamp(per_width * max(across, 1.0) + float(turn >> 8) / 16777216.0, 1.0, ENTRIES_MOST));
 #endif
 }
 
+// Whether a shadow has moved near a face lately.
+bool is_stirred(ivec3 voxel, uint face) {
+    if (face >= RX_FACE_INSIDE) return false;
+    for (int i = 0; i < 8; ++i) {
+        uint last = stirred[stirred_place((voxel - 4 + 8 * ivec3(i & 1, i >> 1 & 1, i >> 2)) >> 3)];
+        if (last != 0u && frame.index + 1u - last <= STIRRED_FRAMES) return true;
+    }
+    return false;
+}
+
 // Whether a face is listed that this frame asks for the first time, and how many entries it has. `before` is the frame that asked last, from 1 on.
-bool is_listed(RxHit hit, uint part, RxFaceKey key, uint slot, uint before, float height, out uint entries) {
+bool is_listed(RxHit hit, uint part, RxFaceKey key, uint slot, uint before, float height, out uint entries, out bool late) {
     float across = cell_pixels(cell_of(hit.voxel, hit.face, part), hit.face, part, height);
     if (part > 0u && part < CELL_PARTS) across *= 0.5;
-    entries = entries_for(across);
-    atomicAdd(seen, 1u);
-    atomicAdd(wanted, entries);
     if (before == 0u) atomicAdd(fit.used, 1u);
     // Samples of light that is gone do not count.
     float samples = generation[slot] == state.generation ? light[slot].w : 0.0;
 #ifdef RX_BINDS_Poses
     samples = samples_after_moves(slot, samples);
 #endif
+    uint own = rx_hash(key.home ^ key.rest);   // by the key, because slots depend on the order of threads
+    uint turn = rx_hash(own + frame.index);
+    entries = entries_for(across, samples > 0.0 ? queue.per_width : queue.per_new_width, turn);
+    atomicAdd(seen, 1u);
+    atomicAdd(wanted, entries_for(across, 1.0, turn));
+    late = state.changed != 0u && is_stirred(hit.voxel, hit.face);
+    if (late) samples = min(samples, LATE_SAMPLES);
     float needed = queue.noise * max(across, 1.0) / (push.error * push.error);
-    float wait = queue.noise > 0.0 ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
-    // By the key, because slots depend on the order of threads.
-    bool turn = (rx_hash(key.home ^ key.rest) + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
-    return turn || samples == 0.0;
+    float wait = queue.noise > 0.0 && samples >= KNOWN_FROM ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
+    bool has_turn = (own + frame.index) % (max(queue.every, 1u) * uint(wait)) == 0u;
+    return has_turn || samples == 0.0;
 }
 
 // The slot of a pixel's face, and how many entries of the list the face gets, if this pixel is the one that lists it.
-uint see(ivec2 pixel, ivec2 size, out uint entries) {
+uint see(ivec2 pixel, ivec2 size, out uint entries, out bool late) {
+    late = false;
     entries = 0u;
     RxRay ray = rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size));
     RxHit hit;
@@ -107,7 +124,7 @@ uint see(ivec2 pixel, ivec2 size, out uint entries) {
     if (part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
     // Frames count from 1 here: 0 is a slot that no pass has asked for.
     uint now = frame.index + 1u, before = asked[slot] == now ? now : atomicExchange(asked[slot], now), own;
-    if (before != now && is_listed(hit, part, key, slot, before, float(size.y), own)) entries = own;
+    if (before != now && is_listed(hit, part, key, slot, before, float(size.y), own, late)) entries = own;
     return slot;
 }
 
@@ -120,9 +137,10 @@ void main() {
         listed = 0u;
     }
     barrier();
+    bool late = false;
     uint entries = 0u, slot = RX_NO_FACE, own = 0u;
     if (inside) {
-        slot = see(pixel, size, entries);
+        slot = see(pixel, size, entries, late);
         imageStore(outSlot, pixel, uvec4(slot));
         if (entries > 0u) own = atomicAdd(listed, entries);
     }
@@ -137,5 +155,5 @@ void main() {
     // As far as there is room.
     uint first = first_entry + own, room = queue_room(size);
     entries = min(entries, room - min(first, room));
-    for (uint i = 0u; i < entries; ++i) queue.faces[first + i] = queue_entry(slot, i, entries);
+    for (uint i = 0u; i < entries; ++i) queue.faces[first + i] = queue_entry(slot, i, entries, late);
 }
