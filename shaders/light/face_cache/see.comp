@@ -1,6 +1,6 @@
-// The first hit of each pixel, and a list of the faces that get new samples, each once: all that are new, and of the others as many as
-// there are paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to
-// know it better.
+// Finds the first hit of each pixel. Lists the faces that get new samples, each once: all new faces, and as many
+// others, in turn, as there are paths for. Faces that know their light well take their turn less often; wide ones,
+// which many pixels show, have to know it better.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"

@@ -1,4 +1,4 @@
-// How many paths each listed face gets, so that all together are about as many as was asked for.
+// Decides how many paths each listed face gets, so that the total is about the requested number.
 #version 460
 #include <raxel/light/lights.glsl>
 
