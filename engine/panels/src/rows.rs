@@ -1,4 +1,4 @@
-//! Long lists: what is out of sight keeps its place by the size that it had when it was drawn, and is not made.
+//! Long lists. A row out of sight is not made: it keeps its place by the size of its last draw.
 
 use std::hash::Hash;
 
