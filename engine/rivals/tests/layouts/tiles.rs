@@ -9,7 +9,7 @@ use raxel_world::{Chunk, ChunkPos, Content, DenseChunk, Mode, World};
 use crate::decode::{self, Voxels};
 use crate::palette;
 
-/// What no part of a tile is made of: a mask with all bits that name no place.
+/// A word that no part of a tile contains: a mask with all bits that name no place.
 const POISON: u32 = 0xdead_beef;
 
 /// Cells of a chunk.
