@@ -85,7 +85,7 @@ impl PeriodRay {
         i64::from(self.first[axis]) + n * i64::from(self.period[axis])
     }
 
-    /// How many planes of an axis it has crossed at a time, one that it crosses then included.
+    /// The number of planes of an axis that it has crossed up to a time, including a crossing at that time.
     fn crossed(&self, axis: usize, time: i64) -> i64 {
         let ahead = time - i64::from(self.first[axis]);
         if ahead < 0 { 0 } else { ahead / i64::from(self.period[axis]) + 1 }

@@ -12,7 +12,7 @@ use super::LightError;
 /// Where these graphs lie in a project.
 const FOLDER: &str = ".raxel/cache/light/graphs";
 
-/// The graph itself if it has all params, or one that extends it by those that it lacks. Mistakes in the graph are reported when it is
+/// The graph itself if it has all params; otherwise a graph that extends it by the missing ones. Mistakes in the graph are reported when it is
 /// opened.
 pub(super) fn with_params(project: &Path, graph: &str, params: &[String]) -> Result<String, LightError> {
     if params.is_empty() {

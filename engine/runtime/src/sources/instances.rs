@@ -93,7 +93,7 @@ impl LiveInstances {
             return;
         }
         let frames = frames(&self.instances, graph, values, written);
-        // Where too much waits already, the next frame tries again.
+        // If too many writes wait already, the next frame tries again.
         let words = || self.buffer.moving(&frames);
         if frames == self.shown || source.write(0, bytemuck::cast_slice(&words())).is_ok() {
             self.shown = frames;
