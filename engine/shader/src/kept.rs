@@ -15,7 +15,7 @@ use crate::stripped::stripped;
 /// The output of the front end.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// In the order in which they were asked for, with the hash of each answer.
+    /// In the order of the requests, with the hash of each answer.
     includes: Vec<(Include, [u8; 32])>,
     words: Vec<u32>,
     /// The warnings as the compiler prints them.
