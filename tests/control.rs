@@ -584,7 +584,7 @@ fn a_read_gives_what_the_last_writer_left() {
     }
 }
 
-/// `fin` adds 10 in each frame; the picture needs none of the other targets.
+/// `fin` adds 10 in each frame. The picture does not need the other targets.
 #[test]
 fn a_read_runs_no_frame() {
     let project = numbers(

@@ -44,7 +44,7 @@ const int NEAR = 2;                 // pixels that a pixel looks at, each way
 #else
 const int NEAR = 1;
 #endif
-const float APART = 2.0;            // from so many variances of their difference on, two pixels hardly count as alike
+const float APART = 2.0;            // at this many variances of their difference, two pixels hardly count as alike
 
 const uint NOT_ASKED = 7u;
 shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun

@@ -39,7 +39,7 @@ pub(crate) struct Instance {
 /// memory that its end does not release. With NVIDIA's driver 580 the loader found no driver any more after some forty devices.
 static FIRST: OnceLock<Arc<Instance>> = OnceLock::new();
 
-/// Where Homebrew puts the loader. The dynamic linker of macOS looks in neither folder by itself.
+/// The folders where Homebrew puts the loader. The dynamic linker of macOS does not search them by itself.
 const HOMEBREW: [&str; 2] = ["/opt/homebrew/lib/libvulkan.1.dylib", "/usr/local/lib/libvulkan.1.dylib"];
 
 /// The functions of the Vulkan loader.

@@ -220,7 +220,7 @@ fn judge(
     judged.reduce(Errors::default, Errors::and)
 }
 
-/// Rays through so many publications: of a flight in which tiles come and go while rays are traced, and of complete worlds in which edits,
+/// Rays through this many publications: of a flight in which tiles come and go while rays are traced, and of complete worlds in which edits,
 /// other levels and places far away take turns.
 fn trace(publications: u64, rays: u64) {
     let device = device();

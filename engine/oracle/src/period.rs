@@ -24,7 +24,7 @@ pub struct PeriodRay {
     pub period: [u32; 3],
 }
 
-/// Directions of less than this part of their length along an axis cross none of its planes.
+/// A direction with less than this part of its length along an axis crosses no plane of it.
 const STILL: f64 = 1.0 / 8192.0;
 
 /// Where a period ray ends.

@@ -91,7 +91,7 @@ pub enum Action {
     Cancel,
     /// Compile the shaders with checks of the bounds of their accesses, or without them.
     CheckBounds(bool),
-    /// Put the demo at so many seconds.
+    /// Put the demo at this number of seconds.
     Seek(f64),
     /// Start the demo over at its end, or stay there.
     Loop(bool),

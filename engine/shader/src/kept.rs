@@ -40,7 +40,7 @@ impl TextForm {
     }
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right.
+/// The module of a text, if it is kept and its includes are unchanged. If it is `checked`, the numbers of its lines are right.
 /// Warnings go to `sources.diagnostics`. `afresh` forgets the includes.
 pub(crate) fn find<'f>(
     cache: &Cache,

@@ -12,8 +12,8 @@ const MAX_OPERATORS: u64 = 100_000;
 /// Most tokens that one macro may expand to.
 const MAX_EXPANSION: u64 = 1 << 20;
 
-/// Most members that a struct may have with the structs in it written out: glslang takes half a second and 150 MB for so many, and twice as
-/// much for each doubling.
+/// Most members that a struct may have with the structs in it written out: glslang takes half a second and 150 MB for this number, and
+/// twice as much for each doubling.
 const MAX_MEMBERS: u64 = 1 << 16;
 
 /// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only used

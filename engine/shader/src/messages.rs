@@ -298,7 +298,7 @@ impl<'t> Message<'t> {
         self.text == "undeclared identifier" || self.text.starts_with("no such field in structure")
     }
 
-    /// No function of that name takes these arguments, or there is none of that name.
+    /// No function of that name takes these arguments, or no function has that name.
     fn is_unknown_function(&self) -> bool {
         self.text.starts_with("no matching overloaded function")
     }

@@ -117,7 +117,7 @@ fn a_flight_through_too_little_memory_has_everything_everywhere() {
     fly_over_land(120, u64::MAX);
 }
 
-/// An hour at 64 voxels a second. `RAXEL_FLIGHT_TILES` ends it after so many tiles.
+/// An hour at 64 voxels a second. `RAXEL_FLIGHT_TILES` ends it after this number of tiles.
 #[test]
 #[ignore = "takes minutes"]
 fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {

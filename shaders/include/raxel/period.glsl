@@ -72,7 +72,7 @@ struct RxPeriodWalk {
 };
 RxPeriodWalk rx_period;
 
-// The children that are not behind a child on any axis, without itself.
+// The children that are behind a child on no axis, without the child itself.
 uvec2 rx_period_ahead_mask(uint octant, uint child) {
     uint x = child & 3u, z = (child >> 2) & 3u, y = child >> 4;
     uint xs = (octant & 1u) != 0u ? (2u << x) - 1u : (15u << x) & 15u;

@@ -194,7 +194,7 @@ impl Content {
         }
     }
 
-    /// Names edits that were saved once, but are now in neither the chunks nor a journal.
+    /// Names edits that were saved once, but are now missing in the chunks and in the journals.
     fn name_missing(&mut self) {
         let gaps = self.gaps();
         for &(index, seq) in &self.torn {

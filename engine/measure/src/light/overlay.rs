@@ -1,4 +1,4 @@
-//! Params that move instances, for systems that have none of that name: a graph that extends the system's.
+//! Adds params that move instances to systems that lack them, by a graph that extends the system's.
 
 use std::fmt::Write;
 use std::fs;

@@ -17,7 +17,7 @@ fn cells(chunk: &Chunk) -> Voxels {
     chunk.iter().map(|(cell, material)| (cell.map(|c| c as i32), material)).collect()
 }
 
-/// A tile with full blocks and nodes, of one material and of several, and others that have gaps; or of nothing but full nodes of one material.
+/// A tile with full blocks and nodes, of one material and of several, and others that have gaps; or only full nodes of one material.
 fn random_chunk(random: &mut SplitMix64) -> Option<Arc<Chunk>> {
     let mut dense = DenseChunk::default();
     if random.below(16) == 0 {

@@ -78,7 +78,7 @@ impl LiveInstances {
         Ok((Self { instances, buffer, shown, followed: None }, words))
     }
 
-    /// Moves them to where passes and the params of a graph say, before the next frame. Does nothing while neither changes.
+    /// Moves them to the poses of passes and of the graph's params, before the next frame. Does nothing while these stay the same.
     pub fn follow(
         &mut self,
         graph: &Arc<Graph>,
