@@ -9,8 +9,8 @@
 // rx_tile_hit or rx_tile_miss, in any order. The exceptions are pixels whose bit is set in the returned value: trace them with rx_trace.
 //
 // With RX_TILE_ANY_HIT defined, rx_tile_hit only reports that the ray hits something. Its voxel is a solid one on the ray, not always the first.
-// Its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are set. `when =
-// "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
+// Its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are set.
+// `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
 //
 // Seen along the direction, all rays are points, and a cube is a hexagon. On each of three axes of that view, the rays of a tile lie within an
 // interval, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. A voxel can stop the rays of some
