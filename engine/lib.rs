@@ -46,8 +46,8 @@ pub use raxel_world as world;
 /// World files: TOML in, voxels or a generator out.
 pub use raxel_worldfile as worldfile;
 
-/// The part of Vulkan that a program with a session needs: the devices of the machine, the open device, messages of the validation layer, and
-/// errors. [`Presenter`] shows pictures in your window, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).
+/// The Vulkan types for a program with a session: the devices of the machine, the open device, messages of the validation layer, and errors.
+/// [`Presenter`] shows pictures in your window, under the triangles of an [`OverlayFrame`](gpu::OverlayFrame).
 ///
 /// Commands, barriers, memory and descriptors are not public, because their callers must order the accesses of the device. Only the executor,
 /// which follows a plan, and code that raxel's own tests check call them:

@@ -18,7 +18,7 @@ vec3 sun_direction() {
     return rx_sun_direction(push.sun_azimuth, push.sun_elevation);
 }
 
-// Whether a ray goes from a pixel's hit to the sun: not from the sky, from a face that looks away from the sun, and from inside a solid voxel.
+// Whether a pixel's hit needs a ray to the sun. The sky, faces that look away from the sun, and hits inside a solid voxel need none.
 bool goes_to_sun(ivec2 pixel, vec3 sun, out ivec4 first) {
     first = ivec4(0);
     if (any(greaterThanEqual(pixel, imageSize(outSun)))) return false;

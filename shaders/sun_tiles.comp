@@ -47,7 +47,7 @@ void main() {
     }
     uint some = RX_TILE_BALLOT(mine != 0u), count = uint(bitCount(some)), at = 0u;
     if (lane == 0u && some != 0u) {
-        // Atomic operations on one word run one after the other, so nearly all tiles make only one: workgroups are added for 64 entries at a time.
+        // Atomic operations on one word run one after the other, so nearly all tiles make only one. They add workgroups for 64 entries at a time.
         at = atomicAdd(restCount.count, count);
         if (at == 0u) {
             restCount.groups[1] = 1u;

@@ -11,8 +11,8 @@ void main() {
     ivec3 size = imageSize(coarse), fine_size = imageSize(fine);
     if (any(greaterThanEqual(texel, size))) return;
 
-    // A mip of odd size has a texel more than twice the next one's. That texel's content goes to the last coarse one, or it would be lost
-    // for the mips above, whose cubes hold it.
+    // A mip of odd size has a texel more than twice the next one's. That texel goes into the last coarse one. Otherwise the mips above
+    // would lose it, although their cubes hold it.
     ivec3 first = 2 * texel;
     ivec3 end = mix(first + 2, fine_size, equal(texel, size - 1));
     uint material = 0u;

@@ -1,5 +1,6 @@
-//! Beams save their tile's rays steps and no hit: graphs/bench/beam.toml gives bit for bit what graphs/bench/hit.toml gives, and so does
-//! graphs/bench/packet.toml, whose tiles talk through shared memory where the device has no subgroups for packets. That is what the oracle gives, however thin what is hit, wherever the camera is. For more cameras than the usual ones:
+//! Beams save steps of their tile's rays, and change no hit. graphs/bench/beam.toml and graphs/bench/packet.toml give the bits of
+//! graphs/bench/hit.toml. Tiles of packets use shared memory if the device has no subgroups for them. The bits are those of the oracle, for any
+//! camera and for the thinnest things. For more cameras than the usual ones:
 //!
 //! ```sh
 //! RAXEL_BEAM_CAMERAS=200 cargo test --release --test beam
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 /// Pictures of many tiles, of one, and of parts of some.
 const SIZES: [[u32; 2]; 6] = [[129, 3], [95, 57], [7, 5], [161, 90], [16, 16], [31, 203]];
 
-/// Where a scene is and how it is laid out. In each world is the origin of the coordinates, or none of its numbers is small.
+/// The place and the layout of a scene. A world holds the origin of the coordinates, or all of its coordinates are large.
 const PLACES: [(&str, [i32; 3], Layout); 6] = [
     ("thin", [0, 0, 0], Layout::TREE64),
     ("thin", [-(1 << 30), 1 << 29, (1 << 30) - 200], Layout::TREE64),
@@ -133,7 +134,7 @@ impl Pictures {
         hits.iter().map(|hit| hit.map(u32::cast_signed)).collect()
     }
 
-    /// How far the beams of tiles that see something go, as a part of the way to the nearest voxel: the sum, and of how many.
+    /// The reach of beams of tiles that see something, as a share of the way to the nearest voxel: the sum, and the number of tiles.
     fn shares(&mut self, view: &View, size: [u32; 2], hits: &[[i32; 4]]) -> [f64; 2] {
         let depths = self.session.read_target("beams_8").expect("a target");
         let [across, width] = [depths.width as usize, size[0] as usize];

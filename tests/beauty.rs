@@ -460,7 +460,7 @@ fn the_exposure_stands_still_where_time_does() {
     assert_eq!(exposure(&mut session), on_its_way);
 }
 
-/// Where the camera jumps to, its exposure is right at once, and it stays there: noise and single bright pixels do not move it.
+/// After a jump of the camera, the exposure is right at once, and it stays: noise and single bright pixels do not move it.
 #[test]
 fn the_exposure_is_right_after_a_jump() {
     let project = Project::shipped();

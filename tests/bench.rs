@@ -71,7 +71,7 @@ fn rows(run: &common::Run) -> Vec<Value> {
 fn exact_tracers_are_exact_and_others_are_told_apart() {
     let project = project();
     let out = project.path("out");
-    // Without its `every` the table would be baked in every frame, if what does not change were not left out.
+    // Without its `every`, only the skipping of unchanged passes keeps the table from being baked in every frame.
     project.edit("graphs/rivals/march/raymask.toml", "\nevery ", "\n# every ");
     let layouts = "tree64,svo,brickmap";
     let graphs = ["first_hit", "fixed", "bounce", "raymask"];
@@ -81,7 +81,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
         0,
     );
     let mut rows = rows(&run);
-    // Two cameras, four graphs, three layouts; then the means of what was measured from both.
+    // Two cameras, four graphs, three layouts; then the means over both cameras.
     let means = rows.split_off(24);
     assert_eq!(means.len(), 10);
     for mean in &means {
@@ -111,7 +111,7 @@ fn exact_tracers_are_exact_and_others_are_told_apart() {
                 assert!(number("steps_per_ray") >= 1.0 && number("t_error_ulp") < 16.0, "{row}");
             }
         }
-        // Passes that do not depend on the camera are not in the time of a frame.
+        // The time of a frame leaves out passes that do not depend on the camera.
         let names = |list: &str| -> Vec<String> {
             row[list].as_array().unwrap().iter().map(|pass| pass["pass"].as_str().unwrap().to_owned()).collect()
         };
@@ -345,8 +345,8 @@ fn a_session_takes_another_layout_for_its_world() {
     assert!(of_svo == own && own.iter().any(|byte| *byte != own[0]));
 }
 
-/// The files of `--export`, read by docs/bench-export.md alone, traced again by a method that shares nothing with the one that wrote
-/// them: every voxel's box in `f64`.
+/// Reads the files of `--export` by docs/bench-export.md alone, and traces the rays again by an unrelated method: every voxel's box
+/// in `f64`.
 #[test]
 fn what_is_exported_is_what_another_tracer_finds() {
     let project = project();

@@ -1,4 +1,4 @@
-//! The book is read as its readers read it: each page in a fresh folder, from the top, with every file written and every command run.
+//! Follows the book like a reader: each page in a fresh folder, from the top. The test writes every file and runs every command.
 //!
 //! | fence | what the test does |
 //! |---|---|
@@ -26,9 +26,9 @@ use common::markdown::{self, Block, pages};
 use common::{Run, output, repository};
 use rayon::prelude::*;
 
-/// Where the contents of the book are listed; its folder is the root of the book.
+/// The list of the book's contents. Its folder is the root of the book.
 const SUMMARY: &str = "docs/SUMMARY.md";
-/// Where the pages are that only the book has.
+/// The folder of the pages that only the book has.
 const PAGES: &str = "docs/book";
 /// Why a command of the book is not run here.
 const REASONS: [&str; 6] = ["build", "display", "editor", "install", "network", "slow"];
@@ -136,7 +136,7 @@ fn follow(page: &str, cache: &Path) -> Followed {
             let path = shell.folder().join(file);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             let before = match block.value("append") {
-                // An empty line parts what is added from what was there.
+                // An empty line stands between the old text and the added text.
                 Some(_) => std::fs::read_to_string(&path).unwrap_or_default() + "\n",
                 None => String::new(),
             };

@@ -145,7 +145,7 @@ fn a_mistake_that_files_share_is_told_once() {
     assert_eq!(run.stdout.matches("no key `presnt`").count(), 1, "{}", run.stdout);
     assert!(run.stderr.contains("graphs/rivals/primary_chunks.toml: 1 error, shown above"), "{}", run.stderr);
     assert!(run.stderr.contains("worlds/valley.demo.toml: 1 error, shown above"), "{}", run.stderr);
-    // A program asks for what is wrong with each of them.
+    // A program asks for the mistakes of each file.
     let run = project.raxel(&[&files[..], &["--format", "json"]].concat()).exits(3);
     assert_eq!(run.stdout.matches("\"code\":\"RX0011\"").count(), 3, "{}", run.stdout);
 }
@@ -311,7 +311,7 @@ fn plans_without_a_device_follow_the_world() {
     assert_eq!(line["world"], "worlds/lamps.toml");
 }
 
-/// A graph that wants what the world's file does not declare is wrong over that world, without a device as well.
+/// A graph is wrong over a world whose file lacks something that the graph wants, even without a device.
 #[test]
 fn models_and_moved_instances_are_looked_for_in_the_world() {
     let over = |graph: &str, world: &str| raxel(&["check", graph, "--world", world]);

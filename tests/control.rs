@@ -411,7 +411,7 @@ fn the_python_package_passes_its_tests() {
     assert!(run.stdout.contains("graphs/inspect.toml") && run.stdout.contains("voxels"), "{}", run.stdout);
 }
 
-/// As much of RenderDoc as a program sees of it: the table of functions of its API 1.1.2, which says what is called.
+/// The part of RenderDoc that a program sees: the table of functions of its API 1.1.2. Each function prints its name when it is called.
 const FAKE_RENDERDOC: &str = r#"
 #include <stdint.h>
 #include <stdio.h>
@@ -470,7 +470,7 @@ fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
     assert!(refused["error"].as_str().unwrap().contains("made no capture"), "{refused}");
 }
 
-/// One step of work for each of `rounds`, upon what is there.
+/// One step of work for each of `rounds`, on the old value.
 const WORK: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba16f) uniform image2D color;
@@ -503,7 +503,7 @@ fn the_times_of_passes_are_theirs_beside_panels() {
             .env("DISPLAY", &display.name)
             .env_remove("WAYLAND_DISPLAY"),
     );
-    // The least of as many as it takes: a busy machine only adds to the time of a pass.
+    // The least of several times, as many as needed: a busy machine only adds to the time of a pass.
     let mut least = [f64::MAX; 3];
     let mut seen = 0;
     common::eventually("the long pass takes longer than the short ones", || {
@@ -525,7 +525,7 @@ const SET: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) writ
 /// Copies a target.
 const COPY: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) readonly uniform image2D from;\n\
     layout(r32f) writeonly uniform image2D to;\nvoid main() { imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }\n";
-/// Adds a number to what is there.
+/// Adds a number to the old value.
 const ADD: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) uniform image2D sum;\n\
     layout(push_constant) uniform Push { float value; };\n\
     void main() { imageStore(sum, ivec2(0), imageLoad(sum, ivec2(0)) + value); }\n";
@@ -584,7 +584,7 @@ fn a_read_gives_what_the_last_writer_left() {
     }
 }
 
-/// `fin` adds 10 in each frame; the picture needs none of the other targets.
+/// `fin` adds 10 in each frame. The picture does not need the other targets.
 #[test]
 fn a_read_runs_no_frame() {
     let project = numbers(

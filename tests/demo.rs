@@ -79,7 +79,7 @@ fn checks_make_the_exit_code_and_point_at_their_lines() {
     let run = project.raxel(&["test", "--validate"]).exits(0);
     assert!(run.stderr.contains("2 checks held") && run.stdout.contains("FLIP 0.000000 of 0.001"), "{}", run.stdout);
 
-    // The shader changes what is shown.
+    // The shader's edit changes the picture.
     project.edit("shaders/add.comp", "push.cell.x,", "1.0 - clamp(float(push.cell.x), 0.0, 1.0),");
     let run = project.raxel(&["test", "--format", "short"]).exits(1);
     assert!(run.stderr.contains("worlds/a.demo.toml:20:13: error[RX0422]"), "{}", run.stderr);

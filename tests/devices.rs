@@ -1,5 +1,5 @@
-//! Devices that can less than the one that the tests run on (`common/lesser.rs`): a graph that fits is drawn, and what does not fit is refused with
-//! the limit's name. Never does the driver see what it says it cannot do, and the validation layer stays silent.
+//! Devices with lower limits than the one that runs the tests (`common/lesser.rs`). raxel draws a graph that fits, and refuses any other with the
+//! limit's name. The driver never gets a request beyond its limits, and the validation layer stays silent.
 //!
 //! `cargo test --profile checked --test devices -- --ignored` tries every graph that ships.
 #![cfg(target_os = "linux")]
@@ -53,7 +53,7 @@ fn fits_over(shipped: &(Project, PathBuf), graph: &str, world: &str) -> bool {
     false
 }
 
-/// The reason is a limit, a feature or a format, and each error says where it is and what it takes.
+/// The reason is a limit, a feature or a format. Each error has a help.
 fn assert_refused(graph: &str, run: &Run) {
     assert_eq!(run.code, 3, "{graph}: {}", run.stderr);
     let errors = run.stderr.matches("error[").count();
@@ -96,8 +96,8 @@ fn vulkan_1_2_with_extensions_is_enough() {
     assert!(devices.contains("Vulkan 1.2): chosen"), "{devices}");
 }
 
-/// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane. With wider ones it names sizes
-/// of 32 and 64, and runs subgroups of 16: a driver that claims what it does not do, in the votes and ballots of packets.
+/// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane. With wider vectors it claims
+/// sizes of 32 and 64, but runs subgroups of 16. So the votes and ballots of packets meet a driver whose claims are false.
 #[test]
 fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
     let project = Project::shipped();
@@ -116,7 +116,7 @@ fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
         let said = on(&["doctor"]).exits(0).stdout;
         assert!(said.contains(rays), "{said}");
         if rays.starts_with("in packets") {
-            // What votes and ballots decide; the other rows take minutes at these widths.
+            // Rows that depend on votes and ballots. The other rows take minutes at these widths.
             let packets = "tree64:packet,tree64:parallel,tree64:parallel_any,flat64:refill";
             on(&["stress", "--rays", "1e4", "--scenes", "dust@near", "--layouts", packets]).exits(0);
         } else {
@@ -207,12 +207,12 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     assert_eq!(state("storage images"), "bad", "{poor:?}");
     assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
-    // What is wrong in its files is said once.
+    // raxel reports a mistake in its files once.
     let none = run(&shipped, &["doctor", "--graph", "graphs/none.toml"]).exits(3).stderr;
     assert_eq!(none.matches("`graphs/none.toml` does not exist").count(), 1, "{none}");
 }
 
-/// Nobody waits for a driver that compiles for long without knowing for what. Where nobody watches, half a minute may pass.
+/// While a driver compiles for long, raxel says which pass it waits for. Without `--verbose`, half a minute may pass first.
 #[test]
 fn a_pipeline_that_takes_long_is_named() {
     let slow = behind(&SLOW_DRIVER);
@@ -250,7 +250,7 @@ fn a_device_that_is_too_old_is_refused_by_its_version() {
     }
 }
 
-/// The rays of a camera are traced by what each device says of its subgroups, and the picture is the same.
+/// The reported subgroups of a device choose how camera rays are traced. The picture is the same.
 #[test]
 fn the_picture_is_the_same_on_every_device() {
     let mut first = None;
@@ -314,7 +314,7 @@ fn refused(lesser: &Lesser) -> Vec<String> {
 }
 
 /// `docs/devices.md` has the graphs that some device refuses. `RAXEL_WRITE_DOCS=1` writes the table; without, it is compared.
-/// `RAXEL_LESSER=Mali` tries only the devices whose names contain that word, and leaves what the table says of the others.
+/// `RAXEL_LESSER=Mali` tries only the devices whose names contain that word, and keeps the table's words for the others.
 #[test]
 #[ignore = "an hour: every shipped graph on every device"]
 fn every_graph_runs_or_is_refused_on_every_device() {
@@ -349,7 +349,7 @@ fn refused_before(table: &str, device: &str) -> Vec<String> {
         .collect()
 }
 
-/// Where the table stands in the page.
+/// The place of the table in the page.
 const TABLE: [&str; 2] = ["<!-- table by tests/devices.rs -->", "<!-- end of the table -->"];
 
 #[test]
@@ -361,7 +361,7 @@ fn every_graph_runs_or_is_refused_by_the_least_device() {
 #[test]
 #[ignore = "minutes: every shipped graph"]
 fn every_graph_runs_or_is_refused_by_a_small_device() {
-    // Those that raxel is compared with, and those that measure one tracer, may need more.
+    // Rivals of raxel, and graphs that measure one tracer, may need more.
     let own = |graph: &String| !graph.starts_with("graphs/rivals/") && !graph.starts_with("graphs/bench/");
     assert_eq!(refused(&SMALL).into_iter().filter(own).collect::<Vec<_>>(), [""; 0]);
 }

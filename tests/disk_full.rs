@@ -1,5 +1,5 @@
-//! A disk that is full, a folder that takes no files, and clocks that were set back. A program that may write no byte to a file stands for the
-//! disk: the limit on the size of files holds for root as well.
+//! A full disk, a folder that takes no files, and clocks that were set back. In place of a full disk, the program has a limit of no bytes a
+//! file: this limit holds for root as well.
 #![cfg(target_os = "linux")]
 
 mod common;

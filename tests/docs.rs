@@ -29,7 +29,7 @@ use serde_json::Value;
 
 const MARK: &str = "## Every key\n";
 
-/// Compares a file with what it should be, or writes it.
+/// Compares a file with its expected text, or writes it.
 fn settle(path: &str, expected: &str) {
     let file = repository().join(path);
     if std::env::var_os("RAXEL_WRITE_DOCS").is_some() {
@@ -162,7 +162,7 @@ fn no_schema_is_too_deep_for_taplo() {
     }
 }
 
-/// A clone has them, so that editors complete and check the files of a project that nothing was built of yet.
+/// A clone has the schemas, so editors complete and check the files of a project before anything is built.
 #[test]
 fn the_schemas_travel() {
     for (name, schema) in schemas() {
@@ -217,7 +217,7 @@ fn the_page_of_layouts_says_what_they_cost() {
     settle(path, &format!("{head}{mark}{}", layouts()));
 }
 
-/// Bytes a voxel of the shipped worlds in every layout, and what is in the layouts' headers.
+/// Bytes a voxel of the shipped worlds in every layout, and the members of the layouts' headers.
 fn layouts() -> String {
     const NAMES: [&str; 4] = ["menger", "monument", "valley", "terrain"];
     // The size of a larger buffer is known without making it.

@@ -1,4 +1,4 @@
-//! A second driver: SwiftShader, which shares no code with lavapipe, on which all other tests run. Results of whole numbers are the same on
+//! A second driver: SwiftShader. It shares no code with lavapipe, which runs all other tests. Results of whole numbers are the same on
 //! both. Results of floats differ by rounding. docs/lab/drivers.md has the differences and their reasons.
 //!
 //! SwiftShader comes with Chromium (Debian: `apt-get install chromium`) and with Google Chrome. `RAXEL_SECOND_DRIVER` names the manifest of another driver; where
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use common::{Project, Run, command, output};
 
-/// Where browsers have SwiftShader. The launcher `raxel` has the same list.
+/// The places of SwiftShader in browsers. The launcher `raxel` has the same list.
 const MANIFESTS: [&str; 2] =
     ["/usr/lib/chromium/vk_swiftshader_icd.json", "/opt/google/chrome/vk_swiftshader_icd.json"];
 
@@ -43,7 +43,7 @@ fn on(driver: Option<&Path>, project: &Project, arguments: &[&str]) -> Run {
 /// The largest difference of two pictures that is rounding: one step of 8 bits.
 const STEP: &str = "0.00393";
 
-/// A frame of a graph on both drivers, and how far the two are apart. `Err` says what is more than rounding.
+/// A frame of a graph on both drivers, and how far the two are apart. `Err` names the differences beyond rounding.
 fn apart(driver: &Path, project: &Project, graph: &str, world: &str) -> Result<(), String> {
     let render = |driver: Option<&Path>, to: &str| {
         let run =

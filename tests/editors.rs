@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use common::{Run, output, repository};
 
-/// The program that a test needs, or a word that says that it is not here.
+/// Whether a program that a test needs is installed. If not, prints so.
 fn is_here(program: &str) -> bool {
     let here = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !here {

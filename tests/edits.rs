@@ -91,7 +91,7 @@ fn the_next_frame_shows_an_edit_exactly_and_undo_takes_it_back() {
     assert!(session.redo().unwrap());
     frame(&mut session);
     assert_exact(&mut session);
-    // An edit that changes no voxel is no change, and a still frame dispatches nothing.
+    // An edit without a changed voxel counts as no change, so the still frame dispatches nothing.
     assert_eq!(session.edit(&[Operation::sphere([at[0], at[1], at[2]], 3.0, Brush::Subtract)]).unwrap(), 0);
     assert_eq!(frame(&mut session).dispatched, 0);
 }
@@ -170,7 +170,7 @@ fn what_cannot_be_edited_is_refused_and_the_picture_stays() {
     assert!(session.read_presented().unwrap() == before);
 }
 
-/// An edit that finds no room on the device is taken out again, and nothing else: an undo that fails takes back no step but its own.
+/// raxel takes back an edit that finds no room on the device, and only that edit. A failed undo takes back only its own step.
 #[test]
 fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
     let folder = project();
@@ -210,7 +210,7 @@ fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
     session.edit(&[near(3)]).unwrap();
     frame(&mut session);
 
-    // Where there is room again, all steps are there.
+    // Once there is room again, all steps are there.
     swap(&mut session, "world.tree64");
     for left in [3, 2, 1] {
         assert!(session.undo().unwrap());
@@ -307,7 +307,7 @@ fn edits_are_saved_and_come_back() {
     frame(&mut ignored);
     assert!(ignored.read_presented().unwrap() != picture);
 
-    // The looks of a material may change, what is built may not.
+    // The looks of a material may change, the built voxels may not.
     let code = || match Session::open(field(folder.path(), Saves::Write)) {
         Ok(_) => "opened".to_owned(),
         Err(OpenError::Project { diagnostics, .. }) => {

@@ -83,7 +83,7 @@ fn code_4_means_that_there_is_no_suitable_device() {
     assert!(!picture.exists());
 }
 
-/// A project with a pass that does so many steps in a round, for each of 65536 pixels.
+/// A project with a pass that does this number of steps in a round, for each of 65536 pixels.
 fn slow(steps: usize) -> Project {
     let project = Project::empty();
     let graph = "name = 'slow'\npresent = 'color'\n[targets.color]\nformat = 'r32f'\nsize = [256, 256]\n[[passes]]\nname = 'spin'\n\
@@ -108,8 +108,8 @@ fn code_5_means_that_the_device_was_lost_or_did_not_answer() {
     assert_eq!(project.files(), ["graphs/slow.toml", "shaders/spin.comp"], "nothing is written");
 }
 
-/// A software device computes on threads of the process: it is not given up for a time in which they could not run. Here the process is stopped again
-/// and again, each time for longer than the watchdog allows.
+/// A software device computes on threads of the process. raxel must not give it up for a time in which these threads could not run. Here the process
+/// is stopped again and again, each time for longer than the watchdog allows.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_software_device_is_not_given_up_for_the_time_in_which_its_process_was_stopped() {

@@ -1,4 +1,4 @@
-//! A film made in parts is the film made at once, byte for byte: as tasks of a Slurm array, and as pods of a Kubernetes job.
+//! A film made in parts equals the film made at once, byte for byte. The parts are tasks of a Slurm array, and pods of a Kubernetes job.
 
 #![cfg(unix)]
 

@@ -1,9 +1,9 @@
 //! Vulkan fails under a session: every call that may fail does, one after the other, as SQLite is tested with every allocation.
 //!
 //! A program with a library before Vulkan runs the same short session again and again. Each time another call answers with an error. The
-//! refused action is done once more, and then everything must be as if nothing had failed: the same texels, no panic, no message of the
-//! validation layer, no object of Vulkan that is left. `RAXEL_FAULTS=all` tries every call with every error, and `RAXEL_FAULTS=DeviceLost`
-//! every call with that error; else a few calls of each kind are tried.
+//! program repeats the refused action. Then everything must be as if nothing had failed: the same texels, no panic, no message of the
+//! validation layer, no leaked Vulkan object. `RAXEL_FAULTS=all` tries every call with every error, and `RAXEL_FAULTS=DeviceLost` every
+//! call with that error; else a few calls of each kind are tried.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -230,7 +230,7 @@ fn scenario(root: &Path) -> Result<Outcome, String> {
     frames(&mut session, refused, 1)?;
     let ticket = on(&mut session, refused, "read", |session| session.request_texels("part", 0, 0, 0))?;
     frames(&mut session, refused, 1)?;
-    // A device that is lost takes what was asked of it along.
+    // A lost device loses its pending requests, too.
     if let Err(error) = session.redeem(&ticket) {
         refused.push(format!("ticket: {error}"));
     }

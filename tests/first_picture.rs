@@ -1,5 +1,4 @@
-//! From the start of the program to its first picture: shaders that an earlier run has compiled are not compiled again, in any state of the
-//! cache on disk.
+//! From the start of the program to its first picture: no shader of an earlier run is compiled again, in any state of the cache on disk.
 
 mod common;
 
@@ -144,7 +143,7 @@ fn the_cache_is_where_the_environment_says_or_nowhere() {
     if cfg!(target_os = "linux") {
         assert!(!files(&kept).is_empty());
     }
-    // One that cannot be written costs nothing but time.
+    // A cache that cannot be written costs only time.
     fs::write(lab.picture("file"), b"").unwrap();
     let below = lab.picture("file").join("below");
     assert!(!run(below.to_str()).stderr.contains("RX0485"));

@@ -137,7 +137,7 @@ fn mean(picture: &RgbImage) -> f64 {
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
-/// How much neighbours in a row differ.
+/// The sum of the differences between neighbours in a row.
 fn contrast(picture: &RgbImage) -> f64 {
     let rows = picture.as_raw().chunks_exact(3 * picture.width() as usize);
     rows.flat_map(|row| row.iter().zip(&row[3..]).map(|(a, b)| f64::from(a.abs_diff(*b)))).sum()

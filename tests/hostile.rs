@@ -1,4 +1,4 @@
-//! Shaders and files that would end the process, or never end themselves: raxel says what is wrong, or draws what it can.
+//! Shaders and files that would end the process, or run for ever: raxel reports the mistake, or draws what it can.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

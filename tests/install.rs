@@ -131,8 +131,8 @@ fn the_demo_says_what_it_cannot_do_and_leaves_nothing() {
     assert_eq!(fs::read_to_string(user.path("here/raxel-demo")).unwrap(), "a file of mine");
 }
 
-/// In a folder with a space and letters beyond ASCII, in a locale that is not UTF-8, without a home: the commands that messages propose can be
-/// pasted into a shell.
+/// A user can paste the commands of messages into a shell: in a folder with a space and letters beyond ASCII, in a locale other than UTF-8,
+/// without a home.
 #[test]
 fn a_folder_of_any_name_does() {
     let user = User::with(binary());
@@ -160,7 +160,7 @@ fn a_folder_of_any_name_does() {
     assert!(run.stderr.contains("needs no window"), "{}", run.stderr);
 }
 
-/// Where nothing can be written, each verb that writes reports that, and leaves nothing behind.
+/// In a folder without write access, each verb that writes reports the error, and leaves nothing behind.
 #[test]
 fn a_folder_that_takes_no_files_is_no_riddle() {
     // Nothing is closed to root: a user without rights runs it.
@@ -201,7 +201,7 @@ fn a_folder_that_takes_no_files_is_no_riddle() {
     assert_eq!(common::files(&mine).len(), before);
 }
 
-/// Lets everybody read a temporary folder, and run what is in it; false where `setpriv` is not there.
+/// Lets everybody read a temporary folder, and run its programs; false without `setpriv`.
 fn open_to_all(folder: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
     fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
@@ -228,7 +228,7 @@ fn the_demo_of_a_project_is_that_of_the_project() {
     assert!(!user.path("here/raxel-demo").exists() && user.unpacked().is_none());
 }
 
-/// Files of the demo that somebody edited stay; those that are gone come back. Without a cache it works as well.
+/// Edited files of the demo stay, and missing files come back. Without a cache it works as well.
 #[test]
 fn the_files_of_the_demo_are_kept_and_mended() {
     let user = User::with(binary());
@@ -299,7 +299,7 @@ fn a_model_of_ones_own_becomes_the_world_of_a_new_project() {
     refused(&["--model", "My Hut.vox", "--template", "minimal"], 2, "--template beauty");
     fs::copy(user.path("here/My Hut.vox"), user.path("here/tree.vox")).unwrap();
     refused(&["--model", "tree.vox"], 2, "give the model another name");
-    // A name that no key can have is no obstacle.
+    // A name that cannot be a key also works.
     fs::copy(user.path("here/My Hut.vox"), user.path("here/家.vox")).unwrap();
     user.raxel(&["new", "own", "--model", "家.vox"]).exits(0);
     let run = user.raxel_in(&user.path("here/own"), &["check"]).exits(0);

@@ -143,7 +143,7 @@ fn what_moves_ends_where_the_reference_was_made() {
     };
     let (still, now) = run("graphs/now.toml", 60.0);
     assert!((still - now).abs() < 1e-12, "{still} {now}");
-    // A degree a frame at 60 degrees a second: what is a frame late is a degree behind, ahead for a sun that goes back.
+    // A degree a frame at 60 degrees a second. A value that is a frame late is a degree behind, or ahead for a sun that goes back.
     let (settled, behind) = run("graphs/late.toml", 60.0);
     let (_, ahead) = run("graphs/late.toml", -60.0);
     assert!((settled - still).abs() < 1e-12, "{settled} {still}");

@@ -1,5 +1,5 @@
-//! Light by the book: the path tracer that lighting systems are judged by is held to scenes whose light is known in closed form, and every
-//! system in graphs/light and graphs/rivals/light to what must hold of any: no light through walls, no light that stays, no number that is none.
+//! Light by the book. Scenes with light in closed form test the path tracer that judges lighting systems. Every system in graphs/light and
+//! graphs/rivals/light must keep the rules for all: no light through walls, no light that stays, no NaN.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -29,7 +29,7 @@ fn known(session: &mut Session, count: u32, paths: i32, truth: f64) -> Mean {
     mean(&light)
 }
 
-/// Narrows the view to so many degrees, so that all pixels see the same point.
+/// Narrows the view to this number of degrees, so that all pixels see the same point.
 fn narrow(session: &mut Session, degrees: f64) {
     session.set_camera(raxel::Camera { fov: degrees.to_radians(), ..*session.camera() });
 }
@@ -236,7 +236,7 @@ fn the_path_tracer_gives_the_light_that_is_kept() {
     }
 }
 
-/// Systems that claim not to interpolate and not to merge: the pages of the others name the sources of light that is not there.
+/// Systems that claim neither to interpolate nor to merge. The pages of the other systems name the sources of their false light.
 const TIGHT: [&str; 7] =
     ["reference", "reference_centre", "face_cache", "surface_f32", "gi_svgf", "hash_cache", "many_lamps"];
 
@@ -313,7 +313,7 @@ fn a_param_that_is_no_number_is_refused() {
     session.set_param_text("sky_strength", "nan").unwrap_err();
 }
 
-/// The whole judge over small scenes: brute force has no bias, its error goes down as one over the frames, and the same command gives the
+/// The whole judge over small scenes. Brute force has no bias, its error falls with one over the frames, and a repeated command gives the
 /// same bytes.
 #[test]
 fn the_judge_finds_no_bias_in_the_path_tracer_itself() {

@@ -1,4 +1,4 @@
-//! The pieces that lighting systems share, `shaders/include/raxel/light` and `tone.glsl`, each held to what it promises by a compute shader.
+//! The pieces that lighting systems share, `shaders/include/raxel/light` and `tone.glsl`. A compute shader tests the promises of each.
 
 mod common;
 
@@ -41,7 +41,7 @@ fn results_in(world: &str, name: &str, buffers: &str, passes: &str, count: usize
 const ONE_PASS: &str =
     "[[passes]]\nname = \"check\"\nshader = \"check.comp\"\ndispatch = [1, 1, 1]\nbind = { Results = \"results\" }\n";
 
-/// Slots of the table, and the define that asks for so many.
+/// Slots of the table, and the define that asks for them.
 const TABLES: [(u32, &str); 2] = [(1 << 20, ""), (1 << 19, ", RX_FACE_WHOLE = 1")];
 
 #[test]
@@ -63,7 +63,7 @@ fn faces_in_a_table(slots: u32, define: &str) {
         )
     };
     let found = results("face_table", &buffers, &(pass("insert", 0) + &pass("look", 1)), 4);
-    // Words of integers: keys that do not come back as they were, that got no slot, that were not found, that share a slot.
+    // Counts of wrong keys: they do not come back unchanged, have no slot, are not found, or share a slot.
     let words: Vec<u32> = found.iter().map(|number| number.to_bits()).collect();
     assert_eq!(words, [0, 0, 0, 0], "of 131,072 faces in {slots} slots, each inserted by two threads at once");
 }

@@ -1,5 +1,5 @@
-//! The path tracer that lighting is judged by, held against another one: `raxel::oracle::light` runs on the processor, in `f64`, and shares
-//! nothing with it but the voxels and the definitions of sun, sky, lamps and surfaces.
+//! Compares the path tracer that judges lighting with another one: `raxel::oracle::light` runs on the CPU, in `f64`. The two share only the
+//! voxels and the definitions of sun, sky, lamps and surfaces.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -18,18 +18,18 @@ use scenes::{cuboid, frames, open, world};
 const SIZE: [u32; 2] = [32, 18];
 /// Pixels of a region: 4 × 3 of them in a picture.
 const REGION: [u32; 2] = [8, 6];
-/// Means of all regions and channels of a scene, and of the whole picture, must agree within so many standard errors: 40 numbers a scene, so
-/// chance refuses one scene in 40,000.
+/// The means of all regions and channels of a scene, and of the whole picture, must agree within this number of standard errors. They are 40
+/// numbers a scene, so chance refuses one scene in 40,000.
 const DEVIATIONS: f64 = 5.0;
 
-/// Which part of the light is right: what a scene asks of both.
+/// A scene, and the part of the light that it compares.
 struct Scene {
     name: &'static str,
     materials: &'static str,
     build: Vec<String>,
     camera: [[f64; 3]; 2],
     light: Light,
-    /// Paths a pixel of the twin. Where lamps are met by chance, more are needed.
+    /// Paths a pixel of the twin. If paths meet lamps by chance, more are needed.
     paths: u32,
     /// Standard error of the whole picture's mean, as a share of it: what would be seen is five times as much.
     sharp: f64,
@@ -118,8 +118,8 @@ fn mean(pixels: &[Estimate], columns: Range<u32>, rows: Range<u32>, channel: usi
     [sum(|pixel| pixel.mean) / n, sum(|pixel| pixel.variance) / (n * n)]
 }
 
-/// How many standard errors apart two pictures are in the regions, and as a whole, where they are furthest; and the standard error of the
-/// whole as a share of its mean.
+/// The largest distance of two pictures in standard errors, over the regions and as a whole; and the standard error of the whole as a
+/// share of its mean.
 fn apart(ours: &[Estimate], theirs: &[Estimate]) -> (f64, f64, f64) {
     let deviation = |columns: &Range<u32>, rows: &Range<u32>, channel: usize| {
         let [a, b] = [ours, theirs].map(|pixels| mean(pixels, columns.clone(), rows.clone(), channel));

@@ -233,7 +233,7 @@ fn a_still_camera_under_still_light_stops_working() {
     }
 }
 
-/// Light that is kept in texels is that which whole faces keep: of a lamp in a closed room, and of a sun and a sky over it.
+/// Texels keep the same light as whole faces: of a lamp in a closed room, and of a sun and a sky over it.
 #[test]
 fn texels_of_floats_have_the_light_of_whole_faces() {
     let project = Project::shipped();
@@ -307,8 +307,8 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     assert!(outcome.lag.as_ref().unwrap().to_5_percent.is_some_and(|frames| frames <= 10), "{:?}", outcome.lag);
 }
 
-/// Smoothing asks for the variance of a mean. A pixel that has not seen much light yet does not know its own, and without that of its neighbours it
-/// kept to its darkness beside them: bias² was twice as much here.
+/// Smoothing asks for the variance of a mean. A pixel that has seen little light does not know its own variance. Without its neighbours' variance
+/// it stayed dark beside them, and bias² was twice as large here.
 #[test]
 fn smoothing_does_not_leave_pixels_dark_that_have_been_unlucky() {
     let project = Project::shipped();
@@ -367,8 +367,8 @@ fn cellar(project: &Project) {
     world(project, materials, &build, [24.0, 26.0, 60.0], [24.0, 0.0, 24.0], 50.0);
 }
 
-/// Lamps that some face has found are known to the faces around it, among thousands that nothing sees: the same light as by power alone, with a fraction
-/// of its error.
+/// Faces share found lamps with the faces around them, among thousands of lamps that no face sees. The light is the same as by power alone, with a
+/// fraction of the error.
 #[test]
 fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
     let project = Project::shipped();
@@ -416,8 +416,8 @@ fn lamps_that_are_drawn_alike_give_the_same_light() {
     assert!(alike[0].noise > 1.1 * by_power[0].noise, "{alike:?} {by_power:?}");
 }
 
-/// Slats over a dark floor, under the sun alone. A camera that has come past them sees what a still one sees in its first frame, and half shadows
-/// have less noise than a ray a pixel leaves.
+/// Slats over a dark floor, under the sun alone. A camera that has come past the slats sees the same as a still one in its first frame. Half
+/// shadows have less noise than one ray a pixel leaves.
 #[test]
 fn shadows_keep_their_edges_while_the_camera_moves() {
     let project = Project::shipped();
@@ -466,7 +466,7 @@ fn first_hits_by_way_of_half_resolution_change_no_byte() {
     assert_eq!(light("graphs/rivals/light/halfres.toml"), light("graphs/rivals/light/sun_history.toml"));
 }
 
-/// Where a path stands in its queue changes nothing but the time.
+/// The place of a path in its queue changes only the time.
 #[test]
 fn sorting_rays_changes_no_byte() {
     let project = Project::shipped();
@@ -509,7 +509,7 @@ fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
     const SIZE: [u32; 2] = [96, 54];
     const QUARTERS: f32 = 4.0;
     let project = Project::shipped();
-    // How noisy samples are, and how many faces are wider than the param asks for: kept as a whole, in quarters.
+    // The noise of samples, and the numbers of faces wider than the param: kept as a whole, and in quarters.
     let kept = |camera: [f64; 3], params: &[(&str, f32)]| {
         let mut session = open(&project, "graphs/light/face_cache.toml", SIZE, params);
         for name in ["queue", "hit", "place", "slot"] {
@@ -542,7 +542,7 @@ fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
             };
             let square: f64 = (0..3).map(|i| along(i).powi(2)).sum();
             let width = 0.5 * f64::from(SIZE[1]) / (30_f64.to_radians().tan() * square.sqrt());
-            // Widths on which the shader's floats may decide otherwise.
+            // Widths so close to the limit that the shader's floats may decide otherwise.
             if (width / threshold - 1.0).abs() < 1e-3 {
                 continue;
             }
@@ -572,7 +572,7 @@ fn wide_faces_are_kept_in_quarters_where_there_is_little_noise() {
     assert!(noise > 1.0 / 16.0 && whole > 50, "{noise}, {whole} whole");
 }
 
-/// Where there are no lamps, paths of a picture end early: the light is the same.
+/// Without lamps, paths of a picture end early, with the same light.
 #[test]
 fn paths_that_end_early_lose_no_light() {
     let project = Project::shipped();
@@ -600,8 +600,8 @@ fn paths_that_end_early_lose_no_light() {
     assert!((short - long).abs() > 0.0, "no path ended earlier");
 }
 
-/// Light through paths of a lamp's room: half of those that are long end at each place, and rays to lamps that would bring little are drawn
-/// by lot.
+/// Light of paths in a lamp's room. Half of the long paths end at each place, and a lottery picks some of the rays to lamps that would
+/// bring little light.
 #[test]
 fn paths_and_rays_that_are_left_out_lose_no_light() {
     let project = Project::shipped();
@@ -618,7 +618,7 @@ fn paths_and_rays_that_are_left_out_lose_no_light() {
     assert!((shipped - all).abs() > 0.0, "none was left out");
 }
 
-/// Without slots, faces show their sunlight and what they give off themselves, which is nothing in this room, and nothing goes wrong.
+/// Without slots, faces show only their sunlight and their own emission. This room has neither, and nothing goes wrong.
 #[test]
 fn a_face_cache_without_room_shows_no_light_that_it_does_not_know() {
     let project = Project::shipped();
@@ -640,7 +640,7 @@ fn averages_reach_what_they_are_to_show() {
     for system in ["face_cache", "surface_f32", "gi_svgf", "hash_cache"] {
         let params = [("sun_strength", 0.0), ("sky_strength", 0.2)];
         let mut session = open(&project, &common::graph_in(common::LIGHT, system), [12, 7], &params);
-        // Where there is no noise, faces would take their turn seldom.
+        // Without noise, faces would take their turn seldom.
         if system == "face_cache" {
             session.set_param("rarely", Value::I32(1)).unwrap();
         }
@@ -656,8 +656,8 @@ fn averages_reach_what_they_are_to_show() {
     }
 }
 
-/// The world of docs/light/beauty.md around a model that raxel does not ship: what is missing is named, and any model of its size becomes a
-/// hall with windows and lamps.
+/// The world of docs/light/beauty.md around a model that raxel does not ship. raxel names the missing file, and any model of its size
+/// becomes a hall with windows and lamps.
 #[test]
 fn a_solid_model_is_hollowed_out_and_lit_from_inside() {
     let project = Project::shipped();
@@ -686,7 +686,7 @@ fn a_solid_model_is_hollowed_out_and_lit_from_inside() {
     }
 }
 
-/// A box around the camera has the keys on the axes on which a world is larger than the box of all keys.
+/// If a world is larger than the box of all keys on an axis, the box lies around the camera on that axis.
 #[test]
 fn faces_of_a_wide_or_high_world_keep_light_wherever_the_camera_is() {
     let project = Project::shipped();
@@ -790,8 +790,8 @@ fn full(session: &mut Session, count: u32) -> Vec<String> {
     session.take_messages().into_iter().map(|said| format!("{}: {}", said.code, said.message)).collect()
 }
 
-/// Tables of 2^20 slots have room for a room, and those in which no key has a place have none: then a message has the number of pixels that
-/// show a face without a slot, or of samples that were not kept.
+/// Tables of 2^20 slots are large enough for a room. In a table without a place for any key, a message has the number of pixels whose face
+/// has no slot, or of samples that were dropped.
 #[test]
 fn full_tables_are_said_with_what_they_lack() {
     let project = Project::shipped();
@@ -810,14 +810,14 @@ fn full_tables_are_said_with_what_they_lack() {
     for (system, _) in systems {
         assert_eq!(said(system), (Vec::new(), 0), "{system}");
     }
-    // A key may lie in none of the slots.
+    // No slot may hold a key.
     project.edit("shaders/include/raxel/light/face_table.glsl", "RX_FACE_PROBES = 63u", "RX_FACE_PROBES = 0u");
     for (system, says) in systems {
         let (said, now) = said(system);
         let [said] = &said[..] else { panic!("{system}: {said:?}") };
         let count = said.strip_prefix("RX0411: ").and_then(|said| said.strip_prefix(says));
         let count: u32 = count.and_then(|count| count.parse().ok()).unwrap_or_else(|| panic!("{system}: {said}"));
-        // All of a picture of 1,296 pixels that sees nothing but faces.
+        // All 1,296 pixels of the picture, which all see faces.
         let expected = if system == "hash_cache" { 1..=4 * 1296 } else { 600..=1296 };
         assert!(expected.contains(&count) && now == 1, "{system}: {count}, {now} now");
     }

@@ -1,6 +1,6 @@
-//! Lum (docs/rivals/light/lum.md): light that probes hand on, its first frame, fog, instances that are drawn into copies of blocks
-//! (`views/lum_requests.toml`), and what moves in `views/lum_live.toml`: models leave no trail, grass, waves and smoke are there when they are asked for,
-//! the wind moves the grass, and the same frames give the same bytes.
+//! Lum (docs/rivals/light/lum.md): light that probes hand on, its first frame, fog, and instances drawn into copies of blocks
+//! (`views/lum_requests.toml`). In `views/lum_live.toml`, models leave no trail, the params switch grass, waves and smoke, the wind moves the grass, and
+//! the same frames give the same bytes.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -55,7 +55,7 @@ fn materials(session: &mut Session) -> Vec<Option<u32>> {
     words.map(|word| (word >= 0).then_some(word as u32 & 0xffff)).collect()
 }
 
-/// Counts the voxels of the world in which the copy is not what the world's file and its grass say: of boats, and of sparks.
+/// Counts the voxels in which the copy differs from the world's file and its grass: those of boats, and those of sparks.
 const COUNT: &str = "#version 460
 #define LIVE
 #include <raxel/world.glsl>
@@ -161,7 +161,7 @@ fn brightest(texels: &[[f32; 4]]) -> f32 {
     texels.iter().flat_map(|texel| &texel[..3]).fold(0.0, |a, b| a.max(*b))
 }
 
-/// A corridor of 384 voxels, three times as long as the rays of probes, whose walls reflect nothing but at the end that is seen.
+/// A corridor of 384 voxels, three times as long as the rays of probes. Its walls reflect light only at the visible end.
 fn corridor(project: &Project, lamp: bool) {
     let soot = "soot = { albedo = [0.0, 0.0, 0.0] }\n";
     let mut build =
@@ -172,7 +172,7 @@ fn corridor(project: &Project, lamp: bool) {
     scenes::world(project, &format!("{soot}{WALL}"), &build, [12.5, 16.5, 16.5], [0.5, 16.5, 16.5], 60.0);
 }
 
-/// Rays of probes end after 128 voxels. There they take over the light of the probe: what is dark stays dark, however long, and light goes on.
+/// Rays of probes end after 128 voxels. There they take over the light of the probe. So a dark corridor of any length stays dark, and light goes on.
 #[test]
 fn probes_hand_on_the_light_of_what_is_far_away() {
     let project = Project::shipped();
@@ -249,13 +249,13 @@ fn with_hut(project: &Project, instance: bool, position: [f64; 3], angles: &str)
     scenes::world(project, WALL, &[models, floor, mast, hut], [30.5, 24.5, 30.5], [0.0, 6.0, 0.0], 60.0);
 }
 
-/// What the pixels see, where, and of what material; and its light after some frames.
+/// The hits of the pixels, with places and materials, and their light after some frames.
 fn seen(session: &mut Session) -> (Vec<u8>, Vec<u8>, Vec<[f32; 4]>) {
     let light = scenes::frames(session, 3);
     (session.read_target("hit").unwrap().bytes, session.read_target("place").unwrap().bytes, light)
 }
 
-/// How many voxels instances have in the copied blocks.
+/// The number of voxels of instances in the copied blocks.
 fn drawn(session: &mut Session) -> usize {
     let bytes = session.read_buffer("work", 0..16).unwrap();
     let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
@@ -287,7 +287,7 @@ fn a_request_is_as_good_as_a_model_in_the_file() {
     assert!(drawn(&mut session) > 500);
 }
 
-/// At any place and turn, an instance covers about as many voxels as its model has, also where it stands in the air; nothing is left where it was; parts
+/// At any place and turn, also in the air, an instance covers about as many voxels as its model has. It leaves nothing at its old place, and its parts
 /// outside of the world are not drawn.
 #[test]
 fn requests_are_drawn_at_any_place_and_leave_no_trail() {
@@ -328,6 +328,6 @@ fn requests_without_room_are_named() {
     scenes::frames(&mut session, 4);
     let counted = session.counted();
     assert!(counted.len() == 1 && format!("{counted:?}").contains("all slots are taken"), "{counted:?}");
-    // What has a slot is drawn.
+    // Blocks with a slot are drawn.
     assert!(drawn(&mut session) > 0);
 }

@@ -1,5 +1,5 @@
-//! A driver that claims what it cannot do: every pipeline, every image or every submission fails, each time. A run without a window ends with one
-//! error that names what failed. A window stays open, and says it.
+//! A driver with false claims: every pipeline, every image or every submission fails, each time. A run without a window ends with one error that
+//! names the failed object. A window stays open, and shows the error.
 #![cfg(target_os = "linux")]
 
 mod common;

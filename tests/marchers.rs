@@ -1,5 +1,5 @@
-//! The marchers of graphs/rivals/march: those that claim to be exact hit the voxels of the oracle; the others fail as
-//! docs/rivals/marchers.md says, and no more; all of them end. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
+//! The marchers of graphs/rivals/march all end. Exact ones hit the voxels of the oracle. The others fail as docs/rivals/marchers.md says,
+//! and no more. The page quotes what `the_marchers_are_as_wrong_as_their_page_says` prints.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 /// A picture with odd sides: the last row and column have squares of 2 x 2 of their own.
 const SIZE: [u32; 2] = [95, 57];
 
-/// Where nothing is hit.
+/// A miss.
 const MISS: [i32; 4] = [0, 0, 0, -1];
 
 /// Small scenes side by side: dust, a plane one voxel thick across all axes, a sponge, hills.
@@ -237,13 +237,13 @@ impl Tally {
     }
 }
 
-/// Cameras by their difficulty: the first four have none, the fifth has ties (it looks along an axis from the centre of a voxel, so that
-/// rays pass edges), the sixth needs precision.
+/// Cameras by their difficulty. The first four are easy. The fifth has ties: it looks along an axis from the centre of a voxel, so rays
+/// pass edges. The sixth needs precision.
 const KINDS: [std::ops::Range<usize>; 3] = [0..4, 4..5, 5..6];
 
 type Ppm = std::ops::RangeInclusive<f64>;
 
-/// How many rays with a wrong voxel each has from each kind of camera, in ppm. The least is the error on its page.
+/// The wrong rays of each marcher from each kind of camera, in ppm. The least is the error on its page.
 const WRONG: &[(&str, [Ppm; 3])] = &[
     ("fixed", [10_000.0..=80_000.0, 20_000.0..=200_000.0, 5_000.0..=80_000.0]),
     ("rollback", [5_000.0..=50_000.0, 10_000.0..=100_000.0, 2_000.0..=50_000.0]),
@@ -280,7 +280,7 @@ fn the_marchers_are_as_wrong_as_their_page_says() {
         let exact = ranges.iter().all(|range| *range.end() == 0.0);
         let fits = wrong.iter().zip(ranges).all(|(wrong, range)| range.contains(wrong))
             && !(exact && tallies.iter().any(|tally| tally.wrong_face != 0));
-        // Samples go through thin things, and masks that leave cells out through some, but what is hit is seen.
+        // Samples miss thin things, and incomplete masks miss some, but the marchers find most hits.
         let most = match *name {
             "fixed" | "rollback" => 10,
             "raymask_seed" => 50,

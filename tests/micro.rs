@@ -57,7 +57,7 @@ void main() {
 }
 ";
 
-/// Few, many, all and none of the micro-voxels of a cell, by its place.
+/// Few, many, all or no micro-voxels of a cell, by its place.
 const FILL: &str = "#version 460
 #include <raxel/random.glsl>
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;

@@ -1,5 +1,5 @@
-//! Faults are planted in the tracers' shaders by machine, and `raxel stress` must notice each of them, unless
-//! `tests/mutation/explained.toml` says why it changes no hit. docs/mutation.md explains how to run it.
+//! Plants faults in the tracers' shaders. `raxel stress` must notice each of them, unless
+//! `tests/mutation/explained.toml` explains why it changes no hit. docs/mutation.md explains how to run it.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -58,7 +58,7 @@ const GATES: &[(&str, &str)] = &[
     ("internal/walk", "tree64,tree64:ahead,tree64:packet,brickmap,svo"),
 ];
 
-/// Rays that a fault is looked for with, and those that a survivor is looked for with again.
+/// The number of rays that look for a fault, and the number for a second look at survivors.
 const RAYS: &str = "1e5,3e6";
 
 /// Those that are built at once: a run has thousands of faults.
@@ -158,7 +158,7 @@ fn judged(file: &str, text: &str, rows: &str, rays: &str) -> Outcome {
     }
 }
 
-/// A fault in a row of the table: its place, what is replaced by what, and the text of the line.
+/// A fault in a row of the table: its place, the old and the new text, and the line.
 fn place(file: &str, fault: &Fault, source: &str) -> String {
     let (line, code) = fault.line(source);
     format!("{file}:{line}:{},{:?},{:?},{code:?}", fault.column(source), fault.from, fault.to)
@@ -177,8 +177,7 @@ fn all(sources: &BTreeMap<&str, String>, seed: u64) -> Vec<(&'static str, &'stat
     all
 }
 
-/// Whether a fault is to be planted, by its place: each, or only those in the files and lines `RAXEL_MUTATION_IN`, and of these only those that survived in
-/// the table `RAXEL_MUTATION_AGAIN` of an earlier run.
+/// Whether to plant a fault. `RAXEL_MUTATION_IN` limits faults to files and lines, `RAXEL_MUTATION_AGAIN` to survivors in the table of an earlier run.
 fn wanted() -> impl Fn(&str) -> bool {
     let places: String = setting("IN", String::new());
     let places: Vec<String> = places.split_terminator(',').map(|place| format!("{place}:")).collect();

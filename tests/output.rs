@@ -73,7 +73,7 @@ fn the_frames_of_a_film_are_kept_when_ffmpeg_ends() {
     assert!(!project.path("film.frames/00041.png").exists() && project.path("film.frames/notes.txt").exists());
 }
 
-/// Frames are made once more for what ffmpeg does, and for nothing else.
+/// raxel renders frames again only if ffmpeg fails.
 #[test]
 fn a_film_that_cannot_be_put_in_its_place_is_not_rendered_again() {
     use std::os::unix::fs::PermissionsExt;
@@ -227,7 +227,7 @@ fn refusals_leave_no_folder() {
     assert_eq!(project.files(), before);
 }
 
-/// A new project that cannot be written whole is not written at all.
+/// raxel writes a new project whole, or not at all.
 #[test]
 fn half_a_project_does_not_stay() {
     let folder = tempfile::tempdir().unwrap();

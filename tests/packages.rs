@@ -1,4 +1,4 @@
-//! The crates as packages: each has all of its files inside, and a program that has nothing but the packages renders a picture.
+//! The crates as packages. Each package has all of its files, and a program with only the packages renders a picture.
 
 mod common;
 

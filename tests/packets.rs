@@ -1,5 +1,5 @@
-//! `graphs/primary.toml` finds what pixels see in one of two ways, by what the device can do (`device.packets`), and so does `graphs/bench/sun.toml` with rays to
-//! the sun. Both give the same bits.
+//! `graphs/primary.toml` finds first hits in one of two ways, depending on the device (`device.packets`). `graphs/bench/sun.toml` does so for rays to the sun.
+//! Both ways give the same bits.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -1,5 +1,5 @@
-//! Period rays on the device hit what they hit in whole numbers of 64 bits: one by one and with lanes refilled, from inside, outside and
-//! far outside the world, through edges and corners.
+//! Period rays on the device have the same hits as 64-bit integers: one by one and with refilled lanes, from inside, outside and far
+//! outside the world, through edges and corners.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -218,7 +218,7 @@ fn they_hit_what_whole_numbers_say() {
             let Some(hit) = exact else { continue };
             let time = hit.time as f64 / 4096.0;
             assert!((f64::from(place[0]) - time).abs() <= 1e-6 * time, "{ray:?}: {place:?} at {time}");
-            // How far it is into the voxel along the axes of the face.
+            // The place in the voxel along the axes of the face.
             let within = |axis: usize| {
                 let sign = if ray.octant >> axis & 1 == 1 { -1 } else { 1 };
                 let planes = f64::from((hit.voxel[axis] - ray.cell[axis]) * sign);

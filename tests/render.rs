@@ -452,7 +452,7 @@ fn shaders_print_and_assert() {
     assert!(project.path("a.png").exists());
 }
 
-/// `a` stores 1, `b` copies it into what is presented, and `c`, which nothing shown depends on, stores 2.
+/// `a` stores 1, and `b` copies it into the shown target. `c` stores 2, and nothing shown depends on it.
 #[test]
 fn texels_are_those_that_the_last_writer_left() {
     let project = Project::empty();

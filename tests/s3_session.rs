@@ -28,7 +28,7 @@ look_at = [-70, 60, 10]
 
 /// Two places that share no chunk.
 const PLACES: [[i32; 3]; 2] = [[-90, 125, 0], [150, 125, 0]];
-/// Between them; it needs chunks that neither of them has.
+/// A place between them, which needs chunks that neither of them has.
 const MIDDLE: [i32; 3] = [30, 125, 0];
 
 /// There and back, so that chunks are loaded, dropped and loaded again.

@@ -53,7 +53,7 @@ fn a_save_is_verified_compacted_packed_and_exported() {
     project.raxel(&["world", "import", "dug.vox"]).exits(0);
     assert!(solids("worlds/dug.toml") < as_built - 10_000);
 
-    // Everything into the chunks, and then without what was replaced.
+    // First all edits go into the chunks, then replaced chunks are dropped.
     let saved = json(&["world", "save", "worlds/quarry.toml"]);
     assert_eq!(saved["applied"], 12);
     assert_eq!(saved["newest"], 12);
@@ -142,7 +142,7 @@ fn a_save_has_a_folder_of_its_own() {
         }
         assert_eq!(project.files(), before, "{path}");
     }
-    // None yet, one that is empty but for what is hidden, and one with a save.
+    // No folder yet, and a folder with hidden files only; then one with a save.
     project.write("saves/hidden/.gitignore", "*\n");
     for path in ["saves/none/yet", "saves/hidden"] {
         place(path);

@@ -18,7 +18,7 @@ fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How long a driver may take for a shader with checks of bounds.
+/// The time that a driver may take for a shader with checks of bounds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn repository() -> Project {
@@ -81,7 +81,7 @@ fn differs(rgba: &[u8]) -> bool {
     rgba.chunks_exact(4).any(|pixel| pixel != &rgba[..4])
 }
 
-/// The limits for a pass of raxel's own graphs: those of a small device with a driver of its own, such as that of a Raspberry Pi 5.
+/// The limits for a pass of raxel's own graphs: those of a small device with a driver of its own, for example a Raspberry Pi 5.
 const SMALL: DeviceLimits = DeviceLimits {
     workgroup_invocations: 256,
     shared_memory: 16384,

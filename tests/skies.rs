@@ -1,5 +1,5 @@
-//! Skies and materials of `graphs/rivals/light/pbr_sky.toml`: its tables are made when the sun moves and at no other time, the sky in closed form is near a march
-//! through the same air, skylight is the mean of the sky, and surfaces are near a path tracer of the same materials.
+//! Skies and materials of `graphs/rivals/light/pbr_sky.toml`. Its tables are made only when the sun moves. The sky in closed form is near a march through the
+//! same air, and skylight is the mean of the sky. Surfaces are near a path tracer of the same materials.
 
 mod common;
 #[path = "light/scenes.rs"]
@@ -124,7 +124,7 @@ fn densities(height: f64) -> [f64; 3] {
     [(-height / 8.0).exp(), (-height / 1.2).exp(), (1.0 - (height - 25.0).abs() / 15.0).max(0.0)]
 }
 
-/// Green light: scattering by air and haze, and what is lost, per km.
+/// Green light, per km: scattering by air and haze, and the loss.
 fn lost([rayleigh, mie, ozone]: [f64; 3]) -> f64 {
     13.558e-3 * rayleigh + 4.44e-3 * mie + 1.881e-3 * ozone
 }
@@ -334,7 +334,7 @@ fn the_air_is_near_a_march() {
     });
     project.write("worlds/test.toml", slats.fold(SHAFTS.to_owned(), |text, slat| text + &slat));
     let mut session = air(&project, "graphs/air.toml");
-    // Thin air under a high sun; mist that is twenty times as thick, and a low one. A part of what is off is noise.
+    // Thin air under a high sun; mist that is twenty times as thick, and a low one. A part of the error is noise.
     for (elevation, mist, most) in [(50.0, 0.6, 0.01), (24.0, 12.0, 0.02)] {
         set(&mut session, "sun_elevation", elevation);
         set(&mut session, "mist", mist);
@@ -351,7 +351,7 @@ fn the_air_is_near_a_march() {
     }
 }
 
-/// Lamps light the mist before and beside them, walls throw shadows into it, and one behind a wall sends nothing through it. Where no lamp shines, nothing is added.
+/// Lamps light the mist before and beside them, walls throw shadows into it, and one behind a wall sends nothing through it. Without a lamp, no light is added.
 #[test]
 fn lamps_light_the_mist_as_a_march_says() {
     let project = project();
@@ -405,7 +405,7 @@ fn lamps_light_the_mist_as_a_march_says() {
         eprintln!("part {part}: {}", found / truth);
         assert!((found - truth).abs() < 0.1 * truth, "part {part}: {found} of {truth}");
     }
-    // Lamps that are switched off leave the mist at once, and what is dark is exactly dark.
+    // The light of lamps leaves the mist at once when they are switched off, and darkness is exact.
     session.pin("air").unwrap();
     set(&mut session, "lamp_strength", 0.0);
     frame(&mut session);

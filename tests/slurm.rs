@@ -112,8 +112,7 @@ impl Cluster {
 }
 
 impl Cluster {
-    /// Kills the held task, which has failed then, and requeues it. Gives the files that were there before its second run, which it does not write
-    /// again.
+    /// Kills the held task, which has failed then, and requeues it. Returns the files from before its second run, which it must not write again.
     fn kill_and_requeue(&self, job: &str, hold: &Path, out: &Path) -> Vec<String> {
         let held = self.held(job, hold);
         let before = files(out);

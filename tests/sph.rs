@@ -1,5 +1,5 @@
-//! Water of particles (`graphs/light/views/sph.toml`): it stays in its box, comes to rest at its level and its density, gains no energy, and is the same
-//! bytes in every run.
+//! Water of particles (`graphs/light/views/sph.toml`). It stays in its box, comes to rest at its level and its density, and gains no energy. Every run
+//! has the same bytes.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -127,7 +127,7 @@ fn without_gravity_and_pressure_nothing_moves() {
     assert!(places == later);
 }
 
-/// How many voxels of the box are water by their density, how many are in the copy of the world, and in how many the two disagree.
+/// The number of water voxels in the box by density, and in the copy of the world, and the number in which the two disagree.
 const COUNT_WATER: &str = "#version 460
 #include <raxel/world.glsl>
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
@@ -179,7 +179,7 @@ fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
         let bytes = session.read_buffer("tally", 0..16).unwrap();
         [0, 1, 2].map(|i| u32::from_le_bytes(bytes[4 * i..][..4].try_into().unwrap()))
     };
-    // Two particles a voxel; what has fallen leaves nothing where it was.
+    // Two particles a voxel. Fallen water leaves nothing at its old place.
     for (ticks, after) in [(2, "2 ticks"), (40, "42")] {
         let [wet, water, wrong] = counts(ticks);
         assert!((COUNT as u32 / 4..COUNT as u32).contains(&wet), "{wet} wet voxels after {after}");

@@ -1,5 +1,5 @@
-//! A storm of edits: graphs, shaders, includes, the world and the demo are broken and mended at random while they run. For any edit, raxel
-//! does not end, shows the last good picture or that of a fresh start, is silent under validation and keeps its memory.
+//! A storm of edits breaks and mends graphs, shaders, includes, the world and the demo at random while they run. After any edit raxel runs
+//! on, and shows the last good picture or that of a fresh start. Validation is silent, and memory does not grow.
 //!
 //! `cargo test --release --test storm -- --ignored` makes 10,000 edits; `RAXEL_STORM_EDITS` and `RAXEL_STORM_SEED` change how many and
 //! which. A failure names the seed, and leaves the project as it was.
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use common::{Display, Project, Running, command, repository};
 use serde_json::{Value, json};
 
-/// The demo, which runs two graphs in turn; what is looked at is its first frame.
+/// The demo, which runs two graphs in turn. The test looks at its first frame.
 const DEMO: &str = "world = 'pool.toml'\ngraph = 'primary.toml'\nduration = 2.0\nfps = 10\nsize = [64, 36]\n\
                     [[camera]]\ntime = 0.0\nposition = [76.0, 31.0, 86.0]\nlook_at = [38.0, 9.0, 34.0]\n\
                     [[camera]]\ntime = 1.9\nposition = [70.0, 35.0, 80.0]\nlook_at = [38.0, 9.0, 34.0]\n\
@@ -45,7 +45,7 @@ const FILES: [&str; 12] = [
     DEMO_PATH,
 ];
 
-/// Numbers at which things go wrong.
+/// Numbers that are likely to break things.
 const NUMBERS: [&str; 16] = [
     "0",
     "-1",
@@ -83,7 +83,7 @@ const PIECES: [&str; 14] = [
     "present = \"depth\"\n",
 ];
 
-/// From so many edits on, memory must have come to rest.
+/// After this number of edits, memory must not grow.
 const LONG: usize = 1500;
 
 /// A generator of numbers (xorshift64*, Marsaglia 2003).

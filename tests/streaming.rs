@@ -1,4 +1,4 @@
-//! Streamed worlds in a session: every picture is what the exact tracer sees of the tiles that are wanted.
+//! Streamed worlds in a session: every picture equals that of the exact tracer over the wanted tiles.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -156,7 +156,7 @@ fn light_is_kept_while_land_is_loaded() {
     silent(&session);
 }
 
-/// How many pixels see a voxel; every one sees what the exact ray through it does.
+/// The number of pixels that see a voxel. Every pixel equals its exact ray.
 fn assert_exact(session: &mut Session) -> usize {
     session.frame().unwrap_or_else(|error| panic!("{error}"));
     let camera = *session.camera();
@@ -217,7 +217,7 @@ fn edits_of_a_streamed_world_are_seen_exactly_and_saved() {
     assert!(hits(&mut session) == edited, "done again");
     drop(session);
 
-    // Saved edits are there the next time, and in no session that does not ask for them.
+    // Saved edits are there the next time, but only in sessions that ask for them.
     let mut session = open(Saves::Read).unwrap_or_else(|error| panic!("{error}"));
     assert_exact(&mut session);
     assert!(hits(&mut session) == edited, "saved");
@@ -541,7 +541,7 @@ fn a_flight_says_once_what_passes_count() {
     assert_eq!(said.matches("their faces found no slot in the table: ").count(), 1, "{said}");
 }
 
-/// A thread that cannot start, that panics, and a source that panics, planted by a variable that builds with debug assertions look at.
+/// A thread that cannot start, one that panics, and a source that panics. A variable plants them in builds with debug assertions.
 #[cfg(debug_assertions)]
 #[test]
 fn a_streaming_thread_that_fails_is_an_error_at_once() {

@@ -217,7 +217,7 @@ fn a_beam_that_goes_too_far_is_caught() {
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
-/// Rays of one direction that stop at what they only touch.
+/// Rays of one direction that stop at voxels that they only touch.
 #[test]
 fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     let project = Project::empty();
@@ -239,9 +239,9 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
 #[test]
 fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
     let faults = [
-        // Only that there is something is known, not by which face.
+        // This row reports only that something is hit, not the face.
         ("parallel", "uint axis = 3u;", "uint axis = 0u;", "tree64:parallel_any"),
-        // The outside of the world does not count as air, and an empty cell does not either.
+        // Neither the outside of the world nor an empty cell counts as air.
         ("internal/layouts/tree64", "? rx_look(cell, log2_free) : 0u;", "? rx_look(cell, log2_free) : 1u;", "tree64"),
         (
             "internal/layouts/tree64",
@@ -264,7 +264,7 @@ fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {
     }
 }
 
-/// Packets that lose what they should hand on.
+/// Packets that lose rays that they should hand on.
 #[test]
 fn a_packet_that_loses_rays_is_caught() {
     let project = Project::empty();
@@ -321,7 +321,7 @@ fn faults_in_instances_are_caught() {
     raxel(&scope).exits(0);
 }
 
-/// Faults in how rays go on from hits, and in how shaders store voxels: each is planted in one file, and noticed by the row that runs it.
+/// Faults in rays that continue from hits, and in shaders that store voxels. Each fault is planted in one file, and the row that runs it must notice.
 #[test]
 fn faults_in_what_goes_on_from_hits_and_in_stored_voxels_are_caught() {
     let chunk_table = "rivals/internal/layouts/chunk_table";
@@ -379,7 +379,7 @@ fn faults_in_publications_are_caught() {
             "uint at = node.z + rx_child_rank(node.xy, child);",
             "uint at = (height == top && top > 3u ? world.root + 1u : node.z) + rx_child_rank(node.xy, child);",
         ),
-        // The header counts the leaves of an encoded world, and none of a publication's.
+        // The header of an encoded world counts leaves, that of a publication does not.
         (
             "return ((c.x | c.y | c.z) >> world.log2_size) == 0u ? rx_look(cell, log2_free) : 0u;",
             "return world.leaf_count > 0u && ((c.x | c.y | c.z) >> world.log2_size) == 0u ? rx_look(cell, log2_free) : 0u;",
@@ -395,7 +395,7 @@ fn faults_in_publications_are_caught() {
         assert!(count("tree64:streamed") > 100, "{wrong}: {}", found["tree64:streamed"]);
         assert!(run.stderr.contains("tree64:streamed is wrong about "), "{}", run.stderr);
 
-        // The command that is offered shows the error again, with what is right in that publication.
+        // The offered command shows the error again, beside the right hit in that publication.
         let offered = run.json().into_iter().find(|value| value["reason"] == "wrong-ray").expect("a wrong ray");
         let offered = offered["command"].as_str().unwrap().trim_start_matches("raxel ").to_owned();
         let (words, ray) = offered.split_once('"').unwrap();

@@ -1,4 +1,4 @@
-//! `--trace`: a file of Chrome's format whose slices nest, on the CPU and on the GPU. `-v`: what was compiled and what was reused.
+//! `--trace`: a file of Chrome's format whose slices nest, on the CPU and on the GPU. `-v` lists compiled and reused objects.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! The GLSL tracers of every layout on a device, against the exact tracer: what they hit must be equal, ties included.
+//! Compares the GLSL tracers of every layout on a device with the exact tracer: hits must be equal, ties included.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -132,7 +132,7 @@ fn long_lists_go_in_parts() {
     lab.close();
 }
 
-/// Pieces half a million voxels apart, with nothing between them but what a layout can skip.
+/// Pieces half a million voxels apart. A layout can skip everything between them.
 #[test]
 fn rays_cross_wide_empty_space() {
     let mut lab = Lab::open();
@@ -318,8 +318,8 @@ ivec3 cell(uint i) {
 }
 ";
 
-/// A tracer's cache of its hit speeds look-ups up, and changes none, wherever they are: the world begins at 64, so that places in it and in
-/// the world's coordinates differ.
+/// A tracer's cache of its hit speeds up look-ups, and changes no answer. The world begins at 64, so that places in its cube differ from
+/// coordinates.
 #[test]
 fn look_ups_after_a_hit_give_what_look_ups_before_it_give() {
     let project = Project::shipped();

@@ -238,7 +238,7 @@ fn judge(run: &Run, results: &Results, whole: &Results) -> Option<String> {
     Some(format!("{wrong}: exit code {}\n{}", run.code, run.stderr))
 }
 
-/// Every case of these verbs, from a run of each in which nothing fails.
+/// Every case of these verbs, from a run of each without failures.
 fn every_case(stage: &Stage) -> (Vec<Case>, BTreeMap<&'static str, Results>) {
     let (mut cases, mut whole) = (Vec::new(), BTreeMap::new());
     for verb in VERBS {
@@ -276,7 +276,7 @@ fn name(verb: Verb) -> &'static str {
     }
 }
 
-/// Tries cases on all cores; what is wrong.
+/// Tries cases on all cores, and returns the defects.
 fn try_each(first: Stage, cases: Vec<Case>, whole: &BTreeMap<&'static str, Results>) {
     let count = cases.len();
     let threads = std::thread::available_parallelism().map_or(2, |cores| cores.get().max(2));
@@ -320,7 +320,7 @@ fn try_each(first: Stage, cases: Vec<Case>, whole: &BTreeMap<&'static str, Resul
     });
     let (wrong, ends) = (wrong.into_inner().unwrap(), ends.into_inner().unwrap());
     println!("{count} cases: {ends:?}\n{}", Vec::from_iter(said.into_inner().unwrap()).join("\n"));
-    // How often a program waits depends on time: the last call of one run may not be in another.
+    // The number of waits depends on time, so another run may lack the last call of one run.
     let missed = ends.get("not reached").copied().unwrap_or(0);
     assert!(wrong.is_empty(), "{} are wrong\n{}", wrong.len(), wrong.join("\n"));
     assert!(10 * missed < count, "{missed} of {count} calls were not made");
@@ -382,7 +382,7 @@ fn a_verb_goes_on_or_ends_with_one_error_after_some_call_has_failed() {
     try_each(stage, chosen(cases, 60), &whole);
 }
 
-/// A driver that has no memory for an answer has not refused the format.
+/// A driver without memory for an answer has not refused the format.
 #[test]
 fn a_format_is_refused_only_by_a_driver_that_refuses_it() {
     let stage = Stage::new();

@@ -1,4 +1,4 @@
-//! One real window, under Xvfb: what it shows is what `render` writes, edits show, keys work, and it leaves in order.
+//! One real window, under Xvfb. It shows the picture that `render` writes, shows edits, takes keys, and closes in order.
 
 mod common;
 
@@ -362,7 +362,7 @@ fn what_is_shown_is_compared_with_another_target_as_it_goes_on() {
         dispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
     bare.project.write("graphs/bare.toml", graph + more);
     bare.display.xdotool(&["key", "shift+b"]);
-    // Left of the edge what is shown, right of it the live target, which is another one after Tab.
+    // The shown target is left of the edge, the live target right of it. After Tab, the two differ.
     press(&bare.display, "Tab", "both targets at an edge", || {
         bare.shows(|x, _| if x < 160 { [128; 3] } else { [64; 3] })
     });
@@ -489,7 +489,7 @@ fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
     let mut child = Running::start(in_window().stderr(fs::File::create(&log_path).unwrap()));
     eventually("the mistake is told", || log(&log_path).contains("the window waits for the files to be mended"));
     assert!(log(&log_path).contains("raxel.toml:2:"), "{}", log(&log_path));
-    // As an editor that truncates and then writes: what is seen in between opens nothing.
+    // Like an editor that truncates and then writes: the empty file in between opens nothing.
     project.write("raxel.toml", "");
     std::thread::sleep(Duration::from_millis(1500));
     project.write("mended", "graph = \"inspect.toml\"\nworld = \"menger.toml\"\n");
@@ -709,7 +709,7 @@ fn a_window_goes_on_after_the_loss_of_a_device() {
     let project = Project::shipped();
     let expected = rendered(&project, "normal");
     let (library, log_path, lose) = (before_vulkan(&project, LOSS), project.path("log"), project.path("lose"));
-    // Two devices, either of which may be lost, and one that does both.
+    // First two devices, either of which may be lost; then one device for both.
     for arguments in [&[][..], &["--present-with", "own"]] {
         let shown = ["run", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "320x180", "--no-panels"];
         let mut command = command(project.root(), &shown);
@@ -733,7 +733,7 @@ fn a_window_goes_on_after_the_loss_of_a_device() {
     assert!(said.contains("the device was lost and is open again") && said.contains("start over at `init`"), "{said}");
 }
 
-/// How a window loses its server.
+/// The ways in which a window loses its server.
 #[cfg(target_os = "linux")]
 enum Loss {
     /// The server ends under a picture that does not change.

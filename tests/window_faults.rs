@@ -76,14 +76,14 @@ impl Stage {
         });
     }
 
-    /// Lets one call fail. Gives whether there was that call, and what is wrong with what came of it.
+    /// Lets one call fail. Returns whether there was that call, and the defects of its outcome.
     fn wrong(&self, (call, skip, fault): (&str, usize, Fault)) -> (bool, Option<String>) {
         self.faults.arm(call, skip, fault);
         let code = self.run();
         let reached = self.faults.disarm().into_iter().any(|(_, answer)| answer == fault as i32);
         let said = fs::read_to_string(&self.log).unwrap();
         let errors = said.lines().filter(|line| line.starts_with("error")).count();
-        // Where only the window's images are concerned, and where a device is lost, the window goes on. An unknown error may be any.
+        // If only the window's images fail, or a device is lost, the window goes on. An unknown error may be any.
         let goes_on = call.contains("AcquireNextImage") || call == "vkQueuePresentKHR";
         let goes_on = goes_on && !matches!(fault, Fault::HostMemory | Fault::DeviceMemory | Fault::Unknown);
         let right = match code {
@@ -140,7 +140,7 @@ fn a_window_goes_on_or_ends_with_one_error_after_any_call_for_it_has_failed() {
         }
     });
     let (wrong, reached) = (wrong.into_inner().unwrap(), reached.into_inner());
-    // How often a window draws depends on time: the last call of one run may not be in another.
+    // The number of drawn frames depends on time, so another run may lack the last call of one run.
     assert!(4 * reached > 3 * count, "{reached} of {count} calls were made");
     assert!(wrong.is_empty(), "{} are wrong\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -133,8 +133,8 @@ fn chunk_of(cell: IVec3) -> IVec3 {
     cell >> 5
 }
 
-/// Voxels are put in, taken away and changed all over the chunks of a world by thousands of threads at once, neighbours in a word by
-/// neighbours among the threads; then the copy is the edited world, for every ray.
+/// Thousands of threads at once add, remove and change voxels all over the chunks of a world. Neighbouring threads change neighbours
+/// in a word. Then the copy equals the edited world, for every ray.
 #[test]
 fn what_a_shader_has_set_is_traced_exactly() {
     let mut lab = Lab::open();

@@ -7,7 +7,7 @@ fn main() -> io::Result<()> {
     let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or(io::ErrorKind::NotFound)?);
     println!("cargo:rerun-if-changed=build.rs");
     let link = manifest.join("pages");
-    // Where the system has no links, git writes a file.
+    // On systems without links, git writes a file instead.
     let pages = if link.is_dir() { link } else { manifest.join("../../docs/errors") };
     // A repository that was moved has another path: then cargo finds nothing at this one and runs the script again.
     println!("cargo:rerun-if-changed={}", pages.display());

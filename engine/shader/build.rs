@@ -12,7 +12,7 @@ fn main() -> io::Result<()> {
     println!("cargo:rerun-if-env-changed=SHADERC_LIB_DIR");
     println!("cargo:rustc-env=RAXEL_SHADERC_LIBRARIES={}", shaderc_libraries());
     let link = manifest.join("library");
-    // Where the system has no links, git writes a file.
+    // On systems without links, git writes a file instead.
     let library = if link.is_dir() { link } else { manifest.join("../../shaders/include/raxel") };
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed={}", library.display());

@@ -16,7 +16,7 @@ fn main() -> io::Result<()> {
     let mut found = Vec::new();
     for root in ROOTS {
         let link = manifest.join(root);
-        // Where the system has no links, git writes a file with the target in it.
+        // On systems without links, git writes a file with the target in it.
         let is_text = fs::read(&link).is_ok_and(|bytes| bytes.starts_with(b"../../"));
         collect(&if is_text { manifest.join("../..").join(root) } else { link }, root, &mut found)?;
     }

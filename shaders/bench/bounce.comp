@@ -1,5 +1,5 @@
-// One ray leaves each hit in a random direction, cosine-weighted around the normal. All is made of whole numbers, so that the rays are
-// the same bits on every device and in engine/oracle/src/bounce.rs, which judges their hits.
+// One ray leaves each hit in a random direction, cosine-weighted around the normal. Only whole numbers make a ray, so its bits are the same on
+// every device. engine/oracle/src/bounce.rs makes the same rays, and judges their hits.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/random.glsl>

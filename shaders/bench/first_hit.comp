@@ -1,6 +1,6 @@
-// The first hit of each pixel's ray, and nothing else: what tracers and layouts are measured and judged by.
+// Traces each pixel's ray to its first hit. This shader measures and judges tracers and layouts.
 //
-// A pass chooses how it is found by one of the defines in <raxel/rivals/march.glsl>; without one it is the exact tracer.
+// A define of <raxel/rivals/march.glsl> chooses how; without one, the exact tracer finds the hit.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/rivals/march.glsl>

@@ -1,4 +1,4 @@
-// The first hit of each pixel's ray, and nothing else. With TILE, from where the beam of its tile has got to.
+// Traces each pixel's ray to its first hit. With TILE, the ray begins where the beam of its tile ended.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

@@ -1,6 +1,6 @@
-// One period ray leaves each hit in a random direction, cosine-weighted around the normal. Everything that makes a ray is in whole
-// numbers, so that rays are the same bits on every device and in engine/oracle/src/bounce.rs, which judges their hits. Subgroups take
-// tiles of pixels off a counter, and lanes whose rays have ended take the next pixel.
+// One period ray leaves each hit in a random direction, cosine-weighted around the normal. Only whole numbers make a ray, so its bits are the
+// same on every device. engine/oracle/src/bounce.rs makes the same rays, and judges their hits. Subgroups take tiles of pixels off a counter,
+// and lanes whose rays have ended take the next pixel.
 #version 460
 layout(local_size_x = 128) in;
 

@@ -1,5 +1,5 @@
-// Directions around a normal, cosine-weighted, as periods: how long a ray takes from plane to plane along u, v and the normal. Those of
-// a quarter of the hemisphere; a ray chooses the signs of u and v. engine/oracle/src/bounce.rs has the same numbers.
+// Directions around a normal, cosine-weighted, as periods: how long a ray takes from plane to plane along u, v and the normal. They cover a
+// quarter of the hemisphere; a ray chooses the signs of u and v. engine/oracle/src/bounce.rs has the same numbers.
 #version 460
 #include <raxel/random.glsl>
 

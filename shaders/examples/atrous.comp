@@ -1,4 +1,4 @@
-// One round of an edge-avoiding filter: 3 × 3 texels, each round twice as far apart (Dammertz et al., "Edge-Avoiding À-Trous
+// One round of an edge-avoiding filter over 3 × 3 texels. Each round doubles their distance (Dammertz et al., "Edge-Avoiding À-Trous
 // Wavelet Transform for fast Global Illumination Filtering", 2010).
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,4 +1,4 @@
-// A round brush on a path that never closes. Texels that it does not touch are not stored.
+// A round brush on a path that never closes. Stores only the texels that it touches.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba16f) uniform writeonly image2D canvas;

@@ -23,7 +23,7 @@ layout(push_constant) uniform Push {
 
 const float SIGHT = 34.0;  // voxels
 
-// Where the flock wants to be: a loop over the bay, which some fly a little later than others.
+// The goal of the flock: a loop over the bay. Some birds fly it a little later than others.
 vec3 goal(float seconds) {
     return vec3(95.0 * sin(0.31 * seconds), 74.0 + 16.0 * sin(0.53 * seconds), 80.0 * sin(0.47 * seconds + 0.7));
 }

@@ -1,4 +1,4 @@
-// The world and the micro-voxels: whichever a ray meets first, with the sun where neither is in its way.
+// Shows the world or the micro-voxels, whichever the ray meets first. The sun lights a place if neither blocks it.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/micro.glsl>
@@ -16,7 +16,7 @@ layout(push_constant) uniform Push {
     vec2 tan_half_fov;
 } push;
 
-// What a ray meets, of the world and on the lattice of micro-voxels.
+// A ray's hit in the world, and its hit on the lattice of micro-voxels.
 bool meets(RxRay in_world, RxRay in_micro, out RxHit hit, out bool small) {
     RxHit other;
     bool found = rx_trace(in_world, hit);
@@ -40,7 +40,7 @@ void main() {
         float light = max(dot(normal, sun), 0.0);
         if (light > 0.0) {
             RxRay on = rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun);
-            // Each ray begins on the lattice of what it leaves, exactly on the face.
+            // Each ray begins exactly on the face, on the lattice of the voxel or micro-voxel that it leaves.
             if (small ? meets(rx_world_ray(on), on, in_the_way, unused) : meets(on, rx_micro_ray(on), in_the_way, unused)) light = 0.0;
         }
         color = albedo * (2.3 * light * rx_sun_color(sun) + 0.6 * rx_ambient(normal, sun));

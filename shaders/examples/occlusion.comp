@@ -1,4 +1,4 @@
-// How open each visible point is, from one random ray: noise that atrous.comp takes out.
+// Estimates by one random ray how open each visible point is. atrous.comp removes the noise.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/camera.glsl>

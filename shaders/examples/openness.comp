@@ -1,4 +1,4 @@
-// How much of the sky is visible from the centre of each block of 16×16×16 voxels: the part of its rays that hit nothing.
+// Measures the visible sky at the centre of each block of 16×16×16 voxels: the share of rays that hit nothing.
 #version 460
 #include <raxel/world.glsl>
 

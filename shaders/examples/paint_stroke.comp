@@ -1,4 +1,4 @@
-// A stroke from the cursor of the frame before to the cursor. Texels that it does not touch are not stored.
+// A stroke from the cursor of the frame before to the cursor. Stores only the texels that it touches.
 #version 460
 #include <raxel/keys.glsl>
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -17,7 +17,7 @@ float at(ivec2 cell) {
     return imageLoad(before, clamp(cell, ivec2(0), imageSize(before) - 1)).x;
 }
 
-// Where drop number n falls: steps of the golden ratio and of its square, which leave no gaps and no pattern.
+// The place where drop n falls. Steps of the golden ratio and of its square leave no gaps and no pattern.
 vec2 drop(uint n) {
     return fract(vec2(0.5, 0.5) + float(n) * vec2(0.75487766, 0.56984029)) * vec2(imageSize(before));
 }

@@ -20,7 +20,7 @@ layout(std140) uniform Frame {
     uint seed;
 } frame;
 
-// Where the sun stands, also below the horizon.
+// The direction to the sun, also below the horizon.
 vec3 frame_true_sun() {
     return rx_sun_direction(frame.sun_azimuth, frame.sun_elevation);
 }

@@ -1,4 +1,4 @@
-// Where places on instances were in the last frame. Needs <raxel/place.glsl>.
+// Finds the positions that places on instances had in the last frame. Needs <raxel/place.glsl>.
 layout(std430) readonly buffer Poses { uint moves; uint leaps; uint unused1; uint unused2; uvec4 poses[]; };
 
 // From a camera of the last frame to a place on an instance, as it was then, in world space.

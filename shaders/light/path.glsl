@@ -45,7 +45,7 @@ struct PathPlace {
     vec3 share;   // the part of the light on the path's last place that falls on this one
 };
 PathPlace path_places[PATH_PLACES];
-uint path_reached;  // places on the path, also those that are not noted
+uint path_reached;  // places on the path, noted or not
 bool path_ended;    // by light that is kept at its last place
 
 void path_reach(RxHit at, vec3 albedo) {
@@ -84,7 +84,7 @@ void path_end() {}
 // Lamps that are drawn from here on are for a place; at the first one with the help of the lists.
 void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
 #ifdef RX_BINDS_instances
-    // Lists are of places in the world; of what is turned, its nearest axis counts.
+    // Lists belong to places in the world. For a turned face, the nearest axis counts.
     vec3 away = rx_place_normal(voxel, face), most = abs(away);
     uint axis = most.x >= most.y && most.x >= most.z ? 0u : most.y >= most.z ? 1u : 2u;
     known_begin(rx_ray_from_place(voxel, face, uv, away).ray.cell, 2u * axis + (away[axis] > 0.0 ? 1u : 0u), first);
@@ -172,7 +172,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
     path.depth = 0u;
     path.ends = false;
     path.waiting = vec3(0.0);
-    // Clouds shade all places of a path as they shade its first: nearly all that it meets is near, and the shadows of clouds are wide.
+    // Clouds shade all places of a path like the first: nearly all places are near it, and the shadows of clouds are wide.
     RxRay first = RX_RAY(rx_ray_from_place(voxel, face, uv, vec3(0.0)));
     vec3 sun = frame_sun(), sun_light = sun_irradiance(sun) * sun_through_clouds(vec3(first.cell) + first.frac);
     // Rays take turns in one loop, because each call of the tracer is compiled into the shader: at each place a ray to a lamp, one to the sun, and

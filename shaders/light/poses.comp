@@ -1,5 +1,5 @@
-// Keeps where instances are, and where they were in the last frame; counts the frames in which one has moved, by how many, and notes when a lamp has gone
-// far in one. For moved.glsl and face_cache/moves.glsl.
+// Keeps the poses of instances in this frame and the last one, for moved.glsl and face_cache/moves.glsl. Counts moved instances, so the count changes
+// after each frame with a move. Notes the count when a lamp goes far in a frame.
 #version 460
 #include <raxel/instance_frame.glsl>
 
@@ -10,7 +10,7 @@ layout(std430) buffer Poses { uint moves; uint leaps; uint unused1; uint unused2
 const uint QUADS = RX_INSTANCE_QUADS;
 const float LEAP = 1.0;   // voxels in a frame
 
-// How far the farthest voxel of an instance has gone, about.
+// About the distance that the farthest voxel of an instance has gone.
 float way(RxInstance was, RxInstance now) {
     vec3 step = vec3(now.cell - was.cell) + (vec3(now.fraction) - vec3(was.fraction)) / 16777216.0;
     ivec3 turn = max(max(abs(now.row_x - was.row_x), abs(now.row_y - was.row_y)), abs(now.row_z - was.row_z));
@@ -34,7 +34,7 @@ void main() {
         poses[at + i] = was;
         poses[at + QUADS + i] = now;
     }
-    // One that has just come was nowhere else.
+    // A new instance has no earlier pose.
     if (!known) {
         for (uint i = 0u; i < QUADS; ++i) poses[at + i] = poses[at + QUADS + i];
     }

@@ -1,8 +1,8 @@
 // Path tracing without a bias. Each vertex is lit by a point of the sun's disc and a point of a lamp, and the path goes on with a cosine
 // ray that finds the sky and, weighted against the drawn points, lamps (Veach and Guibas, "Optimally combining sampling techniques", 1995).
-// Surfaces are matt. Instances are lit, and light, as all else is; no lamp is drawn on them. Rays of all kinds and of all paths of a pixel
-// are traced at the same place in one loop: the tracer is there once, and a thread with a short path begins the next one without waiting
-// for the others.
+// Surfaces are matt. Instances are lit, and give light, like everything else, but no lamp is drawn on them. One call
+// in one loop traces all rays of all paths of a pixel. So the shader has the tracer once, and a thread with a short
+// path begins the next one without waiting.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/light/lights.glsl>
@@ -34,8 +34,8 @@ float weight(float a, float b) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// The density by area with which a lamp of some radiance is drawn: in proportion to its power; or, where a graph wants to compare, the same for
-// all faces, which must have the same size then.
+// The density by area of a lamp of this radiance. It is in proportion to the lamp's power. For comparison, a graph can make it the
+// same for all faces, if these have the same size.
 float lamp_density(vec3 radiance) {
 #ifdef LAMPS_EVENLY
     return rx_lights_count() > 0u ? 1.0 / float(rx_lights_count()) : 0.0;

@@ -1,5 +1,5 @@
-// The light of a system's scene: the sun and the sky, which are the same for all compared systems (frame.glsl), or a physical sky where a
-// graph defines SKY_TABLE and binds the tables of base/scene.toml.
+// The light of a system's scene: the sun and the sky of frame.glsl, equal for all compared systems. If a graph defines SKY_TABLE and binds the
+// tables of base/scene.toml, it is a physical sky.
 #ifndef LIGHT_SCENE_GLSL
 #define LIGHT_SCENE_GLSL
 
@@ -53,8 +53,8 @@ float sun_through_clouds(vec3 place) {
 }
 #endif
 
-// The place in a pixel that its ray goes through, in pixels from the top left: the centre, or with JITTER places that fill the pixels
-// evenly over the frames (Roberts' sequence R2).
+// The place in a pixel through which its ray goes, in pixels from the top left. It is the centre, or with JITTER a place that fills the
+// pixels evenly over the frames (Roberts' sequence R2).
 vec2 pixel_place(ivec2 pixel) {
 #ifdef JITTER
     // All passes look through the same place, to the last bit.

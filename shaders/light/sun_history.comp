@@ -1,10 +1,10 @@
-// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. Along the way of
-// a moving one, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0): pixels in doubt, whose
-// neighbours or whose last frame have found something else, get `rays` more at once. Where a pixel was in the last frame is known exactly,
-// and a value of that frame counts only if it is of the same face of the same voxel. With JITTER, whose frames are averaged, pixels in
-// doubt share the results of their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average
-// whole pictures. With SUN_TEXELS, a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself. With PANES, which has one
-// ray, too, rays go through clear bodies of at most PANES voxels, and their light is kept apart then, in its colours and without a history.
+// The sun: one ray a pixel and frame to a random place in its disc. Under a still camera, the mean over all frames counts. While the camera
+// moves, a mean would blur the edges of shadows with each step, so a frame stands for itself (`history` 0). A pixel is in doubt if its
+// neighbours or its last frame found something else. It gets `rays` more rays at once. The pixel's position in the last frame is exact, and a
+// value there counts only for the same face of the same voxel. With JITTER, whose frames are averaged, pixels in doubt share the results of
+// their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS,
+// a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself. With PANES, rays go through clear bodies of at most PANES
+// voxels, with one ray a pixel, too. Their light is kept apart, with its colours and without a history.
 #version 460
 #if defined(PANES) && !defined(ONE_RAY)
 #define ONE_RAY 1
@@ -49,7 +49,7 @@ const int NEAR = 2;                 // pixels that a pixel looks at, each way
 #else
 const int NEAR = 1;
 #endif
-const float APART = 2.0;            // variances of their difference at which two pixels hardly count as alike
+const float APART = 2.0;            // at this many variances of their difference, two pixels hardly count as alike
 
 const uint NOT_ASKED = 7u;
 shared uint found[PIXELS];          // the sum of the cosines of the rays that reach the sun
@@ -71,8 +71,8 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     if (rx_is_on_instance(hit_face(hit.w))) from_camera = moved_from(hit.xyz, hit_face(hit.w), place.xy, push.cell, push.frac);
 #endif
     if (!rx_reproject(from_camera, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) return vec2(0.0);
-    // The centre of the pixel is followed, not the place that this frame looks through: otherwise a mean of many frames blurs shadows over
-    // their faces.
+    // Follow the centre of the pixel, not this frame's place in it: otherwise a mean of many frames blurs
+    // shadows over their faces.
     at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
     ivec2 base = ivec2(floor(at - 0.5));
     vec2 part = at - 0.5 - vec2(base), old = vec2(0.0);
@@ -129,8 +129,8 @@ uint beside(uint own, ivec2 step) {
 }
 
 #ifdef JITTER
-// The result of the rays of a pixel and of those around it, as far as chance explains the difference: half shadows are smooth, and the
-// edges of sharp ones stay where they are. `most` is the cosine of a face without shadow.
+// Merges the results of a pixel and of the pixels around it, as far as chance explains the difference. Half shadows become smooth, and sharp
+// edges stay in place. `most` is the cosine of a face without shadow.
 float shared_share(uint own, float most) {
     float mine = float(found[own]) * (16.0 / ONE), n = float(taken[own]), sum = mine, rays = n;
     for (int y = -NEAR; y <= NEAR; ++y) {

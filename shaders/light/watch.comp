@@ -29,8 +29,8 @@ void main() {
     state.way = vec4(sky_way.xyz, sky_clouds.y);
 #endif
     bool other = state.serial != push.world_serial;
-    // Where land is loaded around the camera, the world is another in nearly every frame of a flight, and the light of the remaining land
-    // hardly is.
+    // If land is loaded around the camera, the world changes in nearly every frame of a flight. The light of
+    // the remaining land hardly changes.
     bool edited = state.edited != push.world_edited || state.generation == 0u;
     bool changed = change > 1e-5 || other || edited;
     state.changed = changed ? 1u : 0u;

@@ -1,6 +1,6 @@
-// The march that the first version of raxel began with, kept as the baseline: steps of fixed length, a linear search through the
-// chunks at each new one, normals by central differences. It steps over corners, needs a thousand samples for 50 voxels,
-// and its normals are zero where both sides are solid. primary.comp shows how it is done today. Needs the layout `chunks`.
+// The march of the first version of raxel, kept as the baseline: steps of fixed length, a linear search through the chunks at each new chunk,
+// normals by central differences. It steps over corners, needs a thousand samples for 50 voxels, and its normals are zero where both sides are
+// solid. primary.comp shows how it is done today. Needs the layout `chunks`.
 #version 460
 #include <raxel/world.glsl>
 
@@ -38,7 +38,7 @@ vec3 estimate_normal(vec3 p) {
     return gradient == vec3(0.0) ? vec3(0.0) : -normalize(gradient);
 }
 
-// Where the ray leaves the world's bounds: there is nothing beyond.
+// The distance at which the ray leaves the world's bounds: there is nothing beyond.
 float bounds_end(vec3 origin, vec3 dir) {
     vec3 low = vec3(world.bounds_min - push.camera_cell), high = vec3(world.bounds_last + 1 - push.camera_cell);
     vec3 t = (mix(low, high, greaterThan(dir, vec3(0.0))) - origin) / mix(dir, vec3(1.0), equal(dir, vec3(0.0)));

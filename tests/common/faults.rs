@@ -55,7 +55,7 @@ use Fault::{
     Suboptimal, SurfaceLost, TooManyObjects, Unknown, WindowInUse,
 };
 
-/// Every call that raxel makes and that may fail, with what it may answer (the reference pages of Vulkan 1.3, "Return Codes").
+/// Every call of raxel that may fail, with its possible answers (the reference pages of Vulkan 1.3, "Return Codes").
 pub const CALLS: &[(&str, &[Fault])] = &[
     ("vkEnumerateInstanceExtensionProperties", &[HostMemory, DeviceMemory, LayerNotPresent, Unknown]),
     ("vkEnumerateInstanceLayerProperties", &[HostMemory, DeviceMemory, Unknown]),
@@ -285,7 +285,7 @@ static Function ours(const char *name, Function found) {{
         self.write(&format!("{call} 0 {} 1", fault as i32));
     }
 
-    /// From here on nothing fails. The calls since the last order: names, and the answers of those that were made to fail.
+    /// From here on nothing fails. Returns the calls since the last order: names, and the planted answers.
     pub fn disarm(&self) -> Vec<(String, i32)> {
         self.write("none 0 0 0");
         let seen = fs::read_to_string(&self.seen).unwrap();

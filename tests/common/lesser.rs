@@ -1,4 +1,4 @@
-//! Devices that can less than the one that the tests run on. A library stands between the program and the Vulkan loader: it lowers the
+//! Devices with lower limits than the one that runs the tests. A library stands between the program and the Vulkan loader: it lowers the
 //! reported limits of the device, and ends the program if it asks for more.
 
 mod named;
@@ -12,7 +12,7 @@ use raxel_gpu::vk;
 pub use self::named::*;
 use super::{Project, before_vulkan};
 
-/// How the program ends when it asks for more than the device says it has.
+/// The exit of a program that asks for more than the device reports.
 pub const EXCEEDED: i32 = 97;
 
 /// The lower limits of a device, where the device below has more.
@@ -55,8 +55,8 @@ pub struct Lesser {
     pub granularity: u32,
     /// Subgroup operations of compute shaders.
     pub subgroup_operations: vk::SubgroupFeatureFlags,
-    /// Sizes of subgroups, instead of those that the device below runs. It goes on running its own: what raxel makes of a size must be right all
-    /// the same.
+    /// Sizes of subgroups, instead of those that the device below runs. That device still runs its own sizes, and raxel must be right all the
+    /// same.
     pub subgroups: Option<Subgroups>,
     /// Features that Vulkan does not demand and the device lacks.
     pub without: &'static [Feature],
@@ -73,14 +73,14 @@ pub struct Lesser {
     pub extensions: bool,
     /// Vulkan 1.1, 1.2 or 1.3. Of 1.2, the device has the extensions for what raxel needs of 1.3.
     pub minor: u32,
-    /// How long the driver takes for a compute pipeline at least, milliseconds.
+    /// The least time that the driver takes for a compute pipeline, in milliseconds.
     pub pipeline_milliseconds: u32,
 }
 
 /// A device's reported sizes of subgroups.
 #[derive(Clone, Copy, Debug)]
 pub struct Subgroups {
-    /// `subgroupSize`: what a pipeline gets that asks for nothing.
+    /// `subgroupSize`: the size of a pipeline that asks for none.
     pub usual: u32,
     /// `minSubgroupSize` and `maxSubgroupSize`.
     pub range: [u32; 2],
@@ -196,7 +196,7 @@ const UNKNOWN: &[vk::Format] = &[
     vk::Format::R16G16B16A16_SNORM,
 ];
 
-/// How a word of an answer is lowered.
+/// The way to lower a word of an answer.
 #[derive(Clone, Copy)]
 enum How {
     AtMost,
@@ -205,7 +205,7 @@ enum How {
     Set,
 }
 
-/// Structures of answers, by `VkStructureType`; those that were there before chains have numbers that no structure has.
+/// Structures of answers, by `VkStructureType`. Structures older than chains have no such type, so they have unused numbers here.
 const LIMITS: i32 = -1;
 const FEATURES: i32 = -2;
 

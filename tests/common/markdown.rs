@@ -75,7 +75,7 @@ pub fn spans(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
-/// Where the links and pictures of a line lead, but for those to other sites.
+/// The targets of a line's links and pictures, except for other sites.
 pub fn links(line: &str) -> impl Iterator<Item = &str> {
     let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     targets.filter(|target| !target.contains("://"))

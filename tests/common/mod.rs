@@ -21,9 +21,9 @@ pub use vulkan::before_vulkan;
 /// GLSL that stands for a subgroup of 64.
 pub const SUBGROUP_OF_64: &str = include_str!("subgroup_of_64.glsl");
 
-/// Where lighting systems are: raxel's own, and those that they are compared with.
+/// The folders of lighting systems: raxel's own, and their rivals.
 pub const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
-/// Where the graphs of tracers are: raxel's own, and those that they are compared with.
+/// The folders of tracers' graphs: raxel's own, and their rivals.
 pub const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
 
 /// Project path of the shipped graph of that name in one of two folders; in the first if neither has it.

@@ -38,8 +38,8 @@ void *dlopen(const char *name, int flags) {
 }
 "#;
 
-/// A library for `LD_PRELOAD`. `ours` is C with `static Function ours(const char *name, Function found)`, which gives the function that is called
-/// in the place of the one that was found.
+/// A library for `LD_PRELOAD`. `ours` is C with `static Function ours(const char *name, Function found)`, which returns the function to call in
+/// place of the found one.
 pub fn before_vulkan(project: &Project, ours: &str) -> PathBuf {
     shared_library(project, "libbefore.so", &[HEAD, ours, TAIL].concat())
 }

@@ -36,7 +36,7 @@ fn read(page: &str) -> String {
     std::fs::read_to_string(repository().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"))
 }
 
-/// All pages but the lab, which keeps what was true once.
+/// All pages but the lab, which keeps old results.
 fn pages() -> BTreeSet<String> {
     let pages = OTHERS.map(str::to_owned).into_iter().chain(markdown::pages("docs"));
     pages.filter(|page| !page.starts_with("docs/lab/")).collect()
@@ -46,7 +46,7 @@ fn pages() -> BTreeSet<String> {
 /// their own.
 const NO_PIECES: [&str; 3] = ["docs/errors/", "docs/shader-library.md", "docs/editors.md"];
 
-/// The blocks of a language in all pages, each with its page; those that `tests/book.rs` writes to files are left out.
+/// The blocks of a language in all pages, each with its page. It leaves out the blocks that `tests/book.rs` writes to files.
 fn pieces(language: &str) -> Vec<(String, Block)> {
     let pages = pages().into_iter().filter(|page| !NO_PIECES.iter().any(|other| page.starts_with(other)));
     let blocks =
@@ -205,7 +205,7 @@ fn commands_have_verbs_options_files_and_names_that_exist() {
     assert!(count > 400, "{count} commands");
 }
 
-/// Where a value of a piece has a key or a word that its schema does not know.
+/// The place in a piece of a key or a word that its schema does not know.
 fn misfit(reference: &Reference<'_>, schema: &Value, value: &Value, path: &str) -> Option<String> {
     let schema = reference.resolved(schema);
     for forms in ["anyOf", "oneOf"].into_iter().filter_map(|key| schema[key].as_array()) {

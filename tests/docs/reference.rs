@@ -192,7 +192,7 @@ fn anchor(title: &str, key: &str) -> String {
     std::iter::once("key").chain(words).chain([key]).map(str::to_lowercase).collect::<Vec<_>>().join("-")
 }
 
-/// Where an object stands in the value of a key.
+/// The place of an object in the value of a key.
 #[derive(Clone, Copy)]
 enum Place {
     /// It is the value.

@@ -25,7 +25,7 @@ pub fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32
     open_at(project, graph, size, params, 60.0)
 }
 
-/// The same, with so many frames a second.
+/// The same, with this number of frames a second.
 pub fn open_at(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)], rate: f64) -> Session {
     let mut session = Session::open(Options {
         project: Some(project.root().into()),
@@ -60,7 +60,7 @@ pub fn scene() -> Scene {
     Scene { name, world, epsilon: Epsilon::NAMED, ..Scene::default() }
 }
 
-/// How the judge looks at small pictures, standing still: `frames` of each system, against at most `paths` paths a pixel.
+/// The settings of the judge for small still pictures: `frames` of each system, against at most `paths` paths a pixel.
 pub fn effort(project: &Project, size: [u32; 2], frames: u32, paths: u32) -> Effort {
     Effort {
         project: project.root().to_owned(),

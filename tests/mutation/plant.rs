@@ -26,7 +26,7 @@ impl Fault {
         (before.matches('\n').count() + 1, text.trim())
     }
 
-    /// Where it begins in its line, in bytes from 1.
+    /// Its column in bytes, from 1.
     pub fn column(&self, source: &str) -> usize {
         self.range.start - source[..self.range.start].rfind('\n').map_or(0, |end| end + 1) + 1
     }
@@ -40,7 +40,7 @@ impl Fault {
         front.split_whitespace().last()
     }
 
-    /// How the number that it makes of another compares with that one.
+    /// How the new number compares with the old one.
     pub fn order(&self) -> Option<Ordering> {
         number(&self.to)?.partial_cmp(&number(&self.from)?)
     }
@@ -55,7 +55,7 @@ fn number(text: &str) -> Option<f64> {
     }
 }
 
-/// Words and operators, each with what it becomes. Operators stand before those that they begin with.
+/// Words and operators, each with its replacements. Longer operators stand before their own beginnings.
 const SWAPS: &[(&str, &[&str])] = &[
     ("<<=", &[]),
     (">>=", &[]),

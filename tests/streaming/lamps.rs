@@ -39,8 +39,8 @@ fn graphs_with_lamps_show_streamed_worlds() {
     assert!(message.starts_with("[RX0490]"), "{message}");
 }
 
-/// Lamps in a room without an end: one by itself, one across the border of two chunks, and one so far away that it is seen in cells of 4
-/// voxels, in whose lattice it lies.
+/// Lamps in a room without an end: one by itself, one across the border of two chunks, and one far away, in cells of 4 voxels. The last
+/// one lies in the lattice of these cells.
 const LAMPS: &str = r#"
 name = "lamps"
 [camera]
@@ -158,7 +158,7 @@ fn lamps_of_a_streamed_world_are_drawn_by_their_power() {
     assert!(far.len() == 352 && far.iter().all(|edge| *edge == 4), "{}", far.len());
 }
 
-/// Lamps of a chunk follow from the chunks around it: these are not made again for it, also where the file wants nothing kept on the host.
+/// Lamps of a chunk depend on the chunks around it. raxel does not make these again for the lamps, even if the file keeps nothing on the host.
 #[test]
 fn chunks_beside_lamps_are_made_once() {
     let project = project();

@@ -51,7 +51,7 @@ fn arguments(given: impl Iterator<Item = OsString>) -> impl Iterator<Item = OsSt
     })
 }
 
-/// Prints what clap has instead of a command: a help, the version, or what is wrong with the arguments.
+/// Prints clap's answer if there is no command: a help, the version, or an error about the arguments.
 fn tell(instead: &clap::Error) -> ExitCode {
     match instead.print() {
         Err(error) if !instead.use_stderr() && error.kind() != ErrorKind::BrokenPipe => {

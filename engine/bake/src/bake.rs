@@ -24,9 +24,9 @@ pub struct Report {
     pub shards: u64,
     /// Shards that were made and written.
     pub written: u64,
-    /// Of these, the ones that were there and not whole.
+    /// The number of these that existed but were damaged.
     pub redone: u64,
-    /// Shards that were there, whole.
+    /// Shards that existed undamaged.
     pub skipped: u64,
     /// Chunks with solid cells in all of them.
     pub chunks: u64,

@@ -1,9 +1,8 @@
 //! Worlds in Zarr stores.
 //!
 //! [`bake`] makes the tiles of any [`raxel_world::ChunkProvider`] and writes them as arrays of [Zarr v3](https://zarr-specs.readthedocs.io),
-//! one object a shard, to a [`Store`]. Which bytes are in a shard follows from the world and the place of the shard alone: shards are
-//! made by any machine, in any order, and again after one was interrupted. [`ZarrSource`] is the way back: a store as the source of a
-//! streamed world.
+//! one object a shard, to a [`Store`]. The bytes of a shard depend only on the world and the place of the shard. So any machine can make
+//! shards, in any order, and repeat them after an interruption. [`ZarrSource`] is the way back: a store as the source of a streamed world.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

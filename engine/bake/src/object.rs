@@ -12,7 +12,7 @@ use tokio::runtime::Runtime;
 
 use crate::store::{DOCUMENT, PAUSES, Store, StoreError, Wanted};
 
-/// How long a server is waited for.
+/// The longest wait for a server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patience {
     /// One answer, from the request to its last byte.
@@ -123,7 +123,7 @@ impl Store for ObjectStore {
     }
 }
 
-/// The bytes that the headers of an answer promise: no fewer, and no more, however many the server sends.
+/// Reads exactly the bytes that the headers of an answer promise, even if the server sends more.
 async fn read(answer: object_store::GetResult, most: u64) -> object_store::Result<Vec<u8>> {
     let promised = answer.range.end.saturating_sub(answer.range.start);
     let wrong = |said: String| object_store::Error::Generic { store: "HTTP", source: said.into() };

@@ -1,4 +1,4 @@
-//! Which of all shards one task makes.
+//! The part of all shards that one task makes.
 
 use std::str::FromStr;
 

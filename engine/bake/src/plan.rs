@@ -1,4 +1,4 @@
-//! The plan of a bake: which tiles, in which arrays, cut into which shards.
+//! The plan of a bake: its tiles, their arrays, and the shards of each array.
 
 use raxel_world::{Bounds, MAX_LEVEL, Material, cell_edge};
 
@@ -13,8 +13,8 @@ const RANGE: i64 = 1 << 31;
 /// Most shards of a level: a task looks at the numbers of all of them.
 const MOST_SHARDS: u64 = 1 << 32;
 
-/// Arrays of one world: one a level of detail. Every shard lies at a multiple of its size, seen from the origin of the world, so that its
-/// contents do not depend on the region.
+/// Arrays of one world: one a level of detail. Every shard lies at a multiple of its size from the world's origin, so the region does not
+/// change its contents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub(crate) name: String,

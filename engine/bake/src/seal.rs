@@ -6,8 +6,8 @@ use crate::plan::ShardKey;
 /// Bytes of a seal.
 pub(crate) const SEAL: usize = 16;
 
-/// A hash of everything that the voxels of a shard follow from. Checksums find bytes that changed; this finds a whole shard that was moved,
-/// or that is left from another world.
+/// A hash of everything that the voxels of a shard follow from. Checksums find changed bytes. This hash finds a shard that was moved, or
+/// that belongs to another world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seal(pub(crate) [u8; SEAL]);
 
@@ -21,7 +21,7 @@ pub(crate) struct Seals {
 impl Seals {
     pub(crate) fn of(baked: &Baked) -> Self {
         let mut world = blake3::Hasher::new();
-        // A cell is the index of a material. How a material looks changes no voxel.
+        // A cell is the index of a material. The looks of a material change no voxel.
         let names = baked.materials.iter().map(|material| &material.name);
         for text in std::iter::once(&baked.fingerprint).chain(names) {
             world.update(&(text.len() as u64).to_le_bytes()).update(text.as_bytes());
@@ -31,7 +31,7 @@ impl Seals {
         Self { world, edge: i64::from(baked.edge), origins }
     }
 
-    /// The place counts from the origin of the world, so that a shard is the same for every region that it is baked with.
+    /// The place counts from the world's origin, so a shard is the same in every region.
     pub(crate) fn of_shard(&self, key: ShardKey) -> Seal {
         let mut hasher = self.world.clone();
         hasher.update(&key.level.to_le_bytes());

@@ -17,8 +17,8 @@ use crate::store::{self, OpenError, Store, StoreError, Wanted};
 /// Entries of indices that are kept, 16 bytes each.
 const KEPT_ENTRIES: usize = 1 << 20;
 
-/// A baked world. A tile outside of the region that was baked is empty; one that is not there, or not whole, cannot be had, and is
-/// never taken for an empty one.
+/// A baked world. A tile outside of the baked region is empty. A missing or damaged tile is unavailable, and never counts as
+/// empty.
 pub struct ZarrSource {
     store: Arc<dyn Store>,
     address: String,

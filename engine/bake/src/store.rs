@@ -15,7 +15,7 @@ pub(crate) const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::f
 
 /// A place for objects. Keys are paths with `/`, without `.` and `..`.
 pub trait Store: Send + Sync {
-    /// The wanted bytes of an object, all of them; `None` when there is no such object.
+    /// All wanted bytes of an object; `None` if the object does not exist.
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError>;
 
     /// Writes an object, in place of an older one. A reader never sees half of it.
@@ -32,7 +32,7 @@ pub trait Store: Send + Sync {
 pub enum Wanted {
     /// All of it.
     Whole,
-    /// All of it, and an error if that is more than `DOCUMENT` bytes: no server and no damaged file can fill the memory.
+    /// The whole object, or an error if it has more than `DOCUMENT` bytes. So no server and no damaged file can fill the memory.
     Document,
     /// These bytes.
     Bytes(Range<u64>),

@@ -61,7 +61,7 @@ fn parts_are_the_whole() {
     assert_eq!((again.chunks, again.bytes), (whole.chunks, whole.bytes));
     assert!(files(&inside("whole")) == wanted);
 
-    // A document that is whole JSON, and not what was written.
+    // A document that is valid JSON, but not the written one.
     let replace = |from: &str, to: &str| {
         let text = std::fs::read_to_string(inside("whole/zarr.json")).unwrap();
         assert!(text.contains(from), "{from}");
@@ -181,7 +181,7 @@ fn a_store_that_fails_is_never_taken_for_an_empty_one() {
         let all = [0, 1, 2].map(|call| (call, fault));
         assert!(open(&all).unwrap_err().to_string().contains("cannot be read"));
     }
-    // A level that was not baked is not an empty one.
+    // A level without a bake is not an empty level.
     assert!(open(&[]).unwrap().try_chunk(2, ChunkPos::new(0, 0, 0)).is_err());
     assert_eq!(open(&[]).unwrap().try_chunk(0, ChunkPos::new(900, 0, 0)), Ok(Content::Empty));
 }

@@ -1,4 +1,4 @@
-//! A web server that fails and lies: what comes of it is right, or an error that names the chunk and the store.
+//! A web server that fails and lies. The result is right, or an error that names the chunk and the store.
 
 #![cfg(feature = "cloud")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
@@ -16,7 +16,7 @@ use raxel_bake::{BakePart, Directory, ObjectStore, Patience, SourceError, ZarrSo
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider as _, Content};
 
-/// Time limit for everything about one lie: many times what it takes.
+/// Time limit for everything about one lie: many times the usual time.
 const LIMIT: Duration = Duration::from_secs(120);
 
 /// A baked world, another one, and what is in the first.
@@ -56,7 +56,7 @@ impl Baked {
         &self.tiles.iter().find(|(other, _)| *other == tile).unwrap().1
     }
 
-    /// The answer is what is in the tile, or says which tile it is not, and where it should be.
+    /// The answer is the content of the tile, or names the missing tile and its place.
     fn judge(&self, source: &ZarrSource, tile: (u32, ChunkPos), server: &WebServer, what: &str) -> bool {
         match source.try_chunk(tile.0, tile.1) {
             Ok(found) => {

@@ -3,12 +3,12 @@
 /// The extension of the files.
 pub(crate) const ENDING: &str = "kept";
 
-/// The last byte counts the forms that such files have had.
+/// The last byte is the version of the file format.
 const MAGIC: [u8; 8] = *b"raxelc\0\x01";
 
 const HEADER: usize = MAGIC.len() + blake3::OUT_LEN;
 
-/// The hash covers the name, so that a file that was copied or renamed is not taken for another.
+/// The hash covers the name, so a copied or renamed file does not pass for another entry.
 fn hash(name: &str, payload: &[u8]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&(name.len() as u64).to_le_bytes());

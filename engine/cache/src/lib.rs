@@ -1,9 +1,8 @@
 //! A cache on disk, from one run of the program to the next: compiled shaders, and what drivers make of them.
 //!
 //! An entry is a file of bytes under a name that covers everything they follow from. So an entry is never stale: it is found under its
-//! name, or made again. A file is written whole under another name and renamed, so that programs that run at the same time never read half
-//! of one. Nothing depends on the cache: a folder that cannot be read or written costs time, and a damaged file is removed, with one
-//! warning for each process.
+//! name, or made again. raxel writes a file whole under another name and renames it, so other programs never read half a file. Nothing
+//! depends on the cache: an unusable folder only costs time. A damaged file is removed, with one warning for each process.
 //!
 //! The folder belongs to the user and not to a project, because drivers and this program trust their own files: a project comes from
 //! anywhere.

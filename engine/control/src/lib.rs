@@ -69,7 +69,7 @@ impl Control {
         let (sender, lines) = channel();
         std::thread::spawn(move || {
             for line in std::io::stdin().lock().lines() {
-                // A line that is no text is no JSON either: the answer says so.
+                // A line that is not text is not JSON: the answer reports this.
                 let line = line.unwrap_or_else(|_| "not UTF-8".to_owned());
                 if sender.send(line).is_err() {
                     return;

@@ -81,7 +81,7 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// Further facts, e.g. `included from shaders/a.comp:6`.
     pub notes: Vec<String>,
-    /// How to mend it, e.g. `did you mean `hit`?`.
+    /// A remedy, e.g. `did you mean `hit`?`.
     pub help: Vec<String>,
 }
 

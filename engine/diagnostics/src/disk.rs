@@ -14,7 +14,7 @@ pub const DEFAULT_LIMIT: u64 = 64 << 20;
 /// Largest .vox file: as many voxels of four bytes as are imported, 2²⁶, and 1 MiB for all else in it.
 const VOX_LIMIT: u64 = (4 << 26) + (1 << 20);
 
-/// How often a file is read that changes each time.
+/// The most reads of a file that changes each time.
 const TRIES: usize = 8;
 
 /// A project folder. Reads nothing outside it, wherever symbolic links lead.

@@ -1,7 +1,7 @@
 //! Names and numbers in messages: the name that was meant, a list of those there are, and large numbers.
 
-/// Names that a misspelt one is compared with, first by their letters and then, where those allow it, by edits: a file may have thousands
-/// of mistakes and thousands of names.
+/// Compares a misspelt name with known names: first by their letters, then by edits if the letters allow it. A file may have thousands of
+/// mistakes and thousands of names.
 const MOST_COMPARED: usize = 2000;
 const MOST_EDITED: usize = 200;
 
@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(closest("é", ["e", "depth"].into_iter()), Some("e"));
         assert_eq!(closest("depht", std::iter::once("exposure")), None);
         assert_eq!(closest(&"x".repeat(1 << 20), std::iter::once("x")), None);
-        // Differences that the counts of letters rule out, and those that they do not: case, order, one more, one less.
+        // Differences that the counts of letters rule out, and others: case, order, one more, one less.
         for (wrong, name) in
             [("DEPTH", "depth"), ("dpeth", "depth"), ("depht1", "depth"), ("größe", "größen"), ("a_b", "a-b")]
         {

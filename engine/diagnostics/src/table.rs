@@ -1,5 +1,5 @@
-//! Reads TOML so that every mistake in a file is reported, and not only the first. A [`Table`] hands out values by key, reports a
-//! wrong type where it stands, and at [`Table::finish`] reports every key that no reader asked for, with the closest key that one did.
+//! Reads TOML so that every mistake in a file is reported, and not only the first. A [`Table`] hands out values by key, and reports a
+//! wrong type at its place. [`Table::finish`] reports every key that no reader asked for, with the closest known key.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -40,7 +40,7 @@ impl Reporter {
         self.found.borrow_mut().push(diagnostic);
     }
 
-    /// How many there are so far: a reader that compares two counts knows whether something between them was wrong.
+    /// The number of diagnostics so far. A reader that compares two counts knows whether something went wrong between them.
     pub fn count(&self) -> usize {
         self.found.borrow().len()
     }

@@ -1,4 +1,4 @@
-//! How operations change one chunk.
+//! Applies operations to one chunk.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
         *failing.1.lock().unwrap() = true;
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
-        // A failure of one tile is none of the others.
+        // A failed tile does not fail the other tiles.
         assert!(kept.try_chunk(level, ChunkPos::new(9, 9, 9)).is_err());
         assert_eq!(kept.try_chunk(level, pos), Ok(Content::Full(1)));
     }

@@ -200,8 +200,8 @@ impl Edits {
         self.overlay.extend(chunks.into_iter().map(|(pos, packed)| (pos, Stored::Packed(packed, materials))));
     }
 
-    /// Unpacks every chunk on all cores. Gives the positions of those that are broken, or have materials that they cannot have; they are
-    /// the base's again.
+    /// Unpacks every chunk on all cores. Returns the positions of chunks that are broken or have impossible materials. These chunks
+    /// become the base's again.
     pub fn unpack(&mut self) -> Vec<ChunkPos> {
         let ready = |(pos, stored): (&ChunkPos, &mut Stored)| {
             let Stored::Packed(packed, materials) = stored else { return None };

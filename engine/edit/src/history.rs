@@ -1,4 +1,4 @@
-//! Undo and redo: each step keeps its chunks as they were before and after it, or the voxels that it changed where it set these one by one.
+//! Undo and redo. A step keeps its chunks from before and after it. If it set voxels one by one, it keeps only these voxels.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
@@ -30,8 +30,8 @@ impl Stored {
     /// The chunk; `None` has no solids. `pos` is the place for the error.
     ///
     /// # Errors
-    /// When packed bytes are no chunk. This process made them, or read them from a save whose checksums were right, so that only a save of
-    /// another program or a fault of the memory can be the reason.
+    /// When packed bytes are no chunk. This process made them, or read them from a save with right checksums. So the reason is a save of
+    /// another program, or a fault of the memory.
     pub(crate) fn chunk(&self, pos: ChunkPos) -> Result<Option<Arc<Chunk>>, Unavailable> {
         match self {
             Self::Ready(chunk) => Ok(chunk.clone()),
@@ -50,7 +50,7 @@ impl Stored {
     }
 }
 
-/// The moment at which a change is looked at.
+/// The state of a change: before or after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
     Before,
@@ -136,7 +136,7 @@ impl Step {
         self.chunks.iter_mut().flat_map(|chunk| chunk.change.stored_mut())
     }
 
-    /// Packs its chunks, on all cores; with them those that the step after it begins with.
+    /// Packs its chunks on all cores, and the chunks with which the next step begins.
     fn pack(&mut self, next: Option<&mut Self>) {
         let address = |chunk: &Arc<Chunk>| Arc::as_ptr(chunk).addr();
         let ready = |stored: &mut Stored| match stored {
@@ -210,7 +210,7 @@ impl History {
         }
     }
 
-    /// Packs the oldest steps while those that are not packed take too much. Nothing can be redone here.
+    /// Packs the oldest steps while unpacked steps take too much memory. Nothing can be redone here.
     fn pack(&mut self) {
         let steps = self.done.make_contiguous();
         let first = steps.iter().position(|step| !step.packed).unwrap_or(steps.len());

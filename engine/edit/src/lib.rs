@@ -1,7 +1,7 @@
 //! Edits of voxel worlds: what an edit is, the chunks that edits have changed, undo and redo, questions about the newest voxels, the tiles
 //! of a streamed world with its edits, and the save that keeps all of it.
 //!
-//! Everything here is exact and repeatable: operations carry integers only, so that the same operations in the same order give the same
+//! Everything here is exact and repeatable. Operations carry integers only, so the same operations in the same order give the same
 //! bytes on every machine.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]

@@ -166,7 +166,7 @@ pub enum EditError {
         /// The name.
         model: String,
     },
-    /// The byte names none of the 24 rotations.
+    /// The byte is not one of the 24 rotations.
     #[error("{orientation} is not one of the 24 rotations")]
     Orientation {
         /// The byte.
@@ -270,7 +270,7 @@ impl Operation {
         self
     }
 
-    /// The turn and the move of a model; `None` of anything else.
+    /// The turn and the move of a model; `None` for any other operation.
     pub(crate) fn placement(&self) -> Option<Placement> {
         match self {
             Self::Model { orientation, position, .. } => {

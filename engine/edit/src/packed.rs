@@ -37,7 +37,7 @@ impl PackedChunk {
         &self.0
     }
 
-    /// The chunk. The outer `None`: the bytes are no chunk, or one with a material that is not below `materials`.
+    /// The chunk. The outer `None`: the bytes are no chunk, or a material of the chunk is not below `materials`.
     #[allow(clippy::option_option, reason = "broken, and without solids, are different answers")]
     pub fn unpack(&self, materials: usize) -> Option<Option<Chunk>> {
         if self.0.is_empty() {

@@ -14,7 +14,7 @@ use scenes::{Random, scene, world};
 /// Level of a chunk of 32³ voxels in the table.
 const CHUNK_LEVEL: u32 = 5;
 
-/// Where chunks are, by their corner in the world, and the larger cubes of the table.
+/// The addresses of chunks, by their corner in the world, and the larger cubes of the table.
 fn read(words: &[u32]) -> (HashedChunksHeader, BTreeMap<[i32; 3], usize>, BTreeSet<[u32; 4]>) {
     let base = HashedChunksHeader::WORDS as usize;
     let header: HashedChunksHeader = bytemuck::pod_read_unaligned(bytemuck::cast_slice(&words[..base]));

@@ -96,7 +96,7 @@ impl Living {
     }
 }
 
-/// A cell of a level above 0 in an edited chunk, from the voxels of it and what the source has there, once with voxels and once as a cell.
+/// A cell of a level above 0 in an edited chunk, from its voxels, the source's voxels there, and the source's cell.
 fn cell_of(edits: &Edits, base: &dyn Base, level: u32, cell: [i32; 3], below: MaterialIndex) -> MaterialIndex {
     let edge = cell_edge(level) as i32;
     let first = cell.map(|c| c * edge);
@@ -187,7 +187,7 @@ fn frontier() -> (Arc<dyn ChunkProvider>, Arc<EditedChunks>, Scene) {
     (land.clone(), Arc::new(EditedChunks::new(land, scene.materials.clone())), scene)
 }
 
-/// The cells of a tile in which two sources differ, with both contents.
+/// The differing cells of a tile in two sources, with both contents.
 fn differences(sources: [&dyn ChunkProvider; 2], level: u32, pos: ChunkPos) -> Vec<([u32; 3], [MaterialIndex; 2])> {
     let [a, b] = sources.map(|source| {
         let mut cells = DenseChunk::default();
@@ -290,7 +290,7 @@ fn what_is_as_thick_as_a_wall_is_seen_from_afar() {
             solid(level, &Bounds { min: [x, wall.min[1], wall.min[2]], max: [x + edge, wall.max[1], wall.max[2]] });
         assert!(cells.len() >= 4 && cells.iter().all(|cell| *cell == BRICK), "level {level}: {cells:?}");
     }
-    // A crater: what is all gone is gone from afar, with the caves below that coarse land does not have.
+    // A crater: cells without a remaining voxel are gone from afar, with the caves below that coarse land lacks.
     let hole = Bounds { min: [x - 64, ground - 32, z - 64], max: [x - 32, ground + 64, z - 32] };
     let dug = edits.apply(&[Operation::Box { bounds: hole, brush: Brush::Subtract }], &scene, source.unedited());
     source.change(&dug.unwrap());
@@ -376,7 +376,7 @@ fn adopted_chunks_are_tiles_like_any_other() {
         }
     }
     assert!(edited > 20, "{edited}");
-    // Where a save has a material that the world does not, voxels are unavailable: they are not air.
+    // If a save has a material that the world lacks, voxels are unavailable: they do not become air.
     let mut short = Edits::default();
     short.adopt(living.edits.positions().map(|pos| (pos, living.edits.packed(pos).unwrap())).collect::<Vec<_>>(), 1);
     adopted.replace(&short);

@@ -1,4 +1,4 @@
-//! Edits of a world whose chunks cannot be had for a while: what is not there is not changed.
+//! Edits of a world whose chunks are unavailable for a while: an edit does not change unavailable chunks.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -1,5 +1,5 @@
 //! Words of buffers that a graph warns of (`warnings`): copied at the end of each frame whose passes may have written them, and read when
-//! the device has finished that frame. Nothing waits for them, and a frame that runs none of these passes copies nothing.
+//! the device has finished that frame. Nothing waits for them, and a frame without these passes copies nothing.
 
 use std::sync::Arc;
 

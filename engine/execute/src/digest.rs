@@ -17,7 +17,7 @@ pub(super) fn of(seed: u64, digests: &[Digest]) -> Digest {
     of_bytes(seed, bytemuck::cast_slice(digests))
 }
 
-/// The digest of a value by its [`Hash`], which feeds every part of it with its length or its variant: values that differ feed other bytes.
+/// The digest of a value by its [`Hash`]. It covers every part with its length or its variant, so different values feed different bytes.
 /// Floats have no `Hash`; their callers give the bits.
 pub(super) fn of_value(seed: u64, value: &impl Hash) -> Digest {
     let mut bytes = Bytes(Xxh3::with_seed(seed));

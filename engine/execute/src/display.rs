@@ -13,7 +13,7 @@ use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 use super::error::ExecuteError;
 use super::lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 
-/// Which compilation of the display shader a debug target needs.
+/// The variant of the display shader that a debug target needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Variant {
     pub(super) scalar: ScalarKind,
@@ -117,7 +117,7 @@ pub(super) fn describe_image(
     (Variant { scalar: desc.format.scalar(), source, copies: false }, push)
 }
 
-/// How a target is shown: by its file, else by its format.
+/// The display of a target: by its file, otherwise by its format.
 pub fn display_of(target: &Target) -> Display {
     target.display.unwrap_or_else(|| default_display(target.format))
 }
@@ -235,7 +235,7 @@ fn type_scalar(ty: &Type) -> Option<ScalarKind> {
     }
 }
 
-/// How a target is shown when its file does not say.
+/// The display of a target whose file does not define one.
 fn default_display(format: Format) -> Display {
     let name = format.name();
     let map = match (format.scalar(), name.ends_with('f'), format.channels()) {

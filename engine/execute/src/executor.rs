@@ -92,13 +92,13 @@ pub struct FramePicture {
 /// The histories of the running plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Histories {
-    /// How many frames back the longest goes.
+    /// The length of the longest history, in frames.
     pub depth: u32,
     /// One of them is to be filled with its `init` before the next frame.
     pub cleared: bool,
 }
 
-/// How far the device has come with the awaited work.
+/// The progress of the device on the awaited work.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The device has finished.
@@ -368,7 +368,7 @@ impl Executor {
         }
     }
 
-    /// The pass that the device works on: the first of the older frame in flight, or else of the newer one, that has begun and not finished.
+    /// The pass that the device works on: the first one that has begun and not finished, in the older frame in flight, otherwise in the newer one.
     pub fn suspect(&self) -> Option<Suspect> {
         let mut slots: Vec<&FrameSlot> = self.slots.iter().collect();
         slots.sort_by_key(|slot| slot.frame);

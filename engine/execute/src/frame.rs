@@ -216,7 +216,7 @@ impl DecidedFrame<'_, '_> {
     }
 }
 
-/// Which of the frames in flight a frame is.
+/// The index of a frame among the frames in flight.
 #[expect(clippy::cast_possible_truncation, reason = "there are `FRAMES` slots")]
 pub(super) fn slot_of(frame: u64) -> usize {
     (frame % FRAMES as u64) as usize

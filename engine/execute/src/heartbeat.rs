@@ -1,5 +1,5 @@
-//! Waits for a device for as long as it goes on finishing passes. A slow device is not taken for one that hangs: the watchdog's time begins anew with
-//! each pass that has finished, and a software device that gets little of the processor has more of it ([`raxel_gpu::Stopwatch`]).
+//! Waits for a device for as long as it goes on finishing passes. A slow device does not count as hung: the watchdog's time begins again with each
+//! finished pass. A software device that gets little processor time has a longer limit ([`raxel_gpu::Stopwatch`]).
 
 use std::time::Duration;
 
@@ -9,20 +9,20 @@ use super::error::ExecuteError;
 use super::executor::{Executor, Progress};
 use super::{FRAMES, SLOW};
 
-/// How often the device is asked whether it has finished another pass; more often where the watchdog is impatient.
+/// The interval between two looks at the progress of the device. It is shorter if the watchdog's limit is short.
 const ASKED_EACH: Duration = Duration::from_millis(250);
 
-/// How long a pass takes, in seconds, when that is first told; again after twice the time, and so on.
+/// Seconds after which a slow pass is first reported; again after twice the time, and so on.
 const TOLD_AFTER: u64 = 2;
 
-/// How far a device has come: submissions, and passes of the frames in flight.
+/// The progress of a device: submissions, and passes of the frames in flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Heartbeat {
     reached: TimelineValue,
     finished: [usize; FRAMES],
 }
 
-/// How far the device was seen to have come, and the time since.
+/// The last seen progress of the device, and the time since.
 pub(super) struct Observed {
     beat: Option<Heartbeat>,
     stopwatch: Stopwatch,
@@ -51,7 +51,7 @@ impl Observed {
 }
 
 impl Executor {
-    /// How far the device has come.
+    /// The progress of the device.
     fn heartbeat(&self) -> raxel_gpu::Result<Heartbeat> {
         let reached = self.shared.device.reached()?;
         Ok(Heartbeat { reached, finished: std::array::from_fn(|slot| self.slots[slot].finished()) })
@@ -60,7 +60,7 @@ impl Executor {
     /// Waits until the device has reached a value.
     ///
     /// # Errors
-    /// [`Error::TimedOut`] when it has finished no pass and no submission for as long as the watchdog allows. Any error of the driver.
+    /// [`Error::TimedOut`] if it finishes neither a pass nor a submission within the watchdog's limit. Any error of the driver.
     pub(super) fn wait_at_work(&self, until: TimelineValue) -> raxel_gpu::Result<()> {
         let device = &self.shared.device;
         let mut observed = Observed::from_now(device);

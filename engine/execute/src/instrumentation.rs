@@ -12,7 +12,7 @@ use super::executor::ExecutorOptions;
 /// The instruments of a plan's passes, for each frame in flight.
 pub(super) struct Instrumentation {
     pub(super) plan: Arc<Plan>,
-    /// Two words for each pass and frame in flight: the frame in which it last began, and that in which it last finished.
+    /// Two words for each pass and frame in flight: the frame of its last begin, and the frame of its last end.
     pub(super) markers: Option<Buffer>,
     /// Two for each pass: before and after.
     pub(super) timestamps: [Option<Timestamps>; FRAMES],
@@ -26,9 +26,9 @@ impl Instrumentation {
         plan: &Arc<Plan>,
     ) -> Result<Instrumentation, ExecuteError> {
         let passes = plan.passes.len() as u64;
-        // Where a marker would be a dependency and a fill after every pass, the times that are taken anyway say which passes have
-        // finished. A driver that computes on the processor runs one pass after the other, so that markers cost it little, and waits for
-        // everything when it is asked for times.
+        // On some devices, a marker would be a dependency and a fill after every pass. There, the timestamps, which exist anyway, show
+        // the finished passes. A software driver runs one pass after the other, so markers cost little; and reading its timestamps would
+        // wait for all work.
         let capabilities = device.capabilities();
         let timeless = capabilities.clock.is_none();
         let by_words = capabilities.buffer_markers || capabilities.kind == DeviceKind::Cpu || timeless;
@@ -65,7 +65,7 @@ impl Instrumentation {
         })
     }
 
-    /// How many of these passes, recorded in a frame, have finished. 0 where nothing is known of them.
+    /// The number of these passes, recorded in a frame, that have finished; 0 if this is unknown.
     pub(super) fn finished(&self, slot: usize, frame: u64, recorded: &[u32]) -> usize {
         recorded.iter().filter(|pass| self.reached(slot, **pass as usize, frame, true) == Some(true)).count()
     }

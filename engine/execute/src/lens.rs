@@ -334,8 +334,8 @@ impl Executor {
     }
 
     /// Shows the debug target together with another target of the running graph, as both are at the end of each frame, from the next frame
-    /// on and as long as the two can be compared ([`Self::live_mismatch`]). The plan must keep that target to the end of the frame. It takes
-    /// the place of a reference.
+    /// on and as long as the two can be compared ([`Self::live_mismatch`]). The plan must keep that target to the end of the frame. The
+    /// target replaces a reference.
     pub fn compare_live(&mut self, live: (Present, Comparison)) {
         if self.lens.live == Some(live) {
             return;

@@ -1,5 +1,5 @@
-//! Executes a plan on a device, without a session: prepares it off to the side, swaps it in at a frame boundary, walks it frame by frame up to the
-//! picture of the debug target, reads anything back.
+//! Executes a plan on a device, without a session. It prepares the plan off to the side, and swaps it in at a frame boundary. Each frame walks the
+//! plan up to the picture of the debug target, and anything can be read back.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -15,7 +15,7 @@ const TOLD_AFTER: [u64; 5] = [1, 5, 15, 30, 60];
 pub struct Compiling {
     /// The pass that the pipeline is for.
     pub pass: String,
-    /// How long the driver has worked on it.
+    /// The time that the driver has worked on it.
     pub elapsed: Duration,
     /// Pipelines of the plan that are not there yet, this one included.
     pub left: usize,
@@ -41,7 +41,7 @@ struct Entry {
     number: u64,
     pass: String,
     since: Instant,
-    /// How many reports were made: at `TOLD_AFTER` and its doublings, and at each minute after them.
+    /// The number of reports: at `TOLD_AFTER` and its doublings, and at each minute after them.
     told: u64,
 }
 

@@ -1,13 +1,13 @@
-//! Skips passes that need not run again: a frame whose results are all in place dispatches nothing, and in any other frame only those
-//! passes run that lead to a missing result.
+//! Skips passes that need not run again. A frame whose results are all in place dispatches nothing. In any other frame, only the
+//! passes that lead to a missing result run.
 //!
-//! Each mip of each physical copy of a resource carries the id of the content it holds: a hash of the pass that made it, the bytes it was
-//! pushed and the ids of all that it read. At the start of a frame the memo computes the ids that a full frame would leave behind. A copy
-//! whose ids would change is *dirty*; so is a copy whose content in place differs from the one that a running pass reads. Every writer of a
-//! dirty copy runs, and nothing else does: a copy is rewritten from its first writer on, or left alone.
+//! Each mip of each physical copy of a resource has the id of its content: a hash of the pass that made it, the pushed bytes, and the ids
+//! of everything that the pass read. At the start of a frame the memo computes the ids that a full frame would leave behind. A copy whose
+//! ids would change is *dirty*; so is a copy whose content in place differs from the one that a running pass reads. Every writer of a dirty
+//! copy runs, and nothing else does: a copy is rewritten from its first writer on, or left alone.
 //!
-//! Two facts about a plan carry the argument. A `writeonly` binding writes all that is read later (the rule by which the plan lets
-//! transient resources share memory), and a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
+//! Two facts about a plan carry the argument. First, a `writeonly` binding writes everything that is read later; transient resources
+//! share memory by the same rule. Second, a pass is a function of its inputs. A pass that breaks the latter on purpose (a race won by
 //! chance) is shown as it came out last. Aliased resources never count as in place: their memory is another's when the frame ends.
 
 use std::ops::Range;
@@ -254,7 +254,7 @@ impl Memo {
         }
     }
 
-    /// Says that a copy (index of its resource) is to be filled in the next frame, with which version of its source, or that it is not.
+    /// Sets the version of its source with which a copy (index of its resource) is filled in the next frame, or that it is not filled.
     pub fn fill_copy(&mut self, resource: usize, version: Option<u64>) {
         self.copies[resource] = version;
     }

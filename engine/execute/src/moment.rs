@@ -39,8 +39,8 @@ impl Fraction {
         Self::between((mantissa - ROUNDED, unit), (mantissa + ROUNDED, unit))
     }
 
-    /// The fraction with the smallest denominator from `low` to `high`, by their continued fractions (the Stern-Brocot tree). Where its
-    /// denominator is too large, the last convergent before.
+    /// The fraction with the smallest denominator from `low` to `high`, by their continued fractions (the Stern-Brocot tree). If its
+    /// denominator is too large, the last convergent before it.
     #[expect(clippy::cast_possible_truncation, reason = "numerators and denominators are at most `LARGEST`")]
     fn between(mut low: (u128, u128), mut high: (u128, u128)) -> Fraction {
         let (mut before, mut last) = ((0, 1), (1, 0));
@@ -275,7 +275,7 @@ mod tests {
             let moment = Moment::from(float);
             let error = (moment.seconds() - float).abs();
             assert!(error <= 1e-9 + float * 2.0_f64.powi(-51) || float > LARGEST, "{float:e}: {moment:?}");
-            // No sum of such overflows, and later is later.
+            // No sum of these overflows, and a later time compares as later.
             let later = moment.after(random.bits(), other) + Duration::from_nanos(random.bits());
             assert!(later >= moment && later.since(moment) >= 0.0 && moment.since(later) <= 0.0);
             let (_, phase) = later.tick(other);

@@ -31,7 +31,7 @@ const BUDGET: u64 = 32 << 20;
 /// MiB of SPIR-V kept by `raxel bench reload graphs/inspect.toml --edits 300` took 300 MiB.
 const BYTES_PER_SPIRV_BYTE: u64 = 48;
 
-/// Everything of a device that depends on neither sizes nor resources.
+/// Objects of a device that depend neither on sizes nor on resources.
 pub(super) struct Pipelines {
     passes: Mutex<Retained<PipelineKey, ComputePipeline>>,
     displays: Mutex<HashMap<Variant, Arc<ComputePipeline>>>,

@@ -11,10 +11,10 @@ use raxel_shader::prints::{Access, Call, OutOfBounds, Prints};
 use super::FRAMES;
 use super::error::ExecuteError;
 
-/// Where a pass's part of the buffer may begin: no device asks for a larger multiple (Vulkan 1.3, `minStorageBufferOffsetAlignment`).
+/// A pass's part of the buffer begins at a multiple of this: no device asks for a larger one (Vulkan 1.3, `minStorageBufferOffsetAlignment`).
 const ALIGNMENT: u64 = 256;
 
-/// The prints of one pass in one frame in which it ran.
+/// The prints of one pass in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassPrints {
     /// Frames that the executor had run before.
@@ -27,7 +27,7 @@ pub struct PassPrints {
     pub omitted: Vec<Omitted>,
     /// All assertions of the pass's shader.
     pub assertions: Vec<Assertion>,
-    /// The accesses that were out of bounds, of those that are checked.
+    /// The checked accesses that were out of bounds.
     pub out_of_bounds: Vec<(Access, OutOfBounds)>,
 }
 
@@ -56,9 +56,9 @@ pub struct Omitted {
 pub struct Assertion {
     /// The assertion.
     pub call: Call,
-    /// How often it failed.
+    /// The number of its failures.
     pub failed: u32,
-    /// The invocation in which it failed first.
+    /// The invocation of its first failure.
     pub first: Option<[u32; 3]>,
 }
 

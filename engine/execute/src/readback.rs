@@ -13,7 +13,7 @@ use super::physical::Physical;
 use super::report::{Picture, Texels};
 use super::rotations::copy_of;
 
-/// A read-back on its way from the device. It has the contents at the time of the request: later frames neither change it nor wait for it.
+/// A read-back on its way from the device. It has the contents at the time of the request. Later frames do not change it, and do not wait for it.
 pub struct ReadTicket<T> {
     readback: Readback,
     assemble: Box<dyn Fn(Vec<u8>) -> T + Send>,

@@ -20,7 +20,7 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) prepared: &'a Prepared,
     /// The number that rotates histories.
     pub(super) frame: u64,
-    /// Which of the frames in flight.
+    /// The index of the frame among the frames in flight.
     pub(super) slot: usize,
     /// Passes dispatched, in order.
     pub(super) ran: &'a mut Vec<u32>,

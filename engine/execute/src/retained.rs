@@ -1,5 +1,5 @@
-//! Things that are kept after their last use, since an edit that is taken back asks for them again: within a budget of bytes, the ones used
-//! last first.
+//! Keeps objects after their last use, because an edit that is taken back needs them again. Within a budget of bytes, the most recently
+//! used objects stay.
 
 use std::collections::HashMap;
 use std::hash::Hash;

@@ -1,4 +1,4 @@
-//! Which copies of resources with a history a frame touches.
+//! Finds the copies of resources with a history that a frame touches.
 
 use raxel_graph::plan::CopySelector;
 
@@ -24,7 +24,7 @@ impl Rotations {
         self.0.iter().map(|(_, period)| period).product()
     }
 
-    /// Which way it is, where `rotation` gives the counter of each selector.
+    /// The index of the current state; `rotation` returns the counter of each selector.
     pub(super) fn way(&self, rotation: impl Fn(CopySelector) -> u64) -> u64 {
         self.0.iter().fold(0, |way, &(selector, period)| way * period + rotation(selector) % period)
     }

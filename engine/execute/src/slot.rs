@@ -63,7 +63,7 @@ impl FrameSlot {
         self.times_read = true;
     }
 
-    /// How many passes of its frame the device has finished, by its marks.
+    /// The number of passes of its frame that the device has finished, by its marks.
     pub(super) fn finished(&self) -> usize {
         self.instrumentation.as_ref().map_or(0, |of| of.finished(self.index, self.frame, &self.ran))
     }

@@ -222,7 +222,8 @@ impl WriteQueue {
         Ok(())
     }
 
-    /// Takes the oldest writes, whole ones, of about `most` bytes; always one, if there is one, and those that belong to its frame.
+    /// Takes the oldest whole writes, about `most` bytes of them. It takes at least one if there is any, with the writes that belong to the
+    /// same frame.
     pub(super) fn take(&self, most: usize, taken: &mut Vec<Write>) {
         let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut bytes, mut joined) = (0, false);

@@ -1,5 +1,5 @@
 //! Small pictures of targets as passes leave them. Each is made right after its pass, by the shader that shows the debug target, and copied to
-//! the host. A frame makes a few of them, those that have waited longest, and only of passes that have run since. Nothing is made, and nothing
+//! the host. A frame makes a few of them: those that have waited longest, and only if their passes have run since. Nothing is made, and nothing
 //! exists on the device, before it is asked for.
 
 use std::sync::Arc;
@@ -63,7 +63,7 @@ struct Node {
     size: [u32; 2],
     /// The pass writes targets alone.
     repeats: bool,
-    /// The frame in which the newest thumbnail was made, or could have been, and the digest of that run of the pass.
+    /// The frame of the newest thumbnail, made or possible, and the digest of that run of the pass.
     made: Option<(u64, Digest)>,
 }
 

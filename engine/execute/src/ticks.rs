@@ -87,7 +87,7 @@ impl Ticks {
         }
     }
 
-    /// Goes on where clocks of the same names have got to, so that the copies that they select keep their order across a swap of plans.
+    /// Continues from the counts of clocks with the same names. So the selected copies keep their order across a swap of plans.
     pub fn carry(&mut self, old: &Ticks) {
         for clock in &mut self.clocks {
             let Some(before) = old.clocks.iter().find(|before| before.name == clock.name) else { continue };

@@ -1,5 +1,5 @@
-//! Writes of sources on their way to the device, through a staging buffer for each frame in flight. Nothing here waits: a staging
-//! buffer is written again when the frame that used it last has finished, which the executor knows before it records the next one.
+//! Writes of sources on their way to the device, through a staging buffer for each frame in flight. Nothing here waits. A staging
+//! buffer is written again when its last frame has finished, and the executor knows this before it records the next frame.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -27,8 +27,8 @@ enum Component {
     Unsigned(u32),
 }
 
-/// Writes a value at its member's place. Components are converted to the member's type where they differ; components that the value
-/// lacks, and bytes past the end of the block, are left alone.
+/// Writes a value at its member's place. Components are converted to the member's type. Missing components, and bytes past the end
+/// of the block, keep their contents.
 pub(super) fn write(block: &mut [u8], member: &Member, value: &Value) {
     let ValueType { scalar, rows, columns } = member.ty;
     for column in 0..columns {

@@ -1,4 +1,4 @@
-//! Limits of one input: memory and processor time, both counted, so that a busy machine changes nothing. And no panic, caught or not.
+//! Limits of one input: memory and processor time, both counted, so that a busy machine changes nothing. No panic is allowed, not even a caught one.
 
 use std::cell::Cell;
 use std::panic::{set_hook, take_hook};
@@ -52,8 +52,8 @@ pub(crate) fn without_panics(run: impl FnOnce()) {
     assert!(PANICS.get() == 0, "a panic was caught, and its message was printed");
 }
 
-/// Makes this thread do all work itself that it would share with others, so that the work is counted and happens in the same order each time.
-/// To be called once on a thread that runs targets.
+/// Makes this thread do all work itself instead of sharing it with others. So all work is counted, and its order is always the same. Call it
+/// once on a thread that runs targets.
 ///
 /// # Panics
 /// When the thread was made so before.

@@ -1,5 +1,5 @@
-//! The corpus, and mutations of it with fixed seeds. `RAXEL_FUZZ_INPUTS` is how many mutations each target gets instead of its own number,
-//! `RAXEL_FUZZ_TIMES` by how much its own number is multiplied, and `RAXEL_FUZZ_SEED` where their seeds begin.
+//! The corpus, and mutations of it with fixed seeds. `RAXEL_FUZZ_INPUTS` sets the number of mutations of each target. `RAXEL_FUZZ_TIMES`
+//! multiplies a target's own number instead. `RAXEL_FUZZ_SEED` is the first seed.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -90,7 +90,7 @@ macro_rules! replays {
 
 replays!(demo, exr, graph, png, project, save, shader_text, spirv, vox, world, world_whole, zarr);
 
-/// A folder that belongs to no target is a corpus that no target runs.
+/// No target would run the corpus in a folder without a target.
 #[test]
 fn every_corpus_has_a_target() {
     let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");

@@ -155,7 +155,7 @@ impl CaveChunk<'_> {
         }
     }
 
-    /// Which voxels of a 4³ block are hollow, their cover not looked at; `cell` is the block's place in the chunk, each in 0…15.
+    /// The hollow voxels of a 4³ block, before the test of their cover. `cell` is the block's place in the chunk, each component in 0…15.
     pub(crate) fn mask(&mut self, cell: [u32; 3]) -> u64 {
         let width = self.field.caves.width;
         // Trilinear values lie between those of the corners.

@@ -127,7 +127,7 @@ impl Generator {
                         tile.stamp(stamp.as_ref(), &placed.materials, placement, placed.mode);
                     }
                 }
-                // There are no caves above level 0 in which it could be seen.
+                // Above level 0 there are no caves that could show it.
                 Operation::Jittered(jittered) if level > 0 && jittered.is_buried() => {}
                 Operation::Jittered(jittered) => {
                     if jittered.is_small(level) {

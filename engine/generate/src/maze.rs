@@ -12,7 +12,7 @@ pub struct Maze {
     width: usize,
     /// Plan square of each voxel column along x, and along z.
     squares: [Vec<u32>; 2],
-    /// Which plan squares are wall, row by row along z.
+    /// The wall squares of the plan, row by row along z.
     walls: Vec<bool>,
 }
 

@@ -110,14 +110,14 @@ impl Scatter {
     }
 }
 
-/// A model at random places on the land, at most one in each cell of a grid. Whether a cell has one, and where, follows from the cell and
-/// the columns of the land alone, so that any part of an endless world can be made by itself.
+/// A model at random places on the land, at most one in each cell of a grid. Only the cell and the columns of the land decide whether and
+/// where a cell has a model. So any part of an endless world can be made by itself.
 pub struct Jittered {
     /// The scattered thing. Its spacing is less than `cell`.
     pub scattered: Scattered,
     /// Voxels along a cell of the grid.
     pub cell: i64,
-    /// How likely a cell is to have one, in 0…1.
+    /// The probability that a cell has one, in 0…1.
     pub chance: f64,
 }
 
@@ -125,7 +125,7 @@ impl Jittered {
     /// The most cells that are looked at for a world that is built whole.
     pub const MAX_CELLS: u64 = 1 << 22;
 
-    /// Where a cell of the grid has one, if the land there allows it: the column, and how often it is turned.
+    /// The column and the number of quarter turns of a cell's model, if the land there allows one.
     #[expect(clippy::cast_possible_truncation, reason = "a number of turns is below 4")]
     pub(crate) fn candidate(&self, [x, z]: [i64; 2]) -> Option<([i64; 2], u32)> {
         let mut random = SplitMix64::new(mix(self.scattered.seed ^ mix(x.cast_unsigned() ^ mix(z.cast_unsigned()))));
@@ -156,7 +156,7 @@ impl Jittered {
         })
     }
 
-    /// How far its voxels are from its place at most, in the plane, however it is turned.
+    /// The largest distance of its voxels from its place in the plane, for any turn.
     fn reach(&self) -> i64 {
         let Some(bounds) = self.scattered.model.bounds() else { return 0 };
         let ends = [0, 2].map(|i| {

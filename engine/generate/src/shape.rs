@@ -7,7 +7,7 @@ use raxel_world::{child_cell, child_index};
 
 use crate::{Draft, LocalBox, local_part};
 
-/// How a cube of voxels lies to a shape.
+/// The relation of a cube of voxels to a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span3 {
     /// No voxel of it is in the shape.
@@ -23,7 +23,7 @@ pub trait Shape: Send + Sync {
     /// A box around it.
     fn bounds(&self) -> Bounds;
 
-    /// How the cube of `edge` voxels at `min` lies to it. [`Span3::Both`] is always allowed.
+    /// The relation of the cube of `edge` voxels at `min` to the shape. [`Span3::Both`] is always allowed.
     fn span(&self, min: [i64; 3], edge: i64) -> Span3;
 
     /// Whether a voxel is in it. A shape answers here for voxels that [`Self::span`] cannot decide.
@@ -31,7 +31,7 @@ pub trait Shape: Send + Sync {
         self.span(cell, 1) == Span3::Inside
     }
 
-    /// Which of the operation's materials a voxel inside the bounds gets (taken modulo their number).
+    /// The index of the operation's material for a voxel inside the bounds (taken modulo their number).
     fn material(&self, _cell: [i64; 3]) -> usize {
         0
     }
@@ -127,7 +127,7 @@ impl Box3 {
     }
 }
 
-/// How a cube lies to a box.
+/// The relation of a cube to a box.
 pub(crate) fn span_of_box(bounds: &Bounds, min: [i64; 3], edge: i64) -> Span3 {
     if (0..3).any(|i| min[i] + edge <= bounds.min[i] || min[i] >= bounds.max[i]) {
         Span3::Outside

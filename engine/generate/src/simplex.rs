@@ -1,8 +1,9 @@
 //! `OpenSimplex2` noise at several places at once.
 //!
 //! The function is that of fastnoise-lite 1.1 (J. Peck, MIT licence), whose crate the tests hold it to, bit by bit: the same operations in
-//! the same order for each place, in 64-bit coordinates and 32-bit values. Both sides of each branch are worked out and one is taken, so that a compiler does
-//! it for as many places at once as the processor has lanes. On the plane it is simplex noise; in space the sum over two cubic lattices, shifted by half a cell.
+//! the same order for each place, in 64-bit coordinates and 32-bit values. The code computes both sides of each branch and selects one. So a compiler
+//! can handle as many places at once as the processor has lanes. On the plane it is simplex noise; in space the sum over two cubic lattices, shifted
+//! by half a cell.
 #![expect(
     clippy::cast_possible_truncation,
     reason = "lattice cells wrap in 32 bits by design, and the gradients are 32-bit floats"

@@ -273,7 +273,7 @@ fn run(
     Ok(())
 }
 
-/// Keeps one of equal chunks. Which of them it is shows nowhere: they are equal.
+/// Keeps one of equal chunks. The choice has no effect: they are equal.
 struct Pool {
     known: [Mutex<HashMap<u64, Vec<Arc<Chunk>>>>; 16],
     bytes: AtomicU64,

@@ -1,7 +1,7 @@
 //! Models made ready to be put into the tiles of an endless world, at any level.
 //!
-//! A tile has dozens of models that may reach into it, again for each tile of a column. So the facts of a model without its place are found once: the
-//! box of each of its parts, and their blocks that are not empty.
+//! Dozens of models may reach into a tile, and again into each tile of a column. So the facts that do not depend on a model's place are computed
+//! once: the box of each of its parts, and their non-empty blocks.
 
 use std::sync::Arc;
 
@@ -94,7 +94,7 @@ impl Stamp {
         });
     }
 
-    /// Adds it to a tile above level 0: the cells that hold at least as many of its voxels as a wall through them that is one voxel thick.
+    /// Adds it to a tile above level 0: the cells that hold at least as many of its voxels as a wall one voxel thick through the cell.
     /// With fewer, most rays pass between them, and a forest would be met far too early. The material is that of the last voxel.
     #[expect(
         clippy::cast_possible_truncation,

@@ -19,7 +19,7 @@ pub struct Layer {
     pub depth: i64,
 }
 
-/// Where another material takes the place of the uppermost layer. All conditions that are there must hold.
+/// Another material in place of the uppermost layer. All given conditions must hold.
 #[derive(Clone, Debug)]
 pub struct Band {
     /// Palette index.
@@ -154,7 +154,7 @@ impl Relief<'_> {
     /// Works out the heights of numbered columns.
     fn each(&self, wanted: &[usize], column: impl Fn(usize) -> [i64; 2], mut to: impl FnMut(usize, i64)) {
         for group in wanted.chunks(AT_ONCE) {
-            // The last column stands in for those that are not there.
+            // The last column stands in for missing ones.
             let columns = std::array::from_fn(|i| column(group[i.min(group.len() - 1)]));
             group.iter().zip(self.heights(&columns)).for_each(|(i, height)| to(*i, height));
         }
@@ -291,7 +291,7 @@ impl Terrain {
         Column { inside: true, height: end, bottom, surface, surface_end: end.saturating_sub(depth) }
     }
 
-    /// How a tile lies to it, from the range of its heights alone. [`Span3::Both`] is always allowed; inside, all its cells are of
+    /// The relation of a tile to the terrain, from the range of its heights alone. [`Span3::Both`] is always allowed; inside, all its cells are of
     /// the last layer's material.
     pub(crate) fn span(&self, tile_y: i32, heights: &Heights, inside_area: bool) -> Span3 {
         let low = i64::from(tile_y) * 64 * self.cell;

@@ -140,8 +140,8 @@ impl Device {
         self.beside(&chosen.map_or(0, |verdict| verdict.candidate.index).to_string())
     }
 
-    /// Another device, of the hardware with this number in the loader's list or with this in its name, checked as this one is. Nothing is
-    /// shared, not even the instance: drivers that compute on the processor have one pool of threads for each, so that work on one device
+    /// Another device, of the hardware with this number in the loader's list or with this in its name, checked as this one is. The
+    /// devices share nothing, not even the instance. A software driver has a pool of threads for each instance, so work on one device
     /// does not wait for work on the other.
     pub fn beside(&self, wanted: &str) -> Result<Arc<Device>> {
         let validation = if self.capabilities.validated { Validation::Required } else { Validation::Off };
@@ -185,7 +185,7 @@ impl Device {
         self.hung.load(Ordering::Relaxed)
     }
 
-    /// How many pipelines were made, and how many of them the driver had kept.
+    /// The number of made pipelines, and the number that the driver had kept.
     pub fn pipeline_counts(&self) -> PipelineCounts {
         self.pipelines.counts()
     }
@@ -272,7 +272,7 @@ impl Device {
 /// `maxResourceSize` of every format that a device supports is at least this ("Required Limits").
 const LEAST_RESOURCE_SIZE: u64 = 1 << 31;
 
-/// How long a device that is closed may still work before it counts as hung.
+/// The time that a closed device may still work before it counts as hung.
 const CLOSING: Duration = Duration::from_secs(60);
 
 impl Drop for Device {

@@ -35,12 +35,11 @@ pub(crate) struct Instance {
     pub(crate) log: Arc<ValidationLog>,
 }
 
-/// The first instance of the process. It is never destroyed, so that the loader keeps the drivers loaded: each time a driver is loaded
-/// again, it may take memory that its end does not release. With NVIDIA's driver 580 the loader found no driver any more after some forty
-/// devices.
+/// The first instance of the process. It is never destroyed, so the loader keeps the drivers loaded. Each load of a driver may take
+/// memory that its end does not release. With NVIDIA's driver 580 the loader found no driver any more after some forty devices.
 static FIRST: OnceLock<Arc<Instance>> = OnceLock::new();
 
-/// Where Homebrew puts the loader. The dynamic linker of macOS looks in neither folder by itself.
+/// The folders where Homebrew puts the loader. The dynamic linker of macOS does not search them by itself.
 const HOMEBREW: [&str; 2] = ["/opt/homebrew/lib/libvulkan.1.dylib", "/usr/local/lib/libvulkan.1.dylib"];
 
 /// The functions of the Vulkan loader.
@@ -143,7 +142,7 @@ impl Offered {
             khr::win32_surface::NAME,
             ext::metal_surface::NAME,
         ];
-        // Where there is no Wayland, Mesa's device-selection layer complains on stderr when it is asked for it.
+        // On systems without Wayland, a request for it makes Mesa's device-selection layer complain on stderr.
         let wayland = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| std::env::var_os(name).is_some());
         let usable = |name: &CStr| self.has(name) && (wayland || name != khr::wayland_surface::NAME);
         let labels = self.labels().then_some(ext::debug_utils::NAME);

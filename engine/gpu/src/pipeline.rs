@@ -237,7 +237,7 @@ impl Drop for ShaderModule {
     }
 }
 
-/// How an image is sampled, over all its mips: by default the nearest texel, clamped to the edge.
+/// The sampling of an image, over all its mips. The default is the nearest texel, clamped to the edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sampling {
     /// Linear filtering, else the nearest texel.

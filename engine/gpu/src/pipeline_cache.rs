@@ -193,7 +193,7 @@ mod tests {
         }));
         let (counts, name) = run(&cache);
         assert_eq!(counts, PipelineCounts { made: 1, found: 0 });
-        // Lavapipe before Mesa 24 keeps nothing but the header.
+        // Lavapipe before Mesa 24 keeps only the header.
         let gives = cache.read(&name).is_some();
         let (counts, _) = run(&cache);
         assert!(counts.made == 1 && (gives || counts.found == 0), "{counts:?}");

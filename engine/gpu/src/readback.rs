@@ -1,5 +1,5 @@
-//! Bytes from the device to the host without waiting: a copy is submitted behind all that was submitted before, and its ticket is asked
-//! now and then whether the bytes are there.
+//! Bytes from the device to the host without waiting. The copy is submitted behind all earlier work. Its ticket is polled for the
+//! bytes.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -80,7 +80,7 @@ impl ReadbackRing {
         Ok(Readback { device, staging: Some(staging), size, submitted })
     }
 
-    /// A slot of at least that size that neither a ticket nor the device uses.
+    /// A free slot of at least that size: no ticket uses it, and the device does not.
     fn free_slot(&mut self, name: &str, size: u64) -> Result<&mut Slot> {
         let reached = self.device.reached()?;
         let free = |slot: &Slot| Arc::strong_count(&slot.staging) == 1 && slot.commands.submitted() <= reached;

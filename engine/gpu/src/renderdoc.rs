@@ -9,7 +9,7 @@ const VERSION: c_int = 10_102;
 
 type GetApi = unsafe extern "C" fn(version: c_int, api: *mut *mut c_void) -> c_int;
 
-/// `RENDERDOC_API_1_1_2` of `renderdoc_app.h`: pointers to functions, some of which are used.
+/// `RENDERDOC_API_1_1_2` of `renderdoc_app.h`: pointers to functions. raxel uses some of them.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Api {

@@ -55,8 +55,8 @@ impl UploadRing {
         Ok(Self { device: device.clone(), target: target.clone(), staging, timeout, state: Mutex::default() })
     }
 
-    /// Takes bytes for a part of the buffer, at a multiple of 4. Everything that is submitted after the next [`Self::flush`] sees them, and nothing
-    /// that was submitted before the copy: it waits for all of that, and everything after waits for it.
+    /// Takes bytes for a part of the buffer, at a multiple of 4. Work submitted after the next [`Self::flush`] sees them. Earlier work does not:
+    /// the copy waits for all of it, and everything later waits for the copy.
     ///
     /// # Errors
     /// [`Error::NotWritable`] if the part does not lie in the buffer, or not at multiples of 4; any error of the device.

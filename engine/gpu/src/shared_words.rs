@@ -9,9 +9,9 @@ use crate::result::{Error, Result};
 
 /// The words of a [`Location::Shared`] buffer, as the host stores them.
 ///
-/// Every word is stored whole, and in no order: a shader that reads a word meanwhile gets the old or the new one, and may get new words
-/// before older ones. Submissions that are made after [`Self::store`] returns see all its words. So a buffer like that needs a protocol that keeps
-/// frames from words that are being stored; a mistake there shows wrong voxels, and nothing worse.
+/// Every word is stored whole, but in no fixed order. A shader that reads meanwhile gets the old or the new word, and may get later words before
+/// earlier ones. Submissions that are made after [`Self::store`] returns see all its words. So this buffer needs a protocol that keeps frames
+/// from words that are being stored. A mistake there only shows wrong voxels.
 pub struct SharedWords {
     buffer: Arc<Buffer>,
 }

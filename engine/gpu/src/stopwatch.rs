@@ -1,18 +1,18 @@
 //! Time that a device had for its work, for limits on how long the work may take.
 //!
-//! A software device computes on threads of this process. On a machine that does much else, or while the process is stopped, these threads
-//! get little of the time that passes, and a limit in plain time would call a slow device hung. So a limit counts the processor time of the
-//! busiest thread there: an endless loop in a shader uses it up, and a thread that does not run cannot.
+//! A software device computes on threads of this process. On a busy machine, or while the process is stopped, these threads get little
+//! processor time. A limit in plain time would then call a slow device hung. So a limit counts the processor time of the busiest thread
+//! there: an endless loop in a shader uses it up, and a thread that does not run cannot.
 
 use std::time::{Duration, Instant};
 
 use crate::choice::DeviceKind;
 use crate::device::Device;
 
-/// How often the threads are looked at. Before the first look, time counts as it passes: most waits are shorter.
+/// The interval between looks at the threads. Before the first look, time counts as it passes: most waits are shorter.
 pub(crate) const LOOK: Duration = Duration::from_millis(250);
 
-/// How many times its limit a software device gets while its threads sleep: a driver that waits for itself is hung, too.
+/// A software device whose threads sleep gets this many times its limit: a driver that waits for itself is hung, too.
 const SLEEPING: u32 = 10;
 
 /// The most that counts between two looks for a device whose threads sleep: the process may have been stopped in between.
@@ -26,7 +26,7 @@ pub struct Stopwatch {
     threads: Option<Looks>,
 }
 
-/// What was seen of the threads of a software device.
+/// The last look at the threads of a software device.
 #[derive(Clone, Debug)]
 struct Looks {
     first: Option<(Instant, Threads)>,
@@ -72,7 +72,7 @@ impl Stopwatch {
 }
 
 impl Looks {
-    /// How long the busiest thread has worked, as far as the system says.
+    /// The processor time of the busiest thread, if the system reports it.
     fn look(&mut self, now: Instant) -> Option<Duration> {
         let gap = now - self.last;
         if gap >= LOOK {

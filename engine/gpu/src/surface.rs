@@ -173,8 +173,8 @@ impl Surface {
         self.format.format
     }
 
-    /// Waits for an image of the window, at most `timeout` for each of a few tries: the window may change again and again while it is
-    /// dragged. A surface that the window system took away is created again.
+    /// Waits for an image of the window, at most `timeout` for each of a few tries: a dragged window changes again and again. A
+    /// surface that the window system took away is created again.
     pub fn acquire(&mut self, timeout: Duration) -> Result<Acquire<'_>> {
         for _ in 0..4 {
             match self.try_acquire(timeout) {

@@ -1,4 +1,4 @@
-//! In a process of its own: what is measured is the process.
+//! In a process of its own, because the test measures the process.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 

@@ -1,4 +1,4 @@
-//! Drivers stay loaded after the last device is gone: a driver that is loaded again and again may run out of what it takes each time.
+//! Drivers stay loaded after the last device is gone: each load may take something that its end does not give back.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeSet;

@@ -22,7 +22,7 @@ fn timed(name: &str, hand: &Hand, shown: &str) {
     let time = start.elapsed();
     eprintln!("{name}: {} steps in {time:?}", plan.steps.len());
     assert_eq!(plan.passes.len(), PASSES);
-    // Hundreds of times what it takes in a release build, and far below what a cubic phase would take.
+    // Hundreds of times the time of a release build, and far below the time of a cubic phase.
     assert!(time.as_secs() < 20, "{name} took {time:?}");
 }
 

@@ -215,7 +215,7 @@ fn long_lists_take_rows() {
     );
 }
 
-/// Which index a material has only the world says; one that it has not is an error where it is named, of passes that run.
+/// Only the world knows the index of a material. A missing material is an error at its name, for passes that run.
 #[test]
 fn materials_are_those_of_the_world() {
     let mut hand = Hand::new("materials");

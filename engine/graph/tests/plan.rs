@@ -232,7 +232,7 @@ fn targets_of_different_times_share_memory() {
     assert_eq!(plan.blocks.len(), 1);
     assert_eq!(places("a"), places("c"));
     assert!(places("a").is_some());
-    // `b` lives beside both and shares memory with neither; `color` is shown.
+    // `b` lives beside both, so it shares memory with neither. `color` is shown.
     assert_eq!(places("b"), None);
     assert_eq!(lifetime(&plan, "color"), Lifetime::Persistent);
     let activated: usize = barriers(&plan).iter().map(|barrier| barrier.activate.len()).sum();

@@ -173,7 +173,7 @@ fn updates_of_sources_are_ordered() {
     assert_eq!(noticed, asked);
 }
 
-/// Loops are written out as they should be, and what they become is planned like everything else.
+/// Loops are written out correctly, and the result is planned like everything else.
 #[test]
 fn every_plan_of_loops_is_right() {
     let (mut rounds, mut swapped, mut ticking, mut refused, mut graphs) = (0, 0, 0, 0, 0);

@@ -36,7 +36,7 @@ struct Context<'a> {
     sources: &'a dyn Catalog,
     /// No earlier pass uses the shader, so mistakes of the shader alone are reported now.
     first_use: bool,
-    /// How much it matters that the shader does not use something that the pass gives it.
+    /// The severity of a value or binding that the pass gives and the shader does not use.
     unused: Severity,
 }
 
@@ -71,7 +71,7 @@ pub fn check(
     unused: Severity,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Graph> {
-    // Extents of targets by themselves: no size in terms of itself, no more mips than texels.
+    // Checks the extents of targets by themselves: no size refers to itself, and no target has more mips than its texels allow.
     extents::check(resolved, found);
     // The passes of a loop stand together.
     loops::check(resolved, found);

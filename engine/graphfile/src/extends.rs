@@ -105,7 +105,7 @@ fn not_a_graph(path: &str, named_at: Option<Span>) -> Diagnostic {
     }
 }
 
-/// Why the last file of a chain may not extend `base`, if it may not.
+/// The reason if the last file of a chain may not extend `base`.
 fn refuse(chain: &[File], base: &str, named_at: &Span) -> Option<Diagnostic> {
     let names = || chain.iter().map(|file| file.path.as_ref()).chain([base]).collect::<Vec<_>>().join(" → ");
     let message = if chain.iter().any(|file| file.path.as_ref() == base) {

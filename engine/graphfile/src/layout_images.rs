@@ -1,5 +1,5 @@
-//! Layout images: the image of a source goes with its buffer. A shader that gets its world from `#include <raxel/world.glsl>` need not know
-//! whether the layout has one, and neither need its graph.
+//! Layout images: the image of a source goes with its buffer. With `#include <raxel/world.glsl>`, neither the shader nor its graph needs to
+//! know whether the layout has an image.
 
 use raxel_diagnostics::Spanned;
 use raxel_graph::checked::{ResourceId, ResourceKind};

@@ -33,10 +33,10 @@ pub type Replace<'a> = &'a dyn Fn(&str) -> Option<String>;
 /// How a graph is compiled.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
-    /// Other sources for those that the graph names. Targets of a source in whose place there is no image are left out, with their bindings.
+    /// Other sources for those that the graph names. If the source has no image in the other layout, its targets are left out with their bindings.
     pub replace: Replace<'a>,
-    /// How much it matters that a shader does not use a binding, a block or a member that the graph gives it. With a warning the resources of the
-    /// graph are as if it did, so that their contents outlive an edit that is taken back.
+    /// How much it matters that a shader does not use a binding, a block or a member that the graph gives it. With a warning, the resources of
+    /// the graph are as if the shader used it. So their contents outlive an edit that is taken back.
     pub unused: Severity,
 }
 

@@ -18,7 +18,7 @@ const PATH: &str = "shaders/raxel/arguments.comp";
 /// Bytes of the arguments: three counts, padded.
 const BYTES: u64 = 16;
 
-/// Where a pass finds the number of its threads.
+/// The place of the number of a pass's threads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Queue {
     /// The buffer.
@@ -74,7 +74,7 @@ pub(crate) fn maker(pass: &Pass, queue: Queue) -> Result<Pass, Diagnostic> {
         // The workgroup of the pass, with the constants that size it.
         specialization: (0..).zip(workgroup(pass)).collect(),
         subgroup_size: None,
-        // Of the round it takes nothing but its place.
+        // Of the round it takes only its place.
         in_loop: pass.in_loop.as_ref().map(|in_loop| InLoop { of: in_loop.of, mips: Vec::new(), dispatch_mip: None }),
         made: true,
         shader,

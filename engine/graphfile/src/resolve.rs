@@ -1,5 +1,5 @@
 //! Phase 3, resolve: names become indices, words become types, literals become values. Mistakes that show without a shader are reported
-//! here. A wrong part is kept with a stand-in and `sound: false`, so that later phases can continue and report the rest; a graph with any
+//! here. A wrong part gets a stand-in and `sound: false`, so that later phases can continue and report further mistakes. A graph with an
 //! error is never handed on.
 
 mod clears;

@@ -59,7 +59,7 @@ fn case<'c>(pass: &Pass, fact: &Fact, negated: bool, of: &impl Fn(&Bind) -> Opti
     Some(case)
 }
 
-/// Whether the condition of a pass itself asks for a fact (false) or for its contrary (true); `None` if it asks for neither.
+/// False if the condition of a pass itself asks for a fact, true if it asks for the contrary, `None` otherwise.
 fn own(pass: &Pass, fact: &Fact) -> Option<bool> {
     let when = &pass.when.as_ref()?.value;
     let word = when.strip_prefix('!').unwrap_or(when);

@@ -8,7 +8,7 @@ use raxel_diagnostics::{Code, Diagnostic, Spanned, codes};
 pub trait Layer {
     /// Its name, for messages.
     const WHAT: &'static str;
-    /// Code of the message that the base has none of this name.
+    /// Code of the message that the base has no table of this name.
     const UNKNOWN: Code;
 
     /// Its name.

@@ -164,7 +164,7 @@ fn everything_wrong_is_reported_at_once() {
     );
     let found = read::<Room>("low = 0\nhigh = 1\nuse = 'bat'").unwrap_err();
     assert_eq!(found[0].help, ["did you mean `bath`?", "one of: `living_room`, `bath`"]);
-    // A check is not made of what is wrong itself.
+    // A check does not run on values that are wrong themselves.
     assert_eq!(messages::<Room>("low = 2\nhigh = 'x'"), ["`high` needs a number, not a string"]);
 }
 

@@ -163,8 +163,8 @@ impl ChunkSize {
     }
 }
 
-/// How many 16³ blocks on, in all directions that a ray of an octant goes, are empty too: four bits for each of the eight octants, of the
-/// blocks from the corner of the world's cube to the last solids.
+/// The free radii of the blocks from the corner of the world's cube to the last solids: for each of the eight octants of directions, four
+/// bits. They count the 16³ blocks ahead, in all directions of the octant, that are empty too.
 struct Free {
     size: [usize; 3],
     radii: Vec<u32>,

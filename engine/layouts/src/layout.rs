@@ -108,8 +108,9 @@ impl Layout {
         self.0.edits
     }
 
-    /// Encodes a world for a copy that shaders write. Where [`Layout::has_set`], equal chunks are stored as often as they stand in
-    /// the world, and the bounds of the solid voxels are those of all voxels that can be set. Otherwise it is [`Layout::encode`].
+    /// Encodes a world for a copy that shaders write. With [`Layout::has_set`], each chunk of the world is stored apart, even if
+    /// chunks are equal. The bounds of the solid voxels are then those of all voxels that can be set. Otherwise it is
+    /// [`Layout::encode`].
     pub fn encode_writable(self, world: &World, limits: impl Into<EncodingLimits>) -> Result<Encoded, LayoutError> {
         (self.0.encode)(world, limits.into(), Access::Write)
     }

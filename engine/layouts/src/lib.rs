@@ -1,7 +1,7 @@
 //! GPU encodings of a world: one file a layout, each the twin of its file in `shaders/include/raxel/internal/layouts`. An encoding is the
 //! content of one storage buffer in 32-bit words: a header, the materials, then the voxels.
 //!
-//! The layouts here are those that raxel uses. `raxel-rivals` has those that they are compared with, made of the same parts.
+//! The layouts here are those that raxel uses. `raxel-rivals` has their rivals, made of the same parts.
 
 #![expect(
     clippy::cast_possible_truncation,

@@ -108,7 +108,7 @@ pub fn encode(world: &World, limits: impl Into<EncodingLimits>) -> Result<Vec<u3
     Ok(words)
 }
 
-/// How a light is drawn: one of all is picked evenly, and stays if a number in 0 to 1 is below the threshold; else it is the alias.
+/// An entry of the draw table. One entry is picked evenly: its light is drawn if a number in 0 to 1 is below the threshold, otherwise the alias.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Draw {
     pub(crate) probability: f32,

@@ -1,5 +1,5 @@
-//! The hash table of `shaders/include/raxel/internal/table.glsl`: from places in the world's cube to addresses. Besides the places themselves it
-//! has the cubes of 8, 64, 512, … places a side that have one in them, so that a ray leaves empty space in long steps.
+//! The hash table of `shaders/include/raxel/internal/table.glsl`: from places in the world's cube to addresses. It also has each cube of 8, 64,
+//! 512, … places a side with a place in it. So a ray leaves empty space in long steps.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -255,7 +255,7 @@ mod tests {
             looked += slots;
         }
         assert!(looked < 2 * 4096, "{looked} slots for 4096 cells");
-        // Larger cubes are there where a cell is in them, and nowhere else.
+        // The table has exactly the larger cubes with a cell in them.
         assert_eq!(find(&words, table.log2_slots(), key([7, 0, 7], 8)).0, Some(0));
         assert_eq!(find(&words, table.log2_slots(), key([7, 7, 7], 8)).0, None);
         assert_eq!(find(&words, table.log2_slots(), key([1, 0, 0], 11)).0, None);

@@ -188,8 +188,8 @@ impl ChunkSize {
         Self { attributes, ..size }
     }
 
-    /// Without room for materials; `mixed` is given each block of several materials, in the order of the leaves. Where there is a run of full
-    /// leaves for all, nodes whose leaves are all full have none of their own.
+    /// Without room for materials; `mixed` is given each block of several materials, in the order of the leaves. If all nodes share a run of
+    /// full leaves, a node with full leaves only has no leaves of its own.
     fn visit(chunk: &Chunk, full_run: bool, mut mixed: impl FnMut(usize)) -> Self {
         let mut size = Self::default();
         if filled_chunk(chunk).is_some() {

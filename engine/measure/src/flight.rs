@@ -118,7 +118,7 @@ pub struct Flown {
     pub passes: Vec<String>,
     /// Each frame.
     pub frames: Vec<Frame>,
-    /// How the world was doing at the end.
+    /// The state of the world at the end.
     #[serde(skip)]
     pub stats: Stats,
 }
@@ -189,8 +189,8 @@ impl Frame {
 }
 
 impl Flown {
-    /// The frames in which a pass ran. The others, while the camera stands still, take next to nothing, and there are as many
-    /// as a processor can make: they say nothing of a flight.
+    /// The frames in which a pass ran. Other frames, while the camera stands still, take almost no time, and their number
+    /// depends on the processor. So they say nothing about a flight.
     pub fn drawn(&self) -> impl Iterator<Item = &Frame> {
         self.frames.iter().filter(|frame| frame.is_drawn())
     }
@@ -444,7 +444,7 @@ mod tests {
     fn slow_frames_are_counted_against_the_median() {
         let frame = |milliseconds| Frame { milliseconds, dispatched: 1, ..Frame::default() };
         let mut frames = [1.0, 1.0, 1.0, 1.6, 2.1].map(frame).to_vec();
-        // Frames in which nothing was drawn are no part of it, however many there are.
+        // Frames without a draw are no part of it, whatever their number.
         frames.extend(vec![Frame { milliseconds: 0.01, ..Frame::default() }; 100]);
         let flown = Flown { passes: Vec::new(), frames, stats: Stats::default() };
         assert_eq!((flown.over(1.5), flown.over(2.0)), (2, 1));

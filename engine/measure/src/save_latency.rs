@@ -131,7 +131,7 @@ pub fn save_latency(options: &LatencyOptions) -> Result<SaveLatency, LatencyErro
     let mut comment_times = Vec::new();
     let mut graph_times = Vec::new();
     for edit in 0..=options.edits {
-        // A constant that no other edit has, of this run or an earlier one, so that the module is new to the driver and its caches, too.
+        // A constant that no other edit of this or an earlier run has. So the module is new to the driver and its caches, too.
         let constant = first.wrapping_add(edit as u32) | 0x8000_0000;
         let line = format!("void main() {{\n    if (gl_GlobalInvocationID.x == {constant}u) return;");
         let text = shader.replacen(&main_of(&shader).unwrap_or_default(), &line, 1);

@@ -60,7 +60,7 @@ struct Memory {
     host: Mutex<Vec<u32>>,
 }
 
-/// How words come to the buffer.
+/// The way of words into the buffer.
 enum Way {
     InPlace(SharedWords),
     Staged(Box<UploadRing>),
@@ -191,7 +191,7 @@ fn run(device: &Arc<Device>, record: impl FnOnce(&mut raxel_gpu::Recording<'_>))
     device.wait(finished_at, PATIENCE).unwrap();
 }
 
-/// Traces rays of every set, about so many together, and counts what is wrong.
+/// Traces rays of every set, about this many together, and counts wrong hits.
 fn judge(
     stream: &mut Stream,
     tracer: &mut Tracer,
@@ -220,7 +220,7 @@ fn judge(
     judged.reduce(Errors::default, Errors::and)
 }
 
-/// Rays through so many publications: of a flight in which tiles come and go while rays are traced, and of complete worlds in which edits,
+/// Rays through this many publications: of a flight in which tiles come and go while rays are traced, and of complete worlds in which edits,
 /// other levels and places far away take turns.
 fn trace(publications: u64, rays: u64) {
     let device = device();

@@ -118,7 +118,7 @@ fn gates(group: &Group, root: &Path) -> Result<Vec<Gate>> {
                 && message["profile"]["test"] == true
             {
                 let folder = Path::new(manifest).parent().ok_or("a manifest without a folder")?;
-                // One by one, so that a fault that a quick test notices meets no slow one.
+                // One by one: if a quick test notices a fault, no slow test runs for it.
                 for test in tests_of(Path::new(program))?.into_iter().filter(is_named) {
                     gates.push(Gate::new(Path::new(program), &[&test, "--exact"], folder, memory)?);
                 }

@@ -1,7 +1,7 @@
 //! Faults in Rust: where they fit in a source, and the source that holds all of them behind a switch.
 //!
 //! Each fault is an expression that asks whether its number is the one that runs, so that one build serves every fault. An expression is
-//! rewritten from the inside out, and no operand is written twice: the text grows with the number of faults and no faster.
+//! rewritten from the inside out, and no operand is written twice. So the text only grows in proportion to the faults.
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -23,7 +23,7 @@ pub struct Gate {
     pub arguments: Vec<String>,
     /// Where it runs.
     pub folder: PathBuf,
-    /// How long it may take. One that takes longer has noticed.
+    /// Its time limit. A test that takes longer has noticed the fault.
     pub limit: Duration,
     /// Bytes of data that it may allocate. One that asks for more ends with an error, and has noticed.
     pub memory: u64,
@@ -72,7 +72,7 @@ impl Gate {
     }
 }
 
-/// The names of the tests that a test program runs. An ignored test notices nothing, so it is none of them.
+/// The names of the tests that a test program runs. An ignored test notices nothing, so it is left out.
 ///
 /// # Errors
 /// Fails if the program does not list its tests.

@@ -1,6 +1,6 @@
 //! A second opinion on light: a path tracer in `f64` that `graphs/light/reference.toml` is held against.
 //!
-//! It shares the voxels and the exact ray caster with the rest, and no way of sampling. Directions come from a point on a unit sphere that
+//! It shares only the voxels and the exact ray caster with the rest: its sampling is different. Directions come from a point on a unit sphere that
 //! touches the surface, not from a disc; the disc of the sun has a frame of its own; lamps are found by the rays that meet them, and never
 //! looked for; numbers are random and follow no sequence. The scene must be the same: matt surfaces, the sun as an even disc, the sky's
 //! formula and the emission of lamps, as `docs/light/judge.md` defines them.

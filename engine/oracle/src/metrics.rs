@@ -1,4 +1,4 @@
-//! How wrong a tracer is: each ray's hit against the exact one, and counts over many.
+//! Measures the errors of a tracer: compares each hit with the exact one, and counts over many rays.
 
 use std::ops::RangeInclusive;
 
@@ -105,8 +105,7 @@ pub struct Errors {
     pub steps: u64,
     /// Wrong in any of these ways, though the ray meets no tie.
     pub wrong_without_tie: u64,
-    /// Of the wrong hits those in a voxel that the ray does touch, and not later than the right one: another rule for ties would make
-    /// them right.
+    /// The wrong hits in a voxel that the ray touches, not later than the right hit. Another rule for ties would make them right.
     pub tied: u64,
     /// Longest way through a voxel that should have been hit and was not, in voxels.
     pub missed_chord: f64,
@@ -444,7 +443,7 @@ mod tests {
         let back = Ray::new([20, 0, 0], [0.5, 0.75, 0.25], [-1.0, -0.015_625, 0.0]);
         let there = Hit { face: 1, t: 9.5, uv: [0.75 - 9.5 * 0.015_625, 0.25], ..hit };
         assert_eq!(judge(&back, &there), None);
-        // A tracer that does not count its looks is not judged by them.
+        // Judges looks only if the tracer counts them.
         let uncounted = Hit { steps: 0, ..hit };
         assert_eq!(
             Errors::default().add_with_numbers(&ray, &first_hit(&world, &ray), Some(&uncounted), 0..=u64::MAX),
@@ -478,7 +477,7 @@ mod tests {
         let (_, errors) = judged(&slanted, &world, Outcome::Miss);
         assert!((errors.missed_chord - 2f64.sqrt() / 4.0).abs() < 1e-6, "{errors:?}");
 
-        // Two voxels above the ray; one that it touches along an edge is no gap but a tie.
+        // Two voxels above the ray. A voxel that the ray touches along an edge is a tie, not a gap.
         let (_, errors) = judged(&ray, &world, Outcome::Hit(&Hit { voxel: [5, 3, 0], t: 2.25, ..hit }));
         assert!((errors.false_gap - 2.5).abs() < 1e-9 && errors.tied == 0, "{errors:?}");
         let edge = Ray { frac: [0.5, 0.0, 0.5], ..ray };

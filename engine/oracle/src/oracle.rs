@@ -163,7 +163,7 @@ impl<'w> Oracle<'w> {
         self.chunk(cell).is_some_and(|prepared| prepared.chunk.voxel(x, y, z) != 0)
     }
 
-    /// How large an empty cube around a cell of no chunk is.
+    /// The size of an empty cube around a cell without a chunk.
     #[expect(clippy::cast_possible_truncation, reason = "there are a few levels")]
     fn empty_around(&self, cell: [i64; 3]) -> u32 {
         let log2 = |level: usize| SMALLEST_COARSE + 2 * level as u32;

@@ -24,7 +24,7 @@ pub struct PeriodRay {
     pub period: [u32; 3],
 }
 
-/// Directions of less than this part of their length along an axis cross none of its planes.
+/// A direction with less than this part of its length along an axis crosses no plane of it.
 const STILL: f64 = 1.0 / 8192.0;
 
 /// Where a period ray ends.
@@ -85,7 +85,7 @@ impl PeriodRay {
         i64::from(self.first[axis]) + n * i64::from(self.period[axis])
     }
 
-    /// How many planes of an axis it has crossed at a time, one that it crosses then included.
+    /// The number of planes of an axis that it has crossed up to a time, including a crossing at that time.
     fn crossed(&self, axis: usize, time: i64) -> i64 {
         let ahead = time - i64::from(self.first[axis]);
         if ahead < 0 { 0 } else { ahead / i64::from(self.period[axis]) + 1 }

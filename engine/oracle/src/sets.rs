@@ -1,4 +1,4 @@
-//! Seeded sets of rays: ordinary ones, and those that tracers are known to fail on.
+//! Seeded sets of rays: ordinary ones, and rays on which tracers are known to fail.
 
 mod place;
 mod random;

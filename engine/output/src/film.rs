@@ -73,7 +73,7 @@ impl Film {
         let frames = ffmpeg.stdin.take();
         let ffmpeg = Arc::new(Mutex::new(ffmpeg));
         let other = ffmpeg.clone();
-        // Left alone, it would finish half a film. While it is waited for it is at its end anyway.
+        // Left alone, it would finish half a film. When the caller waits for it, it is at its end anyway.
         let listed = on_stop(move || {
             if let Ok(mut ffmpeg) = other.try_lock() {
                 let _ = ffmpeg.kill();

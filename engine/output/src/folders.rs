@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::leftovers::{Listed, on_stop};
 use crate::error::{OutputError, Result};
 
-/// Folders that were made. Dropped, those that are still empty are removed.
+/// Folders that were made. On drop, raxel removes the empty ones.
 #[derive(Debug)]
 pub struct Folders {
     /// The deepest first.
@@ -65,7 +65,7 @@ fn remove_in_use(folder: &Path) {
     let mut name = folder.file_name().unwrap_or_default().to_owned();
     name.push("-removed");
     let renamed = folder.with_file_name(name);
-    // A thread that has found the folder already may put one more file into it; one that makes folders along with their parents may make it once more.
+    // A thread that has found the folder already may put another file into it. A thread that makes folders with their parents may make it again.
     for _ in 0..8 {
         let _ = std::fs::rename(folder, &renamed);
         let _ = std::fs::remove_dir_all(&renamed);
@@ -75,7 +75,7 @@ fn remove_in_use(folder: &Path) {
     }
 }
 
-/// A folder that holds something cannot be removed, and must not be.
+/// A folder with contents cannot and must not be removed.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders {
         let _ = std::fs::remove_dir(folder);

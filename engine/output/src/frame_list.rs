@@ -66,7 +66,7 @@ impl FrameList {
         }
     }
 
-    /// How many of the first frames are finished: they are listed, and their files are those that were written.
+    /// The number of finished frames from the start: they are listed, and their files are as they were written.
     pub fn finished(&self, frames: Range<u64>, pattern: &Pattern) -> u64 {
         let is_finished = |frame: &u64| {
             let hash = self.listed.get(frame);
@@ -77,7 +77,7 @@ impl FrameList {
 
     /// Lists a frame whose file is in place.
     pub(crate) fn add(&mut self, frame: u64, bytes: &[u8]) -> Result {
-        // In one write, so that two runs that share the list mix no lines.
+        // In one write, so that two runs with the same list do not mix lines.
         let line = format!("{frame} {}\n", hash_of(bytes));
         let written = self.file.write_all(line.as_bytes());
         written

@@ -1,5 +1,5 @@
-//! Files that a signal must not leave behind. A process that a signal ends (Ctrl-C, `kill`, a closed terminal) runs no destructors, so the
-//! files that these would remove are listed here, and removed before the signal has its usual effect.
+//! Files that a signal must not leave behind. A process that a signal ends (Ctrl-C, `kill`, a closed terminal) runs no destructors. So
+//! this module lists the files that destructors would remove, and removes them before the signal has its usual effect.
 
 use std::collections::BTreeMap;
 #[cfg(unix)]

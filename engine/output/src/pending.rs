@@ -86,7 +86,7 @@ impl Pending {
         Ok(Self { path: path.to_owned(), to: To::Temporary { file, temporary, place: claimed, _listed: listed } })
     }
 
-    /// Where others write until it is whole.
+    /// The place where writers write until the file is whole.
     pub fn temporary(&self) -> &Path {
         match &self.to {
             To::Temporary { temporary, .. } => temporary,
@@ -242,13 +242,13 @@ mod tests {
         let [link, to_link, real] = ["link.png", "latest.png", "far/real.png"].map(|name| folder.path().join(name));
         symlink("far/real.png", &link).unwrap();
         symlink(&link, &to_link).unwrap();
-        // Also where there is no such file yet.
+        // Also if there is no such file yet.
         for text in ["first", "second"] {
             Pending::new(&to_link).unwrap().finish(text.as_bytes()).unwrap();
             assert_eq!(fs::read_to_string(&real).unwrap(), text);
             assert_eq!([&link, &to_link].map(|path| path.is_symlink()), [true; 2]);
         }
-        // Nothing else is left behind, in neither folder.
+        // Both folders contain nothing else.
         assert_eq!(
             [folder.path(), &folder.path().join("far")].map(|folder| fs::read_dir(folder).unwrap().count()),
             [3, 1]

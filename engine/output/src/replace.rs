@@ -1,4 +1,4 @@
-//! A file of the user's is replaced as a whole or stays as it was, also when the disk is full or the process ends half way.
+//! Replaces a user's file as a whole, or leaves it as it was, even if the disk is full or the process ends half way.
 
 use std::fs;
 use std::io::{self, Write};

@@ -1,5 +1,5 @@
-//! What the panels cost a frame on the processor: layout, text and triangles, with no panel open, with all of them, and with each alone.
-//! While a graph runs, its times are others in each frame, and a demo goes on; while it is paused, nothing changes.
+//! The CPU cost of the panels in a frame: layout, text and triangles, with no panel open, with all, and with each alone. While a graph
+//! runs, its times change in each frame, and a demo goes on. While it is paused, nothing changes.
 //!
 //! `cargo bench -p raxel-panels --bench panels`
 
@@ -61,7 +61,7 @@ fn opened(panels: &[Panel]) -> Window {
     window
 }
 
-/// What becomes of the values between two frames.
+/// The change of the values between two frames.
 #[derive(Clone, Copy, PartialEq)]
 enum Values {
     /// They stay.

@@ -5,7 +5,7 @@ use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown, Sought};
 /// The file that values of params are written into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WriteTo {
-    /// The graph's own: what it inherits is overridden there.
+    /// The graph's own file: it overrides inherited values.
     Own,
     /// The one that each default stands in, which other graphs may extend as well.
     Declared,
@@ -42,7 +42,7 @@ pub enum Action {
     DeletePreset(String),
     /// Put the files that were written last back as they were.
     UndoWrite,
-    /// Pin a texel of what is shown; `None` pins none.
+    /// Pin a texel of the shown target; `None` pins none.
     Pin(Option<[u32; 2]>),
     /// Pin the next texel whose channel has what is looked for, or the one before.
     Find {
@@ -53,7 +53,7 @@ pub enum Action {
         /// The next one in order of rows, else the one before.
         forward: bool,
     },
-    /// Keep what is shown, to compare with it.
+    /// Keep the shown picture, to compare with it.
     Keep,
     /// Compare with the target that is shown now, as it goes on.
     KeepLive,
@@ -61,13 +61,13 @@ pub enum Action {
     KeepFile(String),
     /// Let go of the kept picture.
     ForgetKept,
-    /// How the kept picture is shown with what is shown.
+    /// The comparison of the kept picture with the shown target.
     CompareMode(CompareMode),
     /// Show the kept picture alone, or not any more.
     Flip,
     /// The factor of differences.
     Gain(f32),
-    /// Find how far what is shown is from the kept picture.
+    /// Measure the difference between the shown target and the kept picture.
     Measure,
     /// List the files of the project, for [`View::files`](crate::View::files).
     ListFiles,
@@ -91,7 +91,7 @@ pub enum Action {
     Cancel,
     /// Compile the shaders with checks of the bounds of their accesses, or without them.
     CheckBounds(bool),
-    /// Put the demo at so many seconds.
+    /// Put the demo at this number of seconds.
     Seek(f64),
     /// Start the demo over at its end, or stay there.
     Loop(bool),

@@ -1,4 +1,4 @@
-//! The bar: clock, what is shown, and what is wrong with it.
+//! The bar: the clock, the shown target, and its problems.
 
 use std::fmt::Write as _;
 

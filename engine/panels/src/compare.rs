@@ -1,4 +1,4 @@
-//! Keeps a picture, and compares what is shown with it.
+//! Keeps a picture, and compares the shown target with it.
 
 use egui::{
     Align2, Button, Color32, Context, DragValue, FontId, Grid, LayerId, Rect, RichText, Stroke, TextEdit, Ui, pos2,

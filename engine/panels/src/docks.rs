@@ -20,33 +20,33 @@ use crate::{
     bar, brush, compare, frame, graph, inspect, magnified, params, passes, problems, resources, timeline, world,
 };
 
-/// Below so many points the window has room for one dock only, with a tab for each open panel: the picture is what one looks at.
+/// Below this number of points, the window has room for one dock only, with a tab for each open panel: the picture comes first.
 const NARROW: f32 = 1000.0;
 
 /// The share of a narrow window that its one dock takes.
 const NARROW_SHARE: f32 = 0.45;
 
-/// So many points beside the picture a press takes hold of an edge of a dock: egui gives it to the nearest widget within a radius.
+/// A press within this number of points beside the picture takes hold of an edge of a dock: egui gives it to the nearest widget within a radius.
 const GRIP: f32 = 8.0;
 
 /// Points of the smallest place beside the panels that shows the picture.
 const SMALLEST: f32 = 32.0;
 
-/// What lies over the picture: how opaque it is, of 255.
+/// The opacity of panels over the picture, of 255.
 const OPACITY: u8 = 236;
 
-/// The panels with what they remember from frame to frame.
+/// The panels with their state from frame to frame.
 #[derive(Debug, Default)]
 pub struct Panels {
     /// Which are open; kept beside the project.
     pub layout: Layout,
     /// Every widget is made in every frame, for what reads the tree of widgets. Else a panel that nobody touches has none.
     pub whole: bool,
-    /// What each panel was drawn with, in the order of [`Panel::ALL`].
+    /// The shapes of each panel's last draw, in the order of [`Panel::ALL`].
     kept: [Kept; Panel::ALL.len()],
     /// The panel that was opened last: in a narrow window it is in front of the others.
     recent: Option<Panel>,
-    /// What the pointer rests on, since when, and whether it is shown.
+    /// The item under a resting pointer, since when, and whether it is shown.
     pub(crate) peek: Option<Peek>,
     /// Texts of the fields of the panel of the world.
     fields: world::Fields,
@@ -68,7 +68,7 @@ pub struct Panels {
     told: Option<u64>,
     /// They were, and were not open before.
     problems_opened: bool,
-    /// Where the docks leave the picture free, in points; `None` where nothing is docked.
+    /// The part of the window without docks, in points; `None` if nothing is docked.
     free: Option<Rect>,
     /// The share of a narrow window that is left to the picture, once it was dragged.
     narrow: Option<f32>,
@@ -110,8 +110,8 @@ impl Panels {
         self.layout.visible || self.is_switching()
     }
 
-    /// Whether a pointer at this point, in points from the top left, is over a panel or takes hold of an edge of one, and the picture must not
-    /// follow it.
+    /// Whether the picture must ignore a pointer at this point, in points from the top left: it is over a panel, or takes hold of a panel's
+    /// edge.
     pub fn has_pointer(&self, ctx: &Context, at: Pos2) -> bool {
         if ctx.is_using_pointer() || self.is_switching() {
             return true;
@@ -120,7 +120,7 @@ impl Panels {
         self.are_drawn() && (covered || !self.grasp(ctx).contains(at))
     }
 
-    /// Where the picture is: all of the window, or what the docks leave of it.
+    /// The place of the picture: the whole window, or the part without docks.
     pub fn picture(&self, ctx: &Context) -> Rect {
         let window = ctx.content_rect();
         if !self.layout.visible || !self.layout.beside {
@@ -130,7 +130,7 @@ impl Panels {
         if free.width() < SMALLEST || free.height() < SMALLEST { window } else { free }
     }
 
-    /// Where presses are the picture's.
+    /// The part in which presses belong to the picture.
     fn grasp(&self, ctx: &Context) -> Rect {
         let window = ctx.content_rect();
         let Some(mut free) = self.free else { return Rect::from_min_max(self.below_bar(ctx), window.max) };
@@ -145,7 +145,7 @@ impl Panels {
         Pos2::new(ctx.content_rect().left(), self.bar)
     }
 
-    /// Draws what is open, and gives what the user asks for, in order. While nothing is visible only an open question is ended.
+    /// Draws the open panels, and returns the user's actions in order. While nothing is visible, it only ends an open question.
     pub fn show(&mut self, ctx: &Context, view: &View<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
         self.style(ctx);
@@ -175,7 +175,7 @@ impl Panels {
         actions
     }
 
-    /// Draws a window that has nothing to show yet but what is wrong. Gives what the user asks for.
+    /// Draws a window that has only problems to show yet. Returns the user's actions.
     pub fn waiting(&mut self, ctx: &Context, title: &str, found: &[Problem]) -> Vec<Action> {
         let mut actions = Vec::new();
         self.style(ctx);
@@ -189,7 +189,7 @@ impl Panels {
         actions
     }
 
-    /// What goes wrong is shown by itself, once for each edit, until it is mended.
+    /// The panel of problems opens by itself, once for each edit, until they are mended.
     fn follow_problems(&mut self, view: &View<'_>) {
         if view.status.failed == self.told {
             return;
@@ -231,7 +231,7 @@ impl Panels {
     }
 
     fn style(&mut self, ctx: &Context) {
-        // A window that is opened anew, as after the loss of a device, has a context of its own.
+        // A window that opens again, for example after the loss of a device, has a new context.
         let styled = Id::new("styled");
         if ctx.data(|data| data.get_temp::<bool>(styled)).is_none() {
             ctx.data_mut(|data| data.insert_temp(styled, true));
@@ -295,7 +295,7 @@ impl Panels {
         self.bar = bar.response.rect.bottom();
     }
 
-    /// Draws the docks, and notes what they leave of the window.
+    /// Draws the docks, and notes the free part of the window.
     fn docks(&mut self, ctx: &Context, view: &View<'_>, (actions, hovered): (&mut Vec<Action>, &mut Option<Shown>)) {
         let only = self.only(ctx);
         let narrow = only.map(|panel| {
@@ -385,7 +385,7 @@ impl Panels {
             keep(&mut kept, ui, view, panel, |ui| self.draw(ui, view, panel, (&mut *actions, hovered)));
         }
         self.kept[place] = kept;
-        // What is clicked there is looked into.
+        // A click there opens *Inspect*.
         let shows = actions[before..].iter().any(|action| matches!(action, Action::Show(_)));
         (shows && matches!(panel, Panel::Resources | Panel::Graph)).then_some(Panel::Inspect)
     }
@@ -475,7 +475,7 @@ struct Tabs<'a, 'v> {
     view: &'a View<'v>,
     actions: &'a mut Vec<Action>,
     hovered: &'a mut Option<Shown>,
-    /// What the docks leave of the window.
+    /// The part of the window without docks.
     free: Option<Rect>,
     /// A panel to be opened, and one that was closed.
     opened: Option<Panel>,
@@ -527,7 +527,7 @@ impl TabViewer for Tabs<'_, '_> {
     }
 }
 
-/// Draws a panel, or what it was drawn with where it shows the same.
+/// Draws a panel, or repeats its last shapes if it shows the same.
 fn keep(kept: &mut Kept, ui: &mut Ui, view: &View<'_>, panel: Panel, draw: impl FnOnce(&mut Ui)) {
     let status = &view.status;
     let passes = |timed| Timed { passes: &view.passes, timed };

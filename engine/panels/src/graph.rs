@@ -53,7 +53,7 @@ struct Placed {
 }
 
 impl Placed {
-    /// The nodes of this plan. They are placed anew only where another plan has other passes or resources, or uses them in another way.
+    /// The nodes of this plan. They are placed again only if a new plan has other passes or resources, or uses them in another way.
     fn of(&mut self, passes: &[Pass<'_>], resources: &[Resource]) -> &Drawing {
         let same = |uses: &[Vec<Use>]| uses.iter().eq(resources.iter().map(|resource| &resource.uses));
         if self.passes != passes.len() || !same(&self.uses) {
@@ -75,9 +75,9 @@ impl std::fmt::Debug for Textures {
 }
 
 impl Textures {
-    /// Takes what is new, and lets go of what is no longer there.
+    /// Takes new thumbnails, and drops those that are gone.
     fn update(&mut self, context: &Context, thumbnails: &[Thumbnail]) {
-        // A window that is opened anew has a context of its own, without the textures of the old one.
+        // A window that opens again has a new context, without the textures of the old one.
         if self.1.replace(context.clone()).is_some_and(|before| before != *context) {
             self.0.clear();
         }
@@ -106,7 +106,7 @@ impl Textures {
     }
 }
 
-/// What the panel remembers from frame to frame.
+/// The state of the panel from frame to frame.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     camera: Camera,
@@ -193,7 +193,7 @@ fn follow(ui: &Ui, response: &Response, camera: &mut Camera, fit: (Pos2, f32)) {
     let scroll = ui.input(|input| input.smooth_scroll_delta.y);
     if let Some(pointer) = response.hover_pos().filter(|_| scroll != 0.0) {
         let larger = (zoom * (scroll / 200.0).exp()).clamp(ZOOMS[0], ZOOMS[1]);
-        // What is under the pointer stays there.
+        // The point under the pointer stays in place.
         let from_middle = pointer - response.rect.center();
         camera.at = Some((middle + from_middle / zoom - from_middle / larger, larger));
     }
@@ -214,7 +214,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// How far the points that bend it lie beside its ends.
+    /// The distance of its control points from its ends.
     fn bend(&self) -> Vec2 {
         vec2((self.to.x - self.from.x).max(20.0) * 0.4, 0.0)
     }
@@ -251,7 +251,7 @@ struct NodeBox {
     lit: Option<f32>,
 }
 
-/// The triangles of edges and nodes, which are made anew only where one of them changes.
+/// The triangles of edges and nodes. They are made again only if one of them changes.
 #[derive(Debug, Default)]
 struct Ground {
     edges: Vec<Edge>,
@@ -349,7 +349,7 @@ fn write(
     inside.text(words.center() + line, Align2::CENTER_CENTER, below, font, visuals.weak_text_color());
 }
 
-/// Which nodes stand for what the window shows. At the end of the frame, that is a resource as the last pass leaves it.
+/// The nodes for the shown target of the window. At the end of the frame, that is a resource as the last pass leaves it.
 fn seen(view: &View<'_>, drawing: &Drawing) -> impl Fn(usize) -> bool + use<> {
     let shown = &view.status.shown;
     let resource = |node: &Node| match node.of {
@@ -369,7 +369,7 @@ fn seen(view: &View<'_>, drawing: &Drawing) -> impl Fn(usize) -> bool + use<> {
     move |index| seen.contains(&index)
 }
 
-/// What a click on a node shows.
+/// The view that a click on a node opens.
 fn target(view: &View<'_>, node: &Node) -> Option<Shown> {
     match node.of {
         Of::Pass(index) => passes::target(view, index),

@@ -1,4 +1,4 @@
-//! Where passes and resources stand in the picture of a graph: columns from left to right by what depends on what.
+//! Places passes and resources in the picture of a graph, in columns from left to right by their dependencies.
 
 use crate::view::{Pass, Resource};
 
@@ -28,7 +28,7 @@ pub(crate) struct Drawing {
     pub(crate) edges: Vec<[usize; 2]>,
 }
 
-/// Lays a graph out. A pass stands right of everything that it reads, what it writes right of the pass.
+/// Lays a graph out. A pass stands right of its inputs and left of its outputs.
 pub(crate) fn lay_out(passes: &[Pass<'_>], resources: &[Resource]) -> Drawing {
     let mut drawing = Drawing::default();
     // The node of each resource as the last pass has left it.

@@ -1,6 +1,6 @@
-//! A panel that shows the same as before, and that nobody touches, is drawn from the shapes that it was drawn with last.
+//! If a panel shows the same as before, and nobody touches it, its last shapes are drawn again.
 //!
-//! egui makes every widget anew in each frame, which takes a few microseconds for each. A frame of a renderer has no time for hundreds of
+//! egui makes every widget again in each frame, which takes a few microseconds a widget. A frame of a renderer has no time for hundreds of
 //! them, and most panels show the same for seconds.
 
 use std::any::Any;
@@ -13,10 +13,10 @@ use egui::{Color32, Context, FontId, Galley, Id, LayerId, Popup, Rect, Shape, St
 /// Seconds after a change until nothing of a panel moves any more: a header that opens, a bar that fades.
 const SETTLES: f64 = 0.3;
 
-/// A pointer so many points beside a panel may take hold of something in it.
+/// A pointer within this number of points beside a panel may take hold of something in it.
 const REACH: f32 = 12.0;
 
-/// What a panel shows: borrowed, to be compared with what it showed last.
+/// The contents of a panel, borrowed, to compare with its last contents.
 pub(crate) trait Content {
     /// The same, owned.
     type Kept: 'static;
@@ -66,7 +66,7 @@ tuple!(A KeptA, B KeptB, C KeptC);
 tuple!(A KeptA, B KeptB, C KeptC, D KeptD);
 tuple!(A KeptA, B KeptB, C KeptC, D KeptD, E KeptE);
 
-/// Where and with what a part of a panel is drawn.
+/// The place and the style of a part of a panel.
 struct Place {
     id: Id,
     layer: LayerId,
@@ -75,7 +75,7 @@ struct Place {
     opacity: f32,
     pixels_per_point: f32,
     style: Arc<Style>,
-    /// A text as the fonts lay it out: fonts that are made anew lay it out anew, and have other glyphs where the old ones were.
+    /// A text in the layout of the fonts. New fonts give a new layout, with other glyphs in place of the old ones.
     probe: Arc<Galley>,
 }
 
@@ -101,7 +101,7 @@ impl Place {
     }
 }
 
-/// What is kept of a part of a panel.
+/// The kept state of a part of a panel.
 #[derive(Default)]
 pub(crate) struct Kept(Option<Drawn>);
 
@@ -112,7 +112,7 @@ struct Drawn {
     pass: u64,
     /// Seconds of egui's clock until which it is drawn with all of its widgets.
     settled: f64,
-    /// What it was drawn with, and its extent, once it has settled.
+    /// Its shapes and its extent, once it has settled.
     shapes: Option<(Vec<ClippedShape>, Rect)>,
 }
 
@@ -124,12 +124,12 @@ impl std::fmt::Debug for Kept {
 }
 
 impl Kept {
-    /// Draws a part of a panel. What `draw` makes must follow from `content`, and from what the user has done in it.
+    /// Draws a part of a panel. The output of `draw` must depend only on `content`, and on the user's actions in it.
     pub(crate) fn show<C: Content>(&mut self, ui: &mut Ui, content: &C, draw: impl FnOnce(&mut Ui)) {
         let (ctx, place) = (ui.ctx().clone(), Place::of(ui));
         let (now, pass) = (ctx.input(|input| input.time), ctx.cumulative_pass_nr());
         let touched = is_touched(&ctx, place.room.intersect(place.clip));
-        // What was not drawn for a while may have lost what it was drawn with: textures, a state.
+        // A part that was not drawn for a while may have lost textures or state.
         let drawn = self.0.as_mut().filter(|drawn| drawn.pass + 1 == pass && drawn.place.is(&place));
         let drawn = drawn.filter(|drawn| drawn.content.downcast_ref().is_some_and(|kept| content.is(kept)));
         let settled = now + SETTLES;
@@ -251,7 +251,7 @@ mod tests {
         assert!(!made(&context, &mut kept, "a", (0.6, Vec::new())).0);
         let _ = context.run(RawInput { time: Some(0.7), ..RawInput::default() }, |_| {});
         assert!(made(&context, &mut kept, "a", (0.8, Vec::new())).0);
-        // A window that is opened anew has other fonts.
+        // A window that opens again has other fonts.
         for time in [0.9, 1.0, 1.5] {
             made(&context, &mut kept, "a", (time, Vec::new()));
         }

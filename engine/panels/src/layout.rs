@@ -95,7 +95,7 @@ pub struct Layout {
     pub beside: bool,
     /// The picture and the open panels: docked as tabs, or floating.
     pub(crate) docks: DockState<Tab>,
-    /// Where floating panels are to be, until they are drawn.
+    /// The wanted places of floating panels, until they are drawn.
     pub(crate) windows: Vec<(SurfaceIndex, Rect)>,
 }
 

@@ -96,7 +96,7 @@ fn matrix(ui: &mut Ui, view: &View<'_>, whole: bool, actions: &mut Vec<Action>) 
     }
 }
 
-/// The rows or columns between two ends of what is in sight, of so many that begin at a place.
+/// The indices of the rows or columns in sight between two ends. `count` of them begin at `begin`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast of a float saturates")]
 fn in_sight((from, to): (f32, f32), begin: f32, count: usize) -> Range<usize> {
     let index = |at: f32| (((at - begin) / CELL).floor().max(0.0) as usize).min(count);

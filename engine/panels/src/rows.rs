@@ -1,10 +1,10 @@
-//! Long lists: what is out of sight keeps its place by the size that it had when it was drawn, and is not made.
+//! Long lists. A row out of sight is not made: it keeps its place by the size of its last draw.
 
 use std::hash::Hash;
 
 use egui::{Id, Ui, Vec2};
 
-/// Sizes of the rows of a list, each of so many cells.
+/// Sizes of the rows of a list. Each row has this number of cells.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<const CELLS: usize>(Vec<Option<(Id, [Vec2; CELLS])>>);
 
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use egui::{CentralPanel, Context, Grid, Pos2, RawInput, Rect, ScrollArea, vec2};
 
-    /// Draws a hundred numbers in a grid, of which this one is long; which of them were made, and the size of all.
+    /// Draws a hundred numbers in a grid, this one long. Returns the numbers that were made, and the size of all.
     fn drawn(context: &Context, rows: &mut Rows<1>, long: usize) -> (Vec<usize>, Vec2) {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 100.0)));
         let (mut made, mut size) = (Vec::new(), Vec2::ZERO);

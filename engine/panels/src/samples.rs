@@ -1,4 +1,4 @@
-//! The last measurements of something, and what is usual among them.
+//! The last measurements of something, and their usual values.
 
 use std::cell::OnceCell;
 use std::collections::VecDeque;

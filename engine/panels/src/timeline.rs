@@ -27,14 +27,14 @@ pub(crate) struct Moving {
     to: f64,
     /// Seconds from the place where it was taken to its time.
     taken: f64,
-    /// It was let go, and the file does not have it yet: the times of its track as they were, and when it was let go.
+    /// A dropped key that the file does not have yet: the old times of its track, and the time of the drop.
     dropped: Option<(Vec<f64>, f64)>,
 }
 
-/// A dropped key returns to its old time when the file has not changed for so many seconds.
+/// A dropped key returns to its old time if the file does not change for this number of seconds.
 const PATIENCE: f64 = 2.0;
 
-/// What the panel remembers from frame to frame.
+/// The state of the panel from frame to frame.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     /// A key on its way.

@@ -2,11 +2,11 @@
 
 use egui::{Event, RawInput};
 
-/// Splits the input of one frame where the pointer moves on behind a press or a release. egui looks for what lies under the pointer once for each
-/// input, where the pointer ends: in a frame that takes long, a drag would begin where it had come to.
+/// Splits the input of one frame if the pointer moves on after a press or a release. egui looks once for the widget under the pointer for each
+/// input, at the pointer's last place. So in a long frame, a drag would begin at its end.
 ///
-/// It also splits before a press or a release to which the pointer has moved: a panel that nobody touched has its widgets from the turn on in
-/// which the pointer comes to it.
+/// It also splits before a press or a release at a new place of the pointer. An untouched panel has widgets only from the turn on in which
+/// the pointer comes to it.
 pub fn turns(mut input: RawInput) -> Vec<RawInput> {
     let events = std::mem::take(&mut input.events);
     let mut parts = vec![Vec::new()];

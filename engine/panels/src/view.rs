@@ -221,7 +221,7 @@ impl Default for WorldExtent {
     }
 }
 
-/// How the loading of a world does.
+/// The progress of loading a world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Loading {
     /// Chunks that are there, and that are wanted.

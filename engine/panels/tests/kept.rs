@@ -1,4 +1,4 @@
-//! What a panel shows while nobody touches it is what it would show if every widget were made in every frame.
+//! An untouched panel looks the same as if every widget were made in every frame.
 
 mod window;
 
@@ -12,7 +12,7 @@ use raxel_panels::{Action, Layout, Panel, turns};
 
 use window::{Window, inspected, param};
 
-/// Frames of a tenth of a second after which a panel that nobody touches is drawn from what it was drawn with.
+/// After this number of frames of a tenth of a second, an untouched panel is drawn from its kept shapes.
 const SETTLED: usize = 6;
 
 /// A window with all panels, each in a dock of its own.
@@ -33,10 +33,10 @@ fn all_open() -> Window {
     window
 }
 
-/// What is drawn: the texts with their places, and all triangles.
+/// The output of a frame: the texts with their places, and all triangles.
 type Drawn = (Vec<(String, Pos2)>, Vec<(Pos2, egui::Color32)>);
 
-/// A window, and the same window of which every widget is made in every frame.
+/// A window, and the same window with every widget made in every frame.
 struct Twins {
     windows: [(Window, Context); 2],
     time: f64,
@@ -50,14 +50,14 @@ impl Twins {
         twins
     }
 
-    /// What both draw in the next frame, so many seconds later.
+    /// The output of both in the next frame, this number of seconds later.
     fn frame(&mut self, seconds: f64) -> [Drawn; 2] {
         self.time += seconds;
         let time = self.time;
         self.windows.each_mut().map(|(window, context)| draw(window, context, time, Vec::new()).0)
     }
 
-    /// Lets them settle, and gives what they draw then.
+    /// Lets them settle, and returns their output then.
     fn settle(&mut self) -> Drawn {
         (0..SETTLED).for_each(|_| drop(self.frame(0.1)));
         let [kept, whole] = self.frame(0.1);
@@ -66,7 +66,7 @@ impl Twins {
     }
 }
 
-/// Draws a frame. Gives what is seen, what is asked for, and what comes to the clipboard.
+/// Draws a frame. Returns the output, the user's actions, and the text for the clipboard.
 fn draw(window: &mut Window, context: &Context, time: f64, events: Vec<Event>) -> (Drawn, Vec<Action>, Vec<String>) {
     let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, Vec2::new(1940.0, 1080.0)));
     let input = RawInput { screen_rect, time: Some(time), events, ..RawInput::default() };
@@ -103,7 +103,7 @@ fn difference(a: &Drawn, b: &Drawn) -> String {
     format!("{text:?}, {} and {} texts, {} and {} vertices", a.0.len(), b.0.len(), a.1.len(), b.1.len())
 }
 
-/// A change of what is shown, with a name.
+/// A named change of the view.
 type Change = (&'static str, fn(&mut Window));
 
 const CHANGES: &[Change] = &[

@@ -24,7 +24,7 @@ impl Window {
     }
 }
 
-/// Clicks what has this name, and gives what was asked for.
+/// Clicks the widget of this name, and returns the user's actions.
 #[track_caller]
 fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
     harness.state_mut().actions.clear();
@@ -34,7 +34,7 @@ fn click(harness: &mut Harness<'_, Window>, name: &str) -> Vec<Action> {
     harness.state().actions.iter().filter(|action| !matches!(action, Action::Peek(_))).cloned().collect()
 }
 
-/// Where the lines of a label with this text are.
+/// The places of the lines of a label with this text.
 fn texts(harness: &Harness<'_, Window>, text: &str) -> Vec<egui::Rect> {
     let label = egui::accesskit::Role::Label;
     harness

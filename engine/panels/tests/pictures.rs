@@ -39,7 +39,7 @@ use window::{Window, inspected, param};
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// Pixels along a side of a tile, how many of them may be another colour, and by how much of 255 all of them may differ.
+/// Pixels along a side of a tile, the number of pixels that may have another colour, and the difference, of 255, that all pixels may have.
 const TILE: u32 = 32;
 const MOST: usize = 6;
 const ROUNDING: u8 = 24;
@@ -231,7 +231,7 @@ fn full(panel: Panel) -> Window {
     window
 }
 
-/// The tiles in which two pictures of one size are too far apart: their places, and in how many pixels.
+/// The tiles in which two pictures of one size differ too much: their places, and the number of pixels.
 fn differing(reference: &RgbImage, other: &RgbImage) -> Vec<([u32; 2], usize)> {
     let mut tiles = BTreeMap::new();
     for (x, y, pixel) in reference.enumerate_pixels() {

@@ -16,8 +16,8 @@ pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Result<Vec<u8
     Ok(bytes)
 }
 
-/// The bytes of a Radiance HDR of linear pixels, rows from the top. The format has no negative numbers, no NaN and no infinity: they must be none of
-/// these.
+/// The bytes of a Radiance HDR of linear pixels, rows from the top. The format has no negative numbers, no NaN and no infinity, so the pixels must
+/// not have them.
 pub fn hdr(pixels: &[[f32; 3]], [width, height]: [u32; 2]) -> Result<Vec<u8>, EncodeError> {
     let pixels: Vec<Rgb<f32>> = pixels.iter().copied().map(Rgb).collect();
     let mut bytes = Vec::new();

@@ -130,7 +130,7 @@ pub fn assemble(
     let plan = make_plan(graph, world, &sizes, selection, context)?;
     fits(&plan, context)?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made. The driver compiles on this thread,
-    // which stays from edit to edit: memory that it keeps would lie scattered over the heaps of threads that end.
+    // which stays from edit to edit. Otherwise, the driver's kept memory would be scattered over the heaps of ended threads.
     let (pipelined, sources) = std::thread::scope(|scope| {
         let sources = scope.spawn(|| sources(&plan, world, context));
         let pipelined = context.builder.compile_pipelines(&plan);

@@ -39,7 +39,7 @@ pub struct LoadOutcome<T> {
     pub warnings: Vec<Diagnostic>,
     /// The texts that diagnostics point into.
     pub texts: SourceMap,
-    /// Every file that was asked for, with what was found: a change of any of them changes the thing.
+    /// Every requested file with its contents, or that it was missing. A change of any of them changes the loaded object.
     pub(crate) files: BTreeMap<String, Content>,
 }
 

@@ -7,7 +7,7 @@ use raxel_diagnostics::{Diagnostic, DiskFiles, FileError, SourceMap, codes, name
 use crate::manifest::{self, Manifest};
 use crate::reload::ProjectFile;
 
-/// Folders that files are looked for in lie so deep in `graphs` and `worlds`: a link back to a folder above must not go on for ever.
+/// The depth of the search for files in `graphs` and `worlds`. A link back to a folder above must not lead into an endless search.
 const DEPTH: usize = 4;
 
 /// A project on disk. Every path that raxel shows or keeps is relative to its root, with `/` separators.

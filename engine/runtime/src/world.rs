@@ -165,7 +165,7 @@ impl SessionWorld {
         }
     }
 
-    /// The voxels; none of a streamed world.
+    /// The voxels; empty for a streamed world.
     pub fn voxels(&self) -> &raxel_world::World {
         &self.loaded.world
     }

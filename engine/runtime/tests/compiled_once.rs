@@ -50,7 +50,7 @@ fn frames_compile_nothing_again() {
     assert_silent(&session);
 }
 
-/// Edits that change nothing of a shader make a plan and its objects again, and take what they had before with them. Everything that is
+/// Edits that do not change a shader make a plan and its objects again, and release the old ones. Everything that is
 /// made on a device holds it.
 #[test]
 fn edits_leave_nothing_behind() {

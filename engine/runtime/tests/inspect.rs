@@ -79,7 +79,7 @@ fn open() -> (TestProject, Session) {
     project.write("shaders/double.comp", DOUBLE);
     project.write("shaders/number.comp", NUMBER);
     let graph = Some("graphs/steps.toml".into());
-    // As in a window: what is not shown is culled.
+    // As in a window: resources that are not shown are culled.
     let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
@@ -281,7 +281,7 @@ fn a_target_is_compared_with_what_it_was() {
     assert_silent(&session);
 }
 
-/// `unseen` is half of `color` in each frame, and nothing but the comparison needs it.
+/// `unseen` is half of `color` in each frame, and only the comparison needs it.
 #[test]
 fn a_target_is_compared_with_another_one_of_the_same_frame() {
     let (_project, mut session) = open();

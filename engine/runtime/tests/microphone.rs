@@ -189,7 +189,7 @@ fn play(session: &mut Session, feed: &mut Option<Feed>, frame: usize) {
         if frame == 9 && at % 7 == 0 { f32::NAN } else { 0.3 * (140.0 * turn).sin() + 0.05 * (at % channels) as f32 }
     });
     match frame {
-        // It stalls, and then gives what it kept.
+        // It stalls, and then gives the samples that it kept.
         5 | 6 => {}
         7 => (0..3).for_each(|_| feed.hear(&samples.clone().collect::<Vec<_>>())),
         _ => feed.hear(&samples.collect::<Vec<_>>()),

@@ -7,7 +7,7 @@ use project::TestProject;
 use raxel_graph::checked::Value;
 use raxel_runtime::{Observe, Options, Session};
 
-/// `color` is shown. It needs none of `sum`, which adds up frames, `rare`, which two in three frames leave alone, and `copy`.
+/// `color` is shown. It does not need `sum`, which adds up frames, `rare`, which only every third frame writes, or `copy`.
 const GRAPH: &str = r#"
 name = "numbers"
 present = "color"

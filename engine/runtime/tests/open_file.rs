@@ -135,7 +135,7 @@ fn edits_stay_with_their_world() {
     opened(&mut session, graph("fill"));
     opened(&mut session, graph("world"));
     assert_eq!((red_after_frame(&mut session), session.edit_steps()), (7.0, Steps { undo: 1, redo: 0 }));
-    // Another world has none of them, a demo begins without them, and the save has them.
+    // Another world does not have them, a demo begins without them, and the save has them.
     opened(&mut session, world("large"));
     assert_eq!((red_after_frame(&mut session), session.edit_steps()), (64.0, Steps { undo: 0, redo: 0 }));
     opened(&mut session, ProjectFile::Demo("worlds/box.demo.toml".to_owned()));

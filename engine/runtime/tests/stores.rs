@@ -119,7 +119,7 @@ fn damage(random: &mut SplitMix64, store: &Path, other: &Path, names: &[String])
         };
         let Ok(mut bytes) = fs::read(&path) else { continue };
         let at = below(bytes.len().max(1));
-        // Where headers and indices are, as often as anywhere else.
+        // Headers and indices are hit as often as other places.
         let at = if below(2) == 0 { at } else { bytes.len().saturating_sub(1 + below(200)) };
         let length = (bytes.len() - at).min(1 + below(64));
         match below(10) {

@@ -1,4 +1,4 @@
-//! Small pictures of what passes write: what they show, when they are made, and that nothing is made unasked.
+//! Small pictures of the outputs of passes: their contents, the times at which they are made, and that none is made unasked.
 #![allow(missing_docs, reason = "a test")]
 
 mod project;

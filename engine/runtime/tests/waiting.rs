@@ -77,7 +77,7 @@ fn every_kind_of_file_is_waited_for() {
         let mut session = waiting(options);
         let found = mistakes(&mut session);
         assert!(found.contains(said), "{path}: {found}");
-        // Nothing runs, and what is asked of a session is answered all the same.
+        // Nothing runs, but the session answers requests.
         session.frame().unwrap();
         assert_eq!((session.read_presented().unwrap().width, session.params().len()), (16, 0), "{path}");
         assert!(session.world().path.is_none() && session.demo().is_none() && session.is_waiting(), "{path}");

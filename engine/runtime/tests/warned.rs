@@ -89,7 +89,7 @@ fn a_count_is_said_once_until_it_has_gone() {
     let now = session.counted();
     let now: Vec<&str> = now.iter().map(|counted| counted.message.as_str()).collect();
     assert_eq!(now, ["pixels found no room: 9", "more than one found none: 8"]);
-    // Less is no news, and neither is what comes and goes.
+    // A smaller count is no news, and a count that comes and goes is none either.
     for lost in [3, 0, 5, 0] {
         assert_eq!(frame(&mut session, lost), none);
     }

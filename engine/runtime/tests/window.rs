@@ -150,7 +150,7 @@ fn images_are_given_back(session: &raxel_runtime::Session, window: &Arc<Window>)
     let mut surface = Surface::new(device, window.clone(), [160, 90], true, PATIENCE).unwrap();
     for round in 0..20 {
         match surface.acquire(Duration::from_secs(5)).unwrap() {
-            // It goes back here, as it would where an error ends the frame.
+            // It goes back here, as after an error that ends the frame.
             Acquire::Image(_) => {}
             Acquire::NoArea => panic!("round {round}: the window has an area"),
             Acquire::NotReady => panic!("round {round}: no image came back"),

@@ -24,7 +24,7 @@ use crate::sources::{Dependency, Sources};
 const MAX_ENTRIES: usize = 512;
 const MAX_WORDS: usize = 4 << 20;
 
-/// How many of the newest entries a new one is compared with.
+/// The number of newest entries to compare with a new one.
 const SHARED_WITH: usize = 32;
 
 /// Compiles the shaders of one project. Shaders may be compiled on several threads at once. Texts that stop or end the compiler stop or end

@@ -102,7 +102,7 @@ fn run(job: &Job, include: &mut dyn FnMut(Include) -> Included) -> Outcome {
         Err(shaderc::Error::CompilationError(_, output)) => Outcome::Mistakes(
             output.lines().filter(|line| !line.contains(INCLUDE_FAILED)).flat_map(|line| [line, "\n"]).collect(),
         ),
-        // How shaderc reports a C++ exception, and glslang throws none but the allocator's.
+        // shaderc's report of a C++ exception. glslang throws only the allocator's.
         Err(shaderc::Error::InternalError(reason)) if reason.is_empty() => Outcome::OutOfMemory,
         Err(error) => Outcome::Failed(error.to_string()),
     }

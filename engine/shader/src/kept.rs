@@ -15,7 +15,7 @@ use crate::stripped::stripped;
 /// The output of the front end.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// In the order in which they were asked for, with the hash of each answer.
+    /// In the order of the requests, with the hash of each answer.
     includes: Vec<(Include, [u8; 32])>,
     words: Vec<u32>,
     /// The warnings as the compiler prints them.
@@ -40,7 +40,7 @@ impl TextForm {
     }
 }
 
-/// The module of a text, if it is kept and none of its includes has changed. If it is `checked`, the numbers of its lines are right.
+/// The module of a text, if it is kept and its includes are unchanged. If it is `checked`, the numbers of its lines are right.
 /// Warnings go to `sources.diagnostics`. `afresh` forgets the includes.
 pub(crate) fn find<'f>(
     cache: &Cache,

@@ -1,6 +1,6 @@
-//! What is refused before the compiler sees it, because it would take its stack, its memory or an hour: glslang walks an expression by
+//! Refuses texts that would take the compiler's stack, its memory or an hour, before the compiler sees them: glslang walks an expression by
 //! recursion, expands macros without a limit, and visits the members of a struct one by one, however often a type stands in it. No
-//! shader that a person wrote comes near these numbers. What gets past them is caught by [`crate::worker`], where there is one.
+//! shader that a person wrote comes near these numbers. [`crate::worker`], if it is used, catches texts that get past these limits.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -12,15 +12,15 @@ const MAX_OPERATORS: u64 = 100_000;
 /// Most tokens that one macro may expand to.
 const MAX_EXPANSION: u64 = 1 << 20;
 
-/// Most members that a struct may have with the structs in it written out: glslang takes half a second and 150 MB for so many, and twice as
-/// much for each doubling.
+/// Most members that a struct may have with the structs in it written out: glslang takes half a second and 150 MB for this number, and
+/// twice as much for each doubling.
 const MAX_MEMBERS: u64 = 1 << 16;
 
-/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only what is
-/// used is ever backed by memory.
+/// Stack of the thread that compiles, in bytes: enough for an expression of `MAX_OPERATORS` levels at 2.6 KiB each. Only used
+/// pages take memory.
 pub(crate) const STACK: usize = 256 << 20;
 
-/// What the texts seen so far declare.
+/// The declarations of the texts so far.
 #[derive(Default)]
 pub(crate) struct TextLimits {
     /// Sizes of macros, in tokens when written out.
@@ -30,7 +30,7 @@ pub(crate) struct TextLimits {
 }
 
 impl TextLimits {
-    /// Looks at one more text, by its tokens, in the order of inclusion. On failure: where, and what is too large.
+    /// Looks at one more text, by its tokens, in the order of inclusion. On failure, returns the place and the exceeded limit.
     pub fn check(&mut self, text: &str, tokens: &[Token<'_>]) -> Result<(), (Range<usize>, String)> {
         let lines: Vec<&[Token<'_>]> = lines(text, tokens).collect();
         for line in &lines {

@@ -50,7 +50,7 @@ pub(crate) fn diagnostics(output: &str, sources: &Sources<'_>) -> Vec<Diagnostic
             at.next() <= Some(first) || message.severity == Severity::Warning || message.is_directive()
         });
     }
-    // Where no text in quotes is expected, neither is what stands behind it.
+    // If no text in quotes is expected, the text after it is not expected either.
     let quoted: Vec<_> = messages.iter().filter(|message| message.is_quoted_text()).map(Message::place).collect();
     messages.retain(|message| !message.text.starts_with("syntax error") || !quoted.contains(&message.place()));
     drop_consequences(&mut messages, sources);
@@ -82,8 +82,8 @@ pub(crate) fn undefined(calls: &[Undefined], sources: &Sources<'_>) -> Vec<Diagn
     found.collect()
 }
 
-/// Leaves one error of each mistake. Behind a wrong part of a statement the compiler reads on with a value of some other type in its place,
-/// and finds that nothing around it fits; and a name that it once called undeclared is a variable of no type to it from then on.
+/// Leaves one error of each mistake. After a wrong part of a statement, the compiler reads on with a value of another type in its place,
+/// and finds further errors around it. A name that it has called undeclared is a variable without a type from then on.
 fn drop_consequences(messages: &mut Vec<Message<'_>>, sources: &Sources<'_>) {
     // Lines of the statements that are wrong.
     let mut wrong: Vec<(&str, Range<usize>)> = Vec::new();
@@ -205,7 +205,7 @@ impl<'t> Message<'t> {
         let mut diagnostic = Diagnostic::error(self.code(), message);
         diagnostic.severity = self.severity;
         let Some(text) = sources.text(self.file) else {
-            // A `#line` may name a file that is none of the shader's.
+            // A `#line` may name a file that does not belong to the shader.
             return match (self.line, self.file) {
                 (Some(line), file) => diagnostic.note(format!("at {file}:{line}")),
                 (None, _) => diagnostic,
@@ -298,7 +298,7 @@ impl<'t> Message<'t> {
         self.text == "undeclared identifier" || self.text.starts_with("no such field in structure")
     }
 
-    /// No function of that name takes these arguments, or there is none of that name.
+    /// No function of that name takes these arguments, or no function has that name.
     fn is_unknown_function(&self) -> bool {
         self.text.starts_with("no matching overloaded function")
     }

@@ -389,7 +389,7 @@ pub(crate) fn directives(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| line.trim_start().starts_with('#'))
 }
 
-/// How a file is protected against being included twice.
+/// The include guard of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Protection {
     /// Not at all.

@@ -14,7 +14,7 @@ pub(crate) fn stripped(text: &str) -> String {
             line_comment(rest)
         } else if let Some(comment) = rest.strip_prefix("/*") {
             let end = comment.find("*/").map_or(rest.len(), |end| end + 4);
-            // Whether a directive goes on behind such a comment is the compiler's to say.
+            // The compiler decides whether a directive goes on after such a comment.
             if rest[..end].contains('\n') {
                 out.push(LINES);
             } else {

@@ -106,7 +106,7 @@ fn many_threads_may_compile() {
     });
 }
 
-/// A compiler of another process, for all that it knows: what it finds is on disk.
+/// A compiler as in another process: it finds only files on disk.
 fn with_disk(files: &MemoryFiles, folder: &std::path::Path) -> Compiler {
     Compiler::new(Arc::new(files.clone())).with_cache(Some(Arc::new(Cache::at(folder))))
 }
@@ -167,7 +167,7 @@ fn comments_and_white_space_compile_nothing() {
     assert_eq!((compiled, &edited.spirv, edited.module), (0, &made.spirv, made.module));
     // It is of other texts all the same: a place in them is another one.
     assert_ne!(edited.key, made.key);
-    // In the text or in an include, what is no comment counts.
+    // In the text or in an include, everything except comments counts.
     files.insert("shaders/include/b.glsl", "/* In threads. */\n#define  SIZE 16 // Along x.\n");
     let (other, _, compiled) = anew(&files, folder.path());
     assert_eq!((compiled, other.interface.local_size[0].value), (1, 16));

@@ -1,4 +1,4 @@
-//! Shared memory: no index leaves its array, and what is in bounds costs one instruction at most.
+//! Shared memory: no index leaves its array, and an index in bounds costs one instruction at most.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -1,6 +1,6 @@
 //! Accesses out of bounds, found on demand. In front of each access to an array, vector or matrix by an index, and to an image by integer
-//! coordinates, a call compares the index or the coordinates with the size. Where that is too far, it counts and keeps a record of the
-//! first invocation. The access itself stays as it is: a checked shader computes the same as an unchecked one.
+//! coordinates, a call compares the index or the coordinates with the size. If they are out of bounds, the call counts, and keeps a
+//! record of the first invocation. The access itself stays as it is, so a checked shader computes the same as an unchecked one.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;

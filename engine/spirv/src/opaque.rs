@@ -1,7 +1,7 @@
 //! Values of uniform blocks and push constants that no driver can fold into a shader. lavapipe compiles a shader again, at each dispatch,
-//! for the values that its branches depend on: milliseconds a frame, and memory that it releases only with the pipeline. So each value that
-//! is loaded becomes `value | zero`, where `zero` is the number of workgroups shifted right by 31: always 0, and nothing that is known
-//! before a dispatch. The bits of floats stay the same.
+//! for the values that its branches depend on: milliseconds a frame, and memory that it releases only with the pipeline. So each loaded
+//! value becomes `value | zero`. `zero` is the number of workgroups shifted right by 31: always 0, but unknown before a dispatch. The bits
+//! of floats stay the same.
 
 use std::collections::{HashMap, HashSet};
 

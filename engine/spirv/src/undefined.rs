@@ -1,5 +1,5 @@
 //! Calls whose result GLSL and SPIR-V leave undefined for all their other arguments: `smoothstep` with edges that do not ascend, `clamp`
-//! with bounds that do not, integers divided by zero or shifted by their width. Drivers differ there, and none of them reports it. The
+//! with bounds that do not, integers divided by zero or shifted by their width. Drivers differ there, and report nothing. The
 //! rules are those of the extended instructions of GLSL (`GLSL.std.450`) and of the core specification, sections 3.42.13 and 3.42.14.
 
 use std::collections::HashMap;

@@ -40,8 +40,8 @@ impl LiveTile {
     }
 }
 
-/// The tiles of a cube, and the nodes above them in a pool. A tile hides that part of the coarser one around it; where the tile just above
-/// is missing and a still coarser one is there, that one is shown.
+/// The tiles of a cube, and the nodes above them in a pool. A tile hides its part of the coarser tile around it. If the tile one level
+/// above is missing, a still coarser tile is shown.
 pub struct Directory {
     cube: Cube,
     root: Branch,
@@ -300,7 +300,7 @@ impl Branch {
 }
 
 impl Group {
-    /// Where the branch of a number is, or would be.
+    /// The place of the branch of a number, or the place where it would be.
     fn at(&self, number: u32) -> usize {
         (self.mask & ((1 << number) - 1)).count_ones() as usize
     }
@@ -390,7 +390,7 @@ impl Total {
 
     fn add(&mut self, tile: &LiveTile, level: u32, origin: [i64; 3]) {
         if tile.node.is_some() {
-            // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
+            // A ray that leaves coarse land upwards would go on for long beyond the end of the tile.
             let Bounds { min, max } = tile.cells;
             let cell = cell_edge(level);
             let bounds =

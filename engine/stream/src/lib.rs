@@ -2,8 +2,8 @@
 //!
 //! A [`Streamer`] asks a [`raxel_world::ChunkProvider`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
 //! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
-//! `tree64`. A frame takes the newest publication by writing the header. Nothing that a header can reach is ever written: blocks and
-//! directories that are no longer reached become free when the frames that could reach them have finished.
+//! `tree64`. A frame takes the newest publication by writing the header. Words that a header can reach are never overwritten. Unreached
+//! blocks and directories become free when all frames that could reach them have finished.
 //!
 //! A [`WorldStream`] is a streamer on a Vulkan device: its pool is a buffer, and its frames are those of a session.
 

@@ -19,7 +19,7 @@ use self::memory::{Uploads, pool_memory};
 use self::messages::{incomplete, stopped, too_small, too_small_on_host};
 use crate::{Estimate, Missing, Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, View};
 
-/// How long a complete world may take until it is there.
+/// The longest wait for a complete world.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Frames whose uploads a staging ring has room for, and its bytes.
@@ -27,7 +27,7 @@ const RING_FRAMES: u64 = 4;
 const LEAST_RING: u64 = 1 << 20;
 const MOST_RING: u64 = 64 << 20;
 
-/// The most chunks of an edit that the next frame waits for, and how long: a hole that is dug by hand is in the very next picture.
+/// The next frame waits for at most this many chunks of an edit, and at most this long. So a hole dug by hand is in the very next picture.
 const SMALL_EDIT: usize = 8;
 const SOON: Duration = Duration::from_millis(4);
 
@@ -64,7 +64,7 @@ pub struct WorldStream {
     frames: Mutex<Frames>,
 }
 
-/// Which publications frames have taken.
+/// The publications that frames have taken.
 #[derive(Default)]
 struct Frames {
     /// Its header waits to be written by the next frame.
@@ -210,13 +210,13 @@ impl WorldStream {
         changes.seen >= changes.told
     }
 
-    /// Which changes there were, and which of them the last frame saw.
+    /// The changes so far, and the changes that the last frame saw.
     pub fn changes(&self) -> SeenChanges {
         let frames = self.frames();
         SeenChanges { told: frames.changed, seen: frames.changes }
     }
 
-    /// How it is doing.
+    /// The state of loading.
     pub fn stats(&self) -> Stats {
         self.streamer.stats()
     }

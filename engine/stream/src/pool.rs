@@ -19,8 +19,8 @@ pub trait PoolMemory: Send + Sync {
 /// Words of a node, the unit of allocation for tiles.
 const NODE: u32 = 4;
 
-/// The part of the pool that is for tiles, in percent. The rest is for directories, without which nothing that is given up is ever free:
-/// between tiles that come and go there is soon no place for one.
+/// The part of the pool that is for tiles, in percent. The rest is for directories. Without a new directory, no released block ever
+/// becomes free, and between tiles that come and go there is soon no place for one.
 const TILES: u64 = 95;
 
 /// The part of a pool of lamps that is for lights, in percent: a table of groups has half of the words of the lights at most, and two of them
@@ -176,8 +176,8 @@ impl Pool {
         account.count(block)
     }
 
-    /// Words that tiles can take until four fifths of their part are used. That is less than there is room for, so that a refused tile is
-    /// not requested when it would only just fit, and then be refused again.
+    /// Words that tiles can take until four fifths of their part are used. That is less than the room. Otherwise, a refused tile would be
+    /// requested when it only just fits, and refused again.
     pub fn spare_words(&self) -> u64 {
         let most = u64::from(self.capacity) * self.form.most / 125;
         most.saturating_sub(u64::from(self.account().tiles.used)) * u64::from(self.form.unit)

@@ -1,4 +1,4 @@
-//! Which tiles are wanted around a camera, computed in whole numbers.
+//! Finds the wanted tiles around a camera, in whole numbers.
 
 use glam::IVec3;
 use raxel_world::{ChunkPos, MAX_LEVEL, cell_edge};
@@ -107,8 +107,8 @@ impl StreamingRange {
 
     /// The range that a streamer loads in order to show this one. For a `complete` world that is the same range. Otherwise it has the tiles that
     /// are wanted from every tile next to the camera's, also across its corners. So the loading of a tile starts while the camera is still a
-    /// whole tile away: a quarter of a second before, for chunks at 256 voxels a second, and longer for coarser levels. A radius that is one
-    /// tile larger would not do: a camera that passes two borders of different axes in a row wants the tiles across both.
+    /// whole tile away. That is a quarter of a second before for chunks at 256 voxels a second, and longer for coarser levels. A radius larger
+    /// by one tile is not enough: a camera that passes two borders of different axes in a row wants the tiles across both.
     #[must_use]
     pub fn loaded(&self, complete: bool) -> Self {
         Self { around: i32::from(!complete), ..self.clone() }
@@ -236,7 +236,7 @@ mod tests {
             let is_loaded = |tile| loaded.wants(at, tile, 0);
             assert!(loaded.covers(at, beside) && shown.tiles(beside).into_iter().all(is_loaded), "{beside}");
         }
-        // And little else.
+        // The range has few other tiles.
         let counts = [&shown, &loaded].map(|reach| reach.tiles(at).len());
         assert!(counts[1] * 10 < counts[0] * 15, "{counts:?}");
     }

@@ -20,7 +20,7 @@ impl ReachableSet {
     /// cells for chunks.
     ///
     /// # Panics
-    /// When an upper node is none of a directory, or outside of the words.
+    /// When an upper node does not belong to a directory, or is outside of the words.
     pub fn of(header: &Tree64Header, body: &[u32]) -> Self {
         let mut reached = Self::default();
         reached.nodes.push(4 * header.root..4 * header.root + 4);

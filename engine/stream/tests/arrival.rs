@@ -237,7 +237,7 @@ impl Drop for Open {
 }
 
 /// A flight of a frame for each 16 voxels, straight on, half a turn, and back, in many directions: borders of several axes follow each other
-/// closely. Between two frames a number of tiles is made, which is twice what the flight needs in the mean.
+/// closely. Between two frames, the source makes twice the number of tiles that the flight needs on average.
 #[test]
 fn a_flight_misses_nothing_in_view() {
     const STEP: f64 = 16.0;

@@ -1,4 +1,4 @@
-//! How far the land of a world in cells of several voxels lies from the same land in single ones, seen along rays.
+//! Measures along rays how far land in cells of several voxels lies from the same land in single voxels.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
@@ -46,7 +46,7 @@ impl<'s> Seen<'s> {
         levels.map(|level| TileKey::of_cell(level, cell)).find(|key| self.reach.wants(camera, *key, 0))
     }
 
-    /// How far a ray gets, and the edge of the cell that it hits.
+    /// The length of a ray, and the edge of the cell that it hits.
     fn hit(&mut self, direction: DVec3) -> Option<(f64, f64)> {
         let [low, high] = self.heights;
         let mut t = if self.camera.y > high { (high - self.camera.y) / direction.y + STEP } else { 0.0 };
@@ -208,7 +208,7 @@ fn cameras(source: &dyn ChunkProvider) -> [Camera; 8] {
     ]
 }
 
-/// Where all is near and small: what lies in cells is a larger part of the picture than in a window.
+/// Everything is near and small here, so cells cover a larger part of the picture than in a window.
 #[test]
 fn land_in_cells_lies_where_the_land_is() {
     let source = frontier();

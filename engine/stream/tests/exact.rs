@@ -346,7 +346,7 @@ fn a_pool_that_is_too_small_shrinks_what_is_near_or_says_so() {
     let stats = streamer.stats();
     assert!(stats.near < reach.near() && stats.near >= 1, "{stats:?}");
     assert!(stats.pool.peak <= stats.pool.capacity, "never more than there is: {stats:?}");
-    // Where pictures must be complete, half a world is none.
+    // If pictures must be complete, half a world counts as none.
     let memory = Words::new(words as u32);
     let streamer = Streamer::new(source, memory, words as u32, reach, view, options(true));
     assert!(matches!(streamer.wait(PATIENCE), Err(StreamError::NoRoom { .. })));

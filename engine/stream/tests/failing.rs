@@ -1,4 +1,4 @@
-//! A source that does not have some of its tiles for a while: the others are shown, and what is missing when it is there.
+//! A source that lacks some of its tiles for a while. The other tiles are shown at once, the missing ones when they arrive.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -14,7 +14,7 @@ use raxel_worldfile::StreamSettings;
 const PATIENCE: Duration = Duration::from_secs(120);
 const WORDS: u32 = 1 << 18;
 
-/// A world that fails for some chunks, so many times each.
+/// A world that fails for some chunks, this number of times each.
 struct Failing {
     world: World,
     left: Mutex<BTreeMap<ChunkPos, u32>>,

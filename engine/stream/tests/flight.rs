@@ -14,7 +14,7 @@ use raxel_world::random::{SplitMix64, mix};
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::{StreamSettings, Streamed};
 
-/// Bytes of the pools: less than what is near takes, so that they are full on the way.
+/// Bytes of the pools: less than the near tiles take, so that the pools are full on the way.
 const LAND: u32 = 12 << 20;
 const QUICK: u32 = 4 << 20;
 
@@ -43,8 +43,8 @@ fn resident() -> u64 {
     4096 * pages
 }
 
-/// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come: one second of the flight after the other, each when everything
-/// that it wants is there. The pool is smaller than what that takes. After so many tiles it ends. Gives the memory of the process after each
+/// Flies straight on, with a turn every 2,000 voxels, as fast as tiles come. Each second of the flight begins when all its tiles are there.
+/// The pool is smaller than they are together. The flight ends after this number of tiles. Gives the memory of the process after each
 /// minute; flights take turns, so that it is of one of them.
 fn fly(
     source: Arc<dyn ChunkProvider>,
@@ -57,7 +57,8 @@ fn fly(
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let memory = Words::new(pool / 4);
-    // As many as the bound on memory is held to. Each keeps what the largest tile took of it, and meets that the later the more there are.
+    // As many threads as the bound on memory assumes. Each thread keeps the memory of its largest tile, and the more threads there are, the
+    // later each one meets it.
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(8);
     let options = StreamOptions { workers, complete: false, upload: None, poison: false };
     let streamer = Streamer::new(source, memory, pool / 4, reach, View::at(IVec3::ZERO), options);
@@ -116,7 +117,7 @@ fn a_flight_through_too_little_memory_has_everything_everywhere() {
     fly_over_land(120, u64::MAX);
 }
 
-/// An hour at 64 voxels a second. `RAXEL_FLIGHT_TILES` ends it after so many tiles.
+/// An hour at 64 voxels a second. `RAXEL_FLIGHT_TILES` ends it after this number of tiles.
 #[test]
 #[ignore = "takes minutes"]
 fn an_hour_of_flight_takes_no_more_memory_than_its_first_minutes() {

@@ -110,7 +110,7 @@ fn listed(memory: &Words, publication: &Publication) -> BTreeMap<Listed, f64> {
     found
 }
 
-/// The unit faces of what is listed.
+/// The unit faces of the listed lamps.
 fn unit_faces(listed: impl Iterator<Item = Listed>) -> BTreeSet<([i32; 3], u32)> {
     let mut faces = BTreeSet::new();
     for (voxel, edge, face, _) in listed {
@@ -170,7 +170,7 @@ fn what_is_listed_is_what_is_shown_at_every_level() {
     for camera in [[0, 0, 0], [200, -100, 90], [210, -90, 100], [-300, 40, 300]].map(IVec3::from_array) {
         streamer.follow(View::at(camera));
         streamer.wait(PATIENCE).unwrap();
-        // Where nothing else is wanted, nothing is published: the last publication is right here as well.
+        // If no other tile is wanted, nothing is published: the last publication is right here as well.
         last = streamer.take().or(last);
         let taken = last.clone().expect("a publication of the first place");
         streamer.released(taken.version);
@@ -185,7 +185,7 @@ fn what_is_listed_is_what_is_shown_at_every_level() {
         let faces = unit_faces(listed.into_keys());
         let seen = lights(&shown);
         assert!(seen.len() > 1000);
-        // Where the world is cut off, so are the lamps.
+        // The end of the world also cuts off the lamps.
         let inside = |cell: IVec3, face: u32| {
             let mut beyond = cell.to_array();
             beyond[(face >> 1) as usize] += if face & 1 == 1 { 1 } else { -1 };
@@ -309,7 +309,7 @@ fn more_lamps_than_there_is_room_for_are_left_out_or_refused() {
     let stats = streamer.stats();
     assert!(!some.is_empty() && stats.lights == some.len() as u64 && stats.lights < all, "{stats:?}");
     assert!(stats.unlisted > 0, "{stats:?}");
-    // Elsewhere there are fewer, and those that are left come back to the list.
+    // Elsewhere there are fewer lamps, and the left ones come back to the list.
     streamer.follow(View::at(IVec3::new(1400, 0, 0)));
     while streamer.stats().unlisted > 0 || !streamer.is_settled() || streamer.has_pending() {
         assert!(std::time::Instant::now() < until, "{:?}", streamer.stats());

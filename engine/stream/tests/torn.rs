@@ -1,5 +1,5 @@
-//! Every word that a frame can reach, in thousands of publications in a row: each is what the tiles of that publication are made of, to the
-//! last frame that reads it, while other tiles are written, given up and overwritten with poison.
+//! Every word that a frame can reach, in thousands of publications in a row: each belongs to the tiles of that publication until the last
+//! frame reads it, while other tiles are written, given up and overwritten with poison.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 

@@ -75,8 +75,8 @@ impl From<OutputError> for Failure {
 /// The result of a verb.
 pub type Result<T = ()> = std::result::Result<T, Failure>;
 
-/// Ends the process without the ends of libraries. A driver's own end may wait for a device that never finishes; and it may crash while
-/// another thread still works with the driver, which is usual within a verb.
+/// Ends the process without the exit handlers of libraries. A driver's handler may wait for a device that never finishes. It may also
+/// crash while another thread still works with the driver, which is usual within a verb.
 #[cfg(unix)]
 pub fn leave(code: u8) -> ! {
     // With stdout gone there is no reader left.

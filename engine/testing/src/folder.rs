@@ -1,4 +1,4 @@
-//! Folders: those of the repository, and those that tests fill and throw away.
+//! Folders: those of the repository, and temporary ones of tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};

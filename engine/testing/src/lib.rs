@@ -1,5 +1,6 @@
-//! Helpers that the tests of several crates share. A helper that only one crate needs stays in that crate's tests. So does one that its
-//! unit tests need: they see the crate's types twice, once as they are compiled for the test and once as this crate knows them.
+//! Helpers that the tests of several crates share. A helper that only one crate needs stays in that crate's tests. A helper for its
+//! unit tests stays there, too: they would see the crate's types twice, once as compiled for the test and once as this crate knows
+//! them.
 
 mod child;
 mod display;

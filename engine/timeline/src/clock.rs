@@ -39,7 +39,7 @@ pub struct Clock {
     /// The next frame has the time of the last one.
     again: bool,
     woken: Option<Instant>,
-    /// A frame and its time, from which others are reckoned: frame 0 at the start, until a seek.
+    /// A frame and its time; the times of other frames count from it. It is frame 0 at the start, until a seek.
     origin: (u64, Moment),
     /// Index of the first frame.
     first: u64,

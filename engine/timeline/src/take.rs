@@ -148,7 +148,7 @@ pub struct Recorder {
 #[derive(Clone, Debug)]
 struct Recorded<T> {
     keys: Vec<(f64, T)>,
-    /// The last time at which it was looked at.
+    /// The time of the last look.
     seen: f64,
     /// It jumps. Any other value goes in straight lines, and needs a key where it begins to move.
     steps: bool,

@@ -26,7 +26,7 @@ use super::history::{Change, Files, Step};
 use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
 
-/// How long a message stays in the bar.
+/// The time that a message stays in the bar.
 const NOTICE: Duration = Duration::from_secs(6);
 
 impl Viewer<'_> {

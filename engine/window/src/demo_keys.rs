@@ -115,8 +115,8 @@ pub fn with_camera_key(text: &str, time: f64, camera: &Camera) -> Result<String,
     Ok(document.to_string())
 }
 
-/// The text of a demo with these keys of a param, in order of time, in place of those from the first to the last of them. Until the first key of
-/// a new track, the param has the value of `before`.
+/// The text of a demo with these keys of a param, in order of time. They replace the keys from the first to the last of their times. Until the
+/// first key of a new track, the param has the value of `before`.
 pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, String> {
     let (keys, param) = (recording.keys(), &recording.param);
     let (Some(first), Some(last)) = (keys.first().map(|key| key.0), keys.last().map(|key| key.0)) else {

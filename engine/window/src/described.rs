@@ -84,7 +84,7 @@ pub(super) fn state(row: &Row, outcomes: &[PassOutcome]) -> PassState {
     }
 }
 
-/// A row for each tick in which a pass may run, or one with the reason why it does not.
+/// A row for each tick in which a pass may run, or one row with the reason if it does not run.
 fn rows(graph: &Graph, plan: &Plan, id: PassId, texts: &SourceMap) -> Vec<Row> {
     let pass = plan.graph.pass(id);
     let written = accesses(graph, plan, id).find(|(_, access)| access.access.writes());

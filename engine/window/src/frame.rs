@@ -474,7 +474,7 @@ impl Viewer<'_> {
         self.read_microphone();
         self.end_take();
         let (mut input, speed) = self.controls.fly();
-        // A drag moves a magnified picture, and turns the camera else.
+        // A drag moves a magnified picture; otherwise, it turns the camera.
         if self.magnifier.is_on() {
             let [width, height] = self.session.viewport().window().map(f64::from);
             let [x, y] = std::mem::take(&mut input.look);

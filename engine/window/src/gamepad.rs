@@ -39,7 +39,7 @@ impl Gamepads {
             #[cfg(feature = "gamepad")]
             Self::Read(reader) => reader.read(inputs),
             Self::Unasked | Self::Refused => {
-                // Where gamepads are no feature, nothing else takes them.
+                // Without the feature for gamepads, nothing reads them.
                 let _ = inputs;
                 None
             }

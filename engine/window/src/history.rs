@@ -21,7 +21,7 @@ pub enum Step {
 /// Files that were written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Files {
-    /// What they were before.
+    /// Their values before.
     pub written: Vec<Written>,
     /// Params that had these values in the window only, and have them in the files now. Undo gives the window its values back.
     pub params: Vec<(String, Value)>,
@@ -38,7 +38,7 @@ pub struct Change {
     pub after: Option<Value>,
 }
 
-/// The steps that were made and those that were taken back, oldest first.
+/// The steps that were made, and the undone ones, oldest first.
 #[derive(Debug, Default)]
 pub struct History {
     done: Vec<Step>,

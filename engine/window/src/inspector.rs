@@ -38,7 +38,7 @@ const MAPS: [DisplayMap; 8] = [
 pub struct Inspector {
     on_its_way: Option<(Shown, ReadTicket<Captured>)>,
     asked: Option<Instant>,
-    /// How long the last copy took to be understood: a large one is taken less often.
+    /// The time to decode the last copy: a large one is taken less often.
     cost: Duration,
     /// The last request, and whether the target may have changed since.
     of: Option<Shown>,

@@ -45,7 +45,7 @@ impl LayoutFile {
         if settled { self.write(layout) } else { Ok(()) }
     }
 
-    /// Keeps the layout, if it is another one than is there. One that cannot be written is not tried again until it changes.
+    /// Keeps the layout, if it differs from the file's. If it cannot be written, raxel tries again only after a change.
     pub fn write(&mut self, layout: &Layout) -> std::io::Result<()> {
         if self.known.as_ref() == Some(layout) {
             return Ok(());

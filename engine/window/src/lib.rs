@@ -126,7 +126,7 @@ pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     viewer.finish()
 }
 
-/// The options of a window's session. Where its files have mistakes it waits for their mend, unless frames are counted.
+/// The options of a window's session. If its files have mistakes, it waits until they are mended, unless it runs a fixed number of frames.
 fn options(args: &Args, device: &DeviceOptions, waker: Waker) -> Result<Options> {
     let options = args.what.options(device)?;
     Ok(Options {
@@ -496,7 +496,7 @@ impl<'a> Viewer<'a> {
         if !unmended {
             self.keep_layout(LayoutFile::write);
         }
-        // A dispatch that does not end must not keep the program.
+        // An endless dispatch must not keep the program running.
         if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
             self.session.abandon_device();
         }
@@ -510,7 +510,7 @@ impl<'a> Viewer<'a> {
     /// Keeps the layout of the panels.
     fn keep_layout(&mut self, keep: fn(&mut LayoutFile, &Layout) -> std::io::Result<()>) {
         let mut layout = self.panels.layout.clone();
-        // That they were hidden from the beginning is not the user's choice of a layout.
+        // `--no-panels` is no choice of a layout, so the file does not keep it.
         layout.visible |= self.args.no_panels;
         if let Err(error) = keep(&mut self.layout_file, &layout) {
             self.console.detail(&format!("the layout of the panels cannot be saved: {error}"));

@@ -1,8 +1,8 @@
 //! The end of the window system under an open window: an X server that is stopped or that closes the connection, a Wayland compositor that ends.
 //!
 //! winit panics then wherever it next asks for something, and Xlib ends the process by itself. Both come here before anything unwinds: the
-//! objects of the window can no longer be taken down in order. Nothing is lost by that: an edit is in its journal when it is made, and the
-//! layout of the panels in its file soon after it is changed.
+//! objects of the window can no longer be taken down in order. No work is lost: an edit is in its journal when it is made, and a changed
+//! layout of the panels is soon in its file.
 
 use std::sync::OnceLock;
 

@@ -43,7 +43,7 @@ impl Magnifier {
         self.region != Region::WHOLE
     }
 
-    /// How often the picture is magnified.
+    /// The magnification of the picture.
     pub fn zoom(&self) -> f64 {
         1.0 / self.region.size
     }
@@ -69,7 +69,7 @@ impl Magnifier {
         [0, 1].map(|axis| (place[axis] * window[axis]).floor() as i32)
     }
 
-    /// Where a point of the picture is seen, both in pixels of a window.
+    /// The visible place of a point of the picture, both in pixels of a window.
     #[expect(clippy::cast_possible_truncation, reason = "pixels of a window are small numbers")]
     pub fn magnified(&self, point: [f32; 2], window: [u32; 2]) -> [f32; 2] {
         let window = window.map(f64::from);

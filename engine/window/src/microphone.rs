@@ -1,4 +1,4 @@
-//! The microphone: what it captures is heard by graphs. Capturing is a feature, since it needs a library of the system on Linux.
+//! The microphone: graphs hear its captured sound. Capturing is a feature, since it needs a library of the system on Linux.
 
 use raxel_runtime::inputs::Microphone;
 
@@ -39,7 +39,7 @@ impl Capture {
             Self::Refused => {}
             Self::Off => {}
         }
-        // Where capturing is no feature, nothing else takes it.
+        // Without the feature for capturing, nothing captures.
         let _ = microphone;
         None
     }
@@ -54,10 +54,10 @@ mod thread {
 
     use raxel_runtime::inputs::{Line, Microphone};
 
-    /// How long it takes until a device is looked for again.
+    /// The time until raxel looks for a device again.
     const RETRY: Duration = Duration::from_secs(2);
 
-    /// How long a device may take to open before that is said.
+    /// The time that a device may take to open before raxel reports it.
     const PATIENCE: Duration = Duration::from_secs(5);
 
     /// Most messages of a thread: a device that comes and goes must not fill a terminal.
@@ -117,7 +117,7 @@ mod thread {
     pub struct Opened {
         /// Its name.
         pub name: String,
-        /// What captures until it is dropped.
+        /// The capture, until it is dropped.
         pub stream: Box<dyn Any>,
     }
 
@@ -138,7 +138,7 @@ mod thread {
         Stop,
     }
 
-    /// A thread that captures. It alone waits for the device, which may be stuck: no frame does, and neither does the end of the window.
+    /// A thread that captures. Only this thread waits for the device, which may be stuck. No frame waits, and the end of the window does not.
     pub struct Capturing {
         said: Receiver<Result<String, String>>,
         events: Sender<Event>,
@@ -221,7 +221,7 @@ mod thread {
                 }
                 Err(why) => say(Err(format!("the microphone is silent: {why}"))),
             }
-            // What a device says of its end comes more than once.
+            // A device may report its end more than once.
             loop {
                 match events.recv_timeout(retry) {
                     Ok(Event::Gone(_)) => {}
@@ -241,7 +241,7 @@ mod thread {
         /// Longer than any of it takes.
         const LIMIT: Duration = Duration::from_secs(60);
 
-        /// What each call of `open` does, first to last.
+        /// The result of each call of `open`, first to last.
         struct Script(Vec<Box<Opens>>);
 
         type Opens = dyn FnMut(&Line, Gone) -> Result<Opened, String> + Send;
@@ -256,7 +256,7 @@ mod thread {
             Opened { name: name.to_owned(), stream: Box::new(feed) }
         }
 
-        /// What is said next.
+        /// The next message.
         fn said(capturing: &Capturing) -> Result<String, String> {
             capturing.said.recv_timeout(LIMIT).unwrap()
         }
@@ -293,7 +293,7 @@ mod thread {
             let gone = "microphone `a` is gone (it was unplugged): graphs hear silence until one is there";
             assert_eq!(said(&capturing), Err(gone.to_owned()));
             assert_eq!(said(&capturing), Ok("microphone `b`".to_owned()));
-            // What `a` gave went with it.
+            // The samples of `a` went with it.
             assert_eq!([heard(&mut microphone, 0.01), heard(&mut microphone, 0.02)], [0; 2]);
         }
 
@@ -391,7 +391,7 @@ mod of_system {
 
     impl Device for DefaultInput {
         fn open(&mut self, line: &Line, gone: Gone, opening: &Opening) -> Result<Opened, String> {
-            // ALSA would write all that it tries to the terminal, at each attempt. What matters is in the error.
+            // ALSA would write all that it tries to the terminal, at each attempt. The error has the important part.
             #[cfg(target_os = "linux")]
             let _ = alsa::Output::local_error_handler();
             let text = |error: Error| error.to_string();

@@ -68,7 +68,7 @@ fn prism(base: &[DVec3], up: DVec3, every: usize) -> Vec<Vec<DVec3>> {
     [base.to_vec(), top].into_iter().chain(sides).collect()
 }
 
-/// The pixel at which a point in voxels is seen.
+/// The pixel of a point in voxels.
 fn project(point: DVec3, camera: &Camera, [width, height]: [u32; 2]) -> Option<[f32; 2]> {
     let extent = DVec2::new(f64::from(width), f64::from(height));
     let seen = camera.rotation().transpose() * (point - camera.position());

@@ -68,7 +68,7 @@ impl Overlay {
         panels.has_pointer(&self.context, self.point(pixel))
     }
 
-    /// Where the picture is beside the panels, in pixels of the window: its top left, and its extent. `None` where it fills the window.
+    /// The place of the picture beside the panels, in pixels of the window: its top left, and its extent. `None` if it fills the window.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

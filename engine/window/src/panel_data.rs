@@ -140,7 +140,7 @@ impl PanelData {
         }
     }
 
-    /// Notes the materials of a world, where they are others than those that are known.
+    /// Notes the materials of a world, if they differ from the known ones.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
     pub fn palette(&mut self, scene: &Scene) {
         // Index 0 is air, which no brush has.
@@ -237,7 +237,7 @@ fn world_statistics(session: &Session) -> WorldStatistics {
     WorldStatistics { extent, sources: names.filter_map(bytes).collect(), edits: [steps.undo, steps.redo] }
 }
 
-/// How a streamed world does.
+/// The progress of a streamed world.
 fn loading(session: &Session) -> Option<Loading> {
     let (stats, kept) = (session.stream()?.stats(), session.world().kept()?);
     Some(Loading {

@@ -1,4 +1,4 @@
-//! Which device presents a window: the one that makes the pictures, or another one that the pictures come to through the host.
+//! Chooses the device that presents a window: the device that makes the pictures, or another one, which gets the pictures through the host.
 
 use std::cmp::Reverse;
 use std::sync::Arc;
@@ -48,10 +48,9 @@ pub(super) fn present_with(text: &str) -> std::result::Result<PresentWith, Strin
 }
 
 impl Open {
-    /// For a window that shows the pictures of `device`. A device that computes on the processor has one queue, and its presenting waits
-    /// for all that is in it: another one presents there, so that the panels answer while the first one works. A GPU presents by itself
-    /// where it can; where it cannot (it has no display, and the window is on a server that knows nothing of it), the best device that can
-    /// does.
+    /// For a window that shows the pictures of `device`. A software device has one queue, and its presenting waits for all work in it. So
+    /// another device presents there, and the panels answer while the first one works. A GPU presents by itself if it can. If it cannot
+    /// (it has no display, and the window is on a server that does not know it), the best capable device presents.
     pub fn on(
         device: &Arc<Device>,
         with: Option<&PresentWith>,
@@ -114,7 +113,7 @@ fn no_gpu_behind(window: &Window) -> Option<&'static str> {
         return None;
     }
     let (server, _) = x11rb::connect(None).ok()?;
-    // A server that does not answer is not judged.
+    // If the server does not answer, nothing is concluded.
     let has = |extension: &str| {
         let asked = server.query_extension(extension.as_bytes()).ok();
         asked.and_then(|asked| asked.reply().ok()).is_none_or(|answer| answer.present)

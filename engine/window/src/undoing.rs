@@ -12,7 +12,7 @@ use super::history::{Change, Files, Step};
 use super::recording::Recording;
 use super::{Viewer, demo_keys, write_back};
 
-/// Which way a step goes.
+/// The direction of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Back,

@@ -17,7 +17,7 @@ pub struct Written {
     /// Project path of the file.
     pub file: String,
     path: PathBuf,
-    /// Its text, where there is such a file.
+    /// Its text, if the file exists.
     before: Option<String>,
     after: Option<String>,
 }

@@ -39,7 +39,7 @@ impl Orientation {
         Some(Self { axis: [first, second, 3 - first - second], negate: [4, 5, 6].map(|bit| byte >> bit & 1 != 0) })
     }
 
-    /// From the rows of a matrix whose entries are 0, 1 and −1. `None` when it is none of these turns.
+    /// From the rows of a matrix whose entries are 0, 1 and −1. `None` if it is not one of these turns.
     pub fn from_rows(rows: [[i32; 3]; 3]) -> Option<Self> {
         let mut found = Self::IDENTITY;
         for (row, entries) in rows.iter().enumerate() {

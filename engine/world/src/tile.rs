@@ -1,4 +1,4 @@
-//! Tiles: the pieces in which a world that is never whole in memory is asked for.
+//! Tiles: the pieces of a world that is never whole in memory.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub const fn cell_edge(level: u32) -> i64 {
     1 << (2 * level)
 }
 
-/// A source of the contents of tiles. An answer depends on nothing but the tile: earlier requests and the thread do not matter.
+/// A source of the contents of tiles. An answer depends only on the tile: earlier requests and the thread do not matter.
 pub trait ChunkProvider: Send + Sync {
     /// The palette of all its tiles; index 0 is air.
     fn materials(&self) -> &[Material];
@@ -161,8 +161,8 @@ impl World {
 }
 
 /// Writes a tile, as it looks one level above, into its 16³ cells of the tile around it: `place`, each in 0…3, is where it lies in that. A
-/// cell is solid if any of the 4³ below is, so that no ray passes through a coarse tile that a finer one would have stopped; it is of the
-/// material that most of them are of, of equally many the one with the lowest index.
+/// cell is solid if any of the 4³ cells below is solid. So a coarse tile stops every ray that a finer one would have stopped. The cell
+/// gets the most frequent material of these cells, and of equally frequent ones the lowest index.
 pub fn reduce(content: &Content, place: [u32; 3], coarse: &mut DenseChunk) {
     let node = crate::chunk::child_index(place[0], place[1], place[2]) as usize;
     for block in node * 64..node * 64 + 64 {

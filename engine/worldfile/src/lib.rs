@@ -46,11 +46,11 @@ pub struct Loaded {
     pub name: String,
     /// A sentence about it.
     pub about: Option<String>,
-    /// The voxels; of a streamed world, and of one that was not built, none but the materials.
+    /// The voxels. A streamed world, and one that was not built, has only the materials.
     pub world: World,
     /// The reach of the operations, if they were not run ([`Effort::UpTo`]).
     pub unbuilt: Option<Reach>,
-    /// How it comes into being around the camera, if the file has `[stream]`.
+    /// The loading around the camera, if the file has `[stream]`.
     pub stream: Option<Streamed>,
     /// The camera of the file, if it has one.
     pub camera: Option<CameraHint>,
@@ -69,7 +69,7 @@ pub struct Loaded {
 /// A world that is never whole in memory.
 #[derive(Clone)]
 pub struct Streamed {
-    /// How much of it is there at a time.
+    /// The part of it that is loaded at a time.
     pub settings: StreamSettings,
     /// Makes its tiles.
     pub generator: Arc<dyn ChunkProvider>,
@@ -88,7 +88,7 @@ impl std::fmt::Debug for Streamed {
     }
 }
 
-/// How much work loading a world may be.
+/// Limits on the work of loading a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Every voxel is built.

@@ -198,7 +198,7 @@ fn no_text_makes_the_reader_panic() {
     assert_eq!(project.load().expect_err("not UTF-8")[0].code.as_str(), "RX0003");
 }
 
-/// Keys that the reader asks for, from the help it gives for a key that is like none of them.
+/// Keys that the reader asks for, from its help about a key that is unlike all of them.
 fn keys_read(text: &str) -> BTreeSet<String> {
     let found = Project::with_world(text).load().expect_err(text);
     let unknown = found.iter().find(|d| d.message.contains("zzzzzzzzzzzz")).expect("the key is unknown");

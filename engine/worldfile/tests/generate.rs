@@ -177,7 +177,7 @@ fn caves_take_land_alone_and_leave_their_cover() {
     assert!(taken > 10_000, "{taken} voxels are hollow");
 }
 
-/// Coarse land is where most of a cell is land: a cell whose lower part is solid may be empty, but not below another one that is solid.
+/// A coarse cell is land if most of it is land. A cell with a solid lower part may be empty, but not below another solid cell.
 #[test]
 fn coarse_land_has_no_holes() {
     let text = format!("{MATERIALS}\n[stream]\n[[build]]\n{}", LAND.replace("caves", "#"));

@@ -26,8 +26,8 @@ int rx_free(uvec3 c) {
 }
 #endif
 
-// Depth, in voxels along the camera's axis, up to which the rays through the centres of the pixels `first` to `last` meet no solid voxel;
-// or RX_BEAM_NOTHING. It is looked for from `depth` on, which is known to be free, in at most `rounds` rounds.
+// Depth up to which the rays through the centres of the pixels `first` to `last` are free, in voxels along the camera's axis; or
+// RX_BEAM_NOTHING. The search starts at `depth`, which must be free, and takes at most `rounds` rounds.
 float rx_beam(ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 first, ivec2 last, ivec2 size, float depth, int rounds) {
     ivec3 from = cell - world.origin;
     if (rx_beyond(from, RX_BEAM_REACH) || rx_wraps(cell, world.origin) || (1 << world.log2_size) > RX_BEAM_REACH) return 0.0;

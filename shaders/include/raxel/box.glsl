@@ -1,4 +1,4 @@
-// Whether a ray may meet a box of voxels. The answer is conservative, so that a shader can safely skip work: never "no" for a ray that meets it.
+// Whether a ray may meet a box of voxels. The answer is conservative: every ray that meets the box gets "yes". So a shader can safely skip work after a "no".
 #ifndef RAXEL_BOX_GLSL
 #define RAXEL_BOX_GLSL
 
@@ -13,8 +13,8 @@ vec3 rx_lattice_direction(RxRay ray) {
     return mix(size, -size, notEqual(bits >> 31, uvec3(0u))) * 9.31322574615478515625e-10;
 }
 
-// The first time, about and never too late, at which a ray may be in a box: cells `low` to `last`; RX_NEVER if it is not met. All within
-// 2^-18 of the distance that is still to go, which is more than free frames turn rays.
+// A lower bound of the time at which a ray enters the box of cells `low` to `last`; RX_NEVER if it misses. It is early by at most 2^-18 of the
+// distance still to go, which is more than free frames turn rays.
 float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
     vec3 frac = clamp(ray.frac, 0.0, 1.0);
     // Differences of any two coordinates, before they are rounded.
@@ -27,7 +27,7 @@ float rx_box_time(RxRay ray, vec3 inverse, ivec3 low, ivec3 last) {
     float room = (far.x + far.y + far.z) * 3.814697265625e-6 + 0.03125;
     to_low -= room;
     to_last += room;
-    // An axis that the ray does not move along is one on which it is in the box all the time, or never.
+    // On an axis without motion, the ray is inside the box all the time, or never.
     bvec3 still = equal(inverse, vec3(0.0));
     for (uint i = 0u; i < 3u; ++i) {
         if (still[i] && (to_low[i] > 0.0 || to_last[i] < 0.0)) return RX_NEVER;
@@ -66,8 +66,8 @@ float rx_boxes_time(RxBoxes boxes, RxRay ray, ivec3 low, ivec3 last) {
     return boxes.room < 0.0 ? 0.0 : met ? t : RX_NEVER;
 }
 
-// Whether a ray may come within `margin` voxels of a box of voxels, from its smallest one to one past its largest. Never false where it
-// does; true for a ray that passes at most 1/16 voxel and 2^-17 of the distance further away. t_max is not looked at.
+// Whether a ray may come within `margin` voxels of a box of voxels, from its smallest one to one past its largest. True for every such ray, and
+// for some that pass up to 1/16 voxel and 2^-17 of the distance further away. Ignores t_max.
 bool rx_crosses_box(RxRay ray, ivec3 low, ivec3 end, int margin) {
     vec3 dir = rx_lattice_direction(ray);
     if (dir == vec3(0.0) || any(lessThanEqual(end, low))) return false;

@@ -1,7 +1,7 @@
 // Rays of a pinhole camera, from the values that a graph pushes with `from = "camera.…"`.
 //
-// A direction takes additions and multiplications only, each rounded by itself (`precise`): the bits are the same on every device, and in
-// raxel_oracle::camera, so that a picture can be judged ray by ray.
+// A direction takes additions and multiplications only, each rounded by itself (`precise`). So every device and raxel_oracle::camera get the
+// same bits, and a judge can compare ray by ray.
 #ifndef RAXEL_CAMERA_GLSL
 #define RAXEL_CAMERA_GLSL
 

@@ -1,6 +1,6 @@
 // Lets shaders edit the world. Bind `edits` to a buffer with `source = "world.edits"`. The buffer is empty when a frame begins. raxel
-// applies all edits of a frame two frames later, as one step of undo. The order in which invocations write does not matter. raxel sorts
-// the edits: first those that restore, then subtract, add and paint; within each, boxes, balls and voxels, by their numbers.
+// applies all edits of a frame two frames later, as one step of undo. Invocations may write in any order, because raxel sorts the edits:
+// restore, subtract, add, paint. Within each kind it sorts boxes, balls and voxels by their numbers.
 #ifndef RAXEL_EDITS_GLSL
 #define RAXEL_EDITS_GLSL
 
@@ -17,7 +17,7 @@ const uint RX_EDIT_SUBTRACT = 0u;  // they become air; the material does not mat
 const uint RX_EDIT_ADD = 1u;       // they become solid, of the material
 const uint RX_EDIT_PAINT = 2u;     // the solid ones get the material
 
-// The records of the functions below; `a` and `b` are what the kind makes of them.
+// The records of the functions below. The kind gives `a` and `b` their meaning.
 void rx_edit_record(uint kind, uint mode, uint material, ivec3 a, ivec3 b) {
     uint index = atomicAdd(edits.count, 1u);
     if (index >= uint(edits.records.length()) / 8u) return;

@@ -17,7 +17,7 @@ struct RxSceneRay {
     RxRay start;   // in the frame of that instance: it begins on the plane of the face that it leaves, so there is no epsilon
 };
 
-// Where rays are followed through an instance.
+// The frame in which a ray crosses an instance.
 struct RxInstance {
     ivec3 corner;     // smallest corner of the cube of its tree: in the world, or counted from its anchor in its own frame
     uint shape;       // log2 of the size of that cube, turn from its cells to the model's << 8, free << 16
@@ -52,7 +52,7 @@ bool rx_instance_is_free(RxInstance instance) {
     return ((instance.shape >> 16) & 1u) != 0u;
 }
 
-// A vector in the axes of the model, after the turn of an instance on the lattice: `negate` is what a component is turned to.
+// The axis that an axis of the model becomes by the turn of the instance on the lattice.
 uint rx_instance_axis(RxInstance instance, uint axis) {
     uint turn = instance.shape >> 8;
     uint x = turn & 3u, y = (turn >> 2) & 3u;
@@ -82,8 +82,8 @@ uvec2 rx_dot(ivec3 a, ivec3 b) {
     return rx_sum(rx_sum(rx_signed_product(a.x, b.x), rx_signed_product(a.y, b.y)), rx_signed_product(a.z, b.z));
 }
 
-// The product of a row in units of 2^-23 with a place, cells and a rest in units of 2^-24, plus half a voxel: the cell, and what is
-// over in units of 2^-24, rounded down.
+// Multiplies a row in units of 2^-23 by a place, which is cells and a rest in units of 2^-24, and adds half a voxel. `over` is the remainder in
+// units of 2^-24, rounded down.
 void rx_turned(ivec3 row, ivec3 cells, ivec3 rest, out int cell, out uint over) {
     uvec2 whole = rx_dot(row, cells);                                  // in 2^-23
     cell = int((whole.x >> 23) | (whole.y << 9));

@@ -26,7 +26,7 @@ uint rx_instance_word(RxInstance instance, uint at) {
     return instances.quads[instance.tree + (at >> 2)][at & 3u];
 }
 
-// Index of the world's material of a voxel, by what tree64.glsl says of its leaf and packed.glsl of packed materials; see there.
+// The world's index of a voxel's material. tree64.glsl explains leaves, packed.glsl explains packed materials.
 uint rx_instance_material(RxInstance instance, uint material, uint rank, uvec2 leaf, uint voxel) {
     uint own = material & 0xffffu;
     if ((material & 0xc0000000u) == 0u) {

@@ -5,8 +5,8 @@
 //     RxSceneRay rx_scene_ray(RxRay ray);                        a ray that begins anywhere
 //     RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir);   one that goes on from a hit
 //
-// The buffer holds a tree of boxes, depth first: two quads a node, smallest voxel, link, last voxel, kind. A kind below 3 is the axis
-// that was split, then the first child follows, and the link is the second; 3 is a leaf, and the link is its instance. Then come eight
+// The buffer holds a tree of boxes, depth first: two quads a node, smallest voxel, link, last voxel, kind. A kind below 3 is the split axis: the
+// first child follows the node, and the link is the second child. Kind 3 is a leaf: the link is its instance. Then come eight
 // quads for each instance, the models in the layout `tree64`, and the faces of models that give off light.
 //
 // The ray walks an instance on the lattice of the world, turned by quarter turns, in the world's frame: its hits are those of voxels of the
@@ -143,7 +143,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
         while (leaf == NONE && node != NONE) {
             uvec4 low = instances.quads[2u * node], last = instances.quads[2u * node + 1u];
             float from = rx_boxes_time(boxes, ray, ivec3(low.xyz), ivec3(last.xyz));
-            // A ray without an end would reach even what is never.
+            // A ray without an end would reach even RX_NEVER.
             bool meets = from < RX_NEVER && from <= t_end;
             if (meets && last.w != RX_INSTANCE_LEAF) {
                 bool down = dir[last.w] < 0.0;
@@ -204,7 +204,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
     return found;
 }
 
-// The first solid voxel along a ray, of the world or of an instance; of two at the same time the world's, then that of the first instance.
+// The first solid voxel along a ray, of the world or of an instance. If several are hit at the same time, the world wins, then the first instance.
 bool rx_trace_scene(RxSceneRay ray, out RxSceneHit hit) {
     hit = RxSceneHit(RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u), RX_NO_INSTANCE, false, ivec3(0), 0u);
     bool found = rx_trace(ray.ray, hit.at);
@@ -221,8 +221,8 @@ vec3 rx_scene_normal(RxSceneHit hit) {
     return hit.free ? rx_direction_from_instance(rx_instance_of(hit.instance), normal) : normal;
 }
 
-// The ray that goes on from a hit in a direction of the world. In the world it starts exactly on the face, or, where that is the face of a
-// voxel that is not on the lattice, at most 2^-22 of the size of the model beside it.
+// The ray that goes on from a hit in a direction of the world. In the world it starts exactly on the face. For a voxel off the lattice, it
+// starts at most 2^-22 of the model's size beside the face.
 RxSceneRay rx_scene_ray_from_hit(RxSceneHit hit, vec3 dir) {
     RxRay start = rx_ray_from_hit(hit.at, dir);
     if (!hit.free) return rx_scene_ray(start);

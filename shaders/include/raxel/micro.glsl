@@ -6,9 +6,9 @@
 //     bool rx_trace_micro(usampler3D micro, ivec3 corner, RxRay ray, out RxHit hit);   the first micro-voxel along such a ray
 //     RxRay rx_world_ray(RxRay ray);       a ray on the lattice of micro-voxels, in the world
 //
-// `corner` is the cell of the world that the first texel stands for. On the lattice of micro-voxels a cell of the world is 4 cells long, so `voxel` and
-// `t_max` of its rays and `voxel` and `t` of its hits are 4 times those of the world. rx_ray_from_face leaves a micro-voxel as it leaves a voxel. Cells of
-// the world whose coordinates are beyond 2^29 have no place on this lattice.
+// `corner` is the cell of the world that the first texel stands for. A cell of the world is 4 cells long on the lattice of micro-voxels. So the `voxel`
+// and `t_max` of rays there, and the `voxel` and `t` of hits, are 4 times those of the world. rx_ray_from_face leaves a micro-voxel as it leaves a voxel.
+// Cells of the world whose coordinates are beyond 2^29 have no place on this lattice.
 #ifndef RAXEL_MICRO_GLSL
 #define RAXEL_MICRO_GLSL
 

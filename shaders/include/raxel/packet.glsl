@@ -16,10 +16,10 @@
 // 2. Voxels: those of a leaf's 64 voxels that the frustum touches become candidates, in order. Up to 32 at a time are projected to the rows and
 //    columns of pixels that they can cover. One transposition of 32 x 32 bits gives each column and each row its set of candidates. A pixel
 //    has the intersection of its column's and its row's.
-// 3. Tests: each invocation goes through those of its eight pixels that have candidates, one candidate a round, as slabs in f32 with a bound on
-//    the error. Cases that f32 cannot decide wait until the end, where integers decide them. The frustum shrinks to the pixels that are left.
-// 4. The rest, to be traced ray by ray: the remaining pixels of a tile after too many leaves or with a full stack (with the time until
-//    which their rays are free), hits of a camera in a solid voxel, and all pixels where the bounds are not proven.
+// 3. Tests: each invocation goes through its pixels with candidates (at most eight), one candidate a round, as slabs in f32 with a bound on the
+//    error. Cases that f32 cannot decide wait until the end, where integers decide them. The frustum shrinks to the pixels that are left.
+// 4. The rest is traced ray by ray: pixels that remain after too many leaves or with a full stack (with the time until which their rays are
+//    free); hits of a camera in a solid voxel; and all pixels for which the bounds are not proven.
 #ifndef RAXEL_PACKET_GLSL
 #define RAXEL_PACKET_GLSL
 
@@ -29,7 +29,7 @@
 // Defined by the shader. Takes a pixel that is undecided: its ray passes only air until `t_free`, in lengths of its direction.
 void rx_tile_rest(ivec2 pixel, float t_free);
 
-// Where in each pixel its ray goes, in pixels from the top left. A shader can define another place, the same for all pixels.
+// The point in each pixel through which its ray goes, in pixels from the top left. A shader can define another place, the same for all pixels.
 #ifndef RX_TILE_PLACE
 #define RX_TILE_PLACE vec2(0.5)
 #endif
@@ -41,8 +41,8 @@ const uint RX_TILE_STACK = 32u;                  // nodes that may wait, a power
 const float RX_TILE_LATTICE = 3.7252902984619140625e-9;  // 2^-28, of the longest direction: four times the loss of a component by the lattice
 const float RX_TILE_SCALE = 16384.0;             // largest distance from the centre, in pixels, of a place one voxel aside and one voxel deep
 
-// Nodes to visit, the next one on top: the place of their corner less RX_TILE_SLACK, relative to the origin, as bits; and their index, the height of
-// their children from bit 28 on, and RX_TILE_FULL.
+// The stack of nodes to visit, as bits. Each has the place of its corner less RX_TILE_SLACK, relative to the origin; its index; the height of its
+// children from bit 28 on; and RX_TILE_FULL.
 shared uvec4 rx_tile_stack[RX_TILE_STACK];
 // Bits of the time at depth 1 until which the rest of a tile is free.
 shared uint rx_tile_free;
@@ -88,7 +88,7 @@ void rx_tile_frustum(ivec4 rect, out vec3 slow, out vec3 fast) {
     fast = (1.0 + 2.0 * RX_TILE_ERROR) / least;
 }
 
-// The time at depth 1 at which the first ray of a frustum can come to a node whose corner, less the slack, is at a place.
+// The earliest time, at depth 1, at which a ray of a frustum can reach a node. `at` is the node's corner less the slack.
 float rx_tile_enters(vec3 at, vec3 slow) {
     return max(max(at.x * slow.x, at.y * slow.y), max(at.z * slow.z, 0.0));
 }
@@ -96,7 +96,7 @@ float rx_tile_enters(vec3 at, vec3 slow) {
 #ifndef RX_LAYOUT_TREE64
 // Calls rx_tile_rest for each pixel of a tile of 16 x 16 pixels: this layout has no packets.
 void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 tan_half_fov, ivec2 size) {
-    // Packets know no other tree, but whether there is anything to hit.
+    // In other layouts, packets only know whether there is anything to hit.
     bool nothing = any(greaterThan(world.bounds_min, world.bounds_last));
     for (uint i = gl_LocalInvocationIndex; i < uint(RX_TILE * RX_TILE); i += 32u) {
         ivec2 pixel = tile * RX_TILE + ivec2(i & 15u, i >> 4);
@@ -207,7 +207,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
 
         vec3 slow, fast, voxel_slow, voxel_fast;
         rx_tile_frustum(ivec4(0, 0, RX_TILE - 1, RX_TILE - 1), slow, fast);
-        // The part of a voxel's place in its leaf in the times from and to which the frustum can be in it.
+        // A voxel's place in its leaf adds this to the times from and to which the frustum can be in it.
         vec3 voxel_at = child_at - rx_tile_frame[3].xyz;
         voxel_slow = (voxel_at - RX_TILE_SLACK) * slow;
         voxel_fast = (voxel_at + (1.0 + RX_TILE_SLACK)) * fast;
@@ -285,7 +285,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     vec3 parts = uintBitsToFloat(0x4b000000u | uvec3(code & 255u, (code >> 8) & 255u, code >> 16));
                                     precise vec3 whole = parts + (corner - 8388608.0);
                                     precise vec3 q = whole - rx_tile_frame[3].xyz;
-                                    // Which columns and rows of pixels it can cover.
+                                    // The columns and rows of pixels that it can cover.
                                     vec4 row_x = rx_tile_project[0], row_y = rx_tile_project[1], row_z = rx_tile_project[2], half_of = rx_tile_project[3];
                                     float x = fma(row_x.x, q.x, fma(row_x.y, q.y, fma(row_x.z, q.z, row_x.w)));
                                     float y = fma(row_y.x, q.x, fma(row_y.y, q.y, fma(row_y.z, q.z, row_y.w)));
@@ -303,7 +303,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                                     rx_tile_corners[(31u - lane) & 31u] = vec4(q, 0.0);
                                 }
                                 barrier();
-                                // Which of this invocation's pixels have candidates.
+                                // The pixels of this invocation that have candidates.
                                 uint pending = 0u;
                                 for (uint i = 0u; i < 4u; ++i) {
                                     uint row = rx_tile_lists[(16u | (lane >> 3) | (i << 2)) & 31u];

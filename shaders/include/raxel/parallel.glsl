@@ -1,21 +1,21 @@
-// Traces parallel rays, a tile of 16 x 16 pixels at a time: rays from the hits of pixels to the sun, or texels of an orthographic map. One
+// Traces parallel rays, a tile of 16 x 16 pixels at a time: from the hits of pixels to the sun, or for an orthographic map. One
 // subgroup of 32 invocations walks the tree once for all of them, as packet.glsl does for the rays of a camera. Hits equal those of rx_trace.
 // shaders/sun_tiles.comp is an example. A shader includes this file, defines rx_tile_hit and rx_tile_miss as for packet.glsl, and
 //
 //     bool rx_tile_near(ivec2 pixel, out ivec3 cell);                   a voxel near the start of a pixel's ray; false if it has no ray
 //     bool rx_tile_start(ivec2 pixel, out ivec3 cell, out vec3 frac);   the start, as in RxRay; false if it has no ray
 //
-// and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output gets one call of rx_tile_hit or
-// rx_tile_miss, in any order, unless it has no ray, or its bit is set in the returned value: then trace it with rx_trace.
+// and calls rx_trace_parallel once, from a workgroup of 32 x 1 x 1. Each pixel of the tile on the output that has a ray gets one call of
+// rx_tile_hit or rx_tile_miss, in any order. The exceptions are pixels whose bit is set in the returned value: trace them with rx_trace.
 //
-// With RX_TILE_ANY_HIT defined, rx_tile_hit only reports that the ray hits something. Its voxel is one that the ray passes through, not
-// always the first, and its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are
-// set. `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
+// With RX_TILE_ANY_HIT defined, rx_tile_hit only reports that the ray hits something. Its voxel is a solid one on the ray, not always the first.
+// Its face is RX_FACE_INSIDE. If subgroups are not 32 or 64 wide, or the world's layout is not tree64, all bits are set.
+// `when = "device.packets"` leaves the pass out in these cases, and `subgroup = 32` asks for subgroups of 32.
 //
-// Seen along the direction, all rays are points, and a cube is a hexagon. The rays of a tile lie within an interval on each of three axes of
-// that view, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. To find the pixels whose rays a
-// voxel can stop, the voxel is moved back along the direction to the starts of the rays, and projected there. The rest is as with a camera:
-// each pixel has its candidates, f32 tests them, and integers decide the cases that f32 cannot.
+// Seen along the direction, all rays are points, and a cube is a hexagon. On each of three axes of that view, the rays of a tile lie within an
+// interval, and so do the rays that can meet a cube. Two ballots collect the children of a node to visit. A voxel can stop the rays of some
+// pixels. To find them, the shader moves the voxel back along the direction to the starts of the rays, and projects it there. The rest is as
+// with a camera: each pixel has its candidates, f32 tests them, and integers decide the cases that f32 cannot.
 //
 // This pays if the rays of a tile lie close together, as on level ground. On a slope, or over an edge, they start tens of voxels apart. Then the
 // walk visits all surface between them, where a single ray leaves it after a few steps. So a tile whose rays are too far apart is handed on
@@ -50,7 +50,7 @@ shared ivec3 rx_parallel_anchor;
 // The change of a place's pixel for a voxel along the direction.
 shared vec4 rx_parallel_along;
 shared int rx_parallel_values[12];
-// Nodes on the way down, by the height of their children less 2: the node, and the place of its corner less RX_TILE_SLACK, relative to the origin.
+// Nodes on the way down, by the height of their children less 2, and their corners less RX_TILE_SLACK, relative to the origin.
 shared uvec4 rx_tile_nodes[4];
 shared vec4 rx_tile_places[4];
 #endif
@@ -84,7 +84,7 @@ void rx_parallel_least(bool has, inout ivec3 a, inout ivec3 b, inout ivec3 c, in
     d = ivec3(rx_parallel_values[9], rx_parallel_values[10], rx_parallel_values[11]);
 }
 
-// How much room places take up, seen along a direction d: `sides` is how far apart they are in x d.y - y d.x, y d.z - z d.y and z d.x - x d.z.
+// The area of places, seen along a direction d. `sides` is their extent in x d.y - y d.x, y d.z - z d.y and z d.x - x d.z.
 float rx_parallel_area(vec3 sides, vec3 d) {
     return (sides.x * sides.y + sides.y * sides.z + sides.z * sides.x) / dot(d, d);
 }
@@ -119,8 +119,8 @@ void rx_camera_view(mat4 view_to_world, vec2 tan_half_fov, ivec2 size, out vec4 
 }
 
 // `view`: from a place relative to view_cell and view_frac, (x, y, z, 1), three dot products give (u w, v w, w), with w at least 1 where
-// rays begin: the ray of pixel (u, v) begins there, whole numbers being the centres of pixels. rx_camera_view computes them for a camera. A
-// ray that does not begin where they say, to 1/128 of a pixel, is handed on.
+// rays begin: the ray of pixel (u, v) begins there, whole numbers are the centres of pixels. rx_camera_view computes `view` for a camera. A ray
+// that begins more than 1/128 pixel from there is handed on.
 uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 view_frac, vec4 view[3]) {
     const uint lane = gl_LocalInvocationIndex;
     const ivec2 first = tile * RX_TILE;
@@ -194,7 +194,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             bool there = w >= 1.0 && abs(16.0 * x - float(pixel.x) * w) <= near && abs(16.0 * y - float(pixel.y) * w) <= near;
             // At the centre of the cell on an axis that the ray does not move along, as in walk.glsl.
             g = mix(g, vec3(0.5), equal(lattice, uvec3(0u)));
-            // A ray that begins on the plane by which it leaves its cell is in that cell for no time: left to the walk.
+            // A ray that begins on its exit plane spends no time in its cell. The walk traces it.
             bool simple = there && all(greaterThanEqual(g, vec3(0.0))) && all(lessThan(g, vec3(1.0)));
             pending &= ~(1u << s);
             if (!simple) {
@@ -254,7 +254,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                     too_much = true;
                     break;
                 }
-                // Masks of the leaves. In a leaf that no ray begins in, voxels that no ray can hit first are left out.
+                // Masks of the leaves. If no ray begins in a leaf, skip its voxels that no ray can hit first.
                 uvec2 leaf_1 = uvec2(0xffffffffu), leaf_2 = uvec2(0xffffffffu);
                 if ((node.w & RX_FILLED) == 0u) {
                     uint half_count = uint(bitCount(node.x));
@@ -301,7 +301,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                                 rx_tile_corners[31u - lane] = vec4(v, 0.0);
                             }
                             barrier();
-                            // Which of this invocation's pixels have candidates.
+                            // The pixels of this invocation that have candidates.
                             uint some_have = 0u;
                             for (uint i = 0u; i < 4u; ++i) {
                                 uint row = rx_tile_lists[(16u | (lane >> 3) | (i << 2)) & 31u];

@@ -5,13 +5,13 @@
 //     first[a] + n * period[a],      in 1/4096 of the length of a voxel's edge, as long as that is below 2^24
 //
 // and both are whole numbers. A 32-bit float holds them exactly, so every comparison of two crossings is right: nothing is in doubt,
-// and no slow path settles it. A ray ends after 2^24 / 4096 = 4096 voxels of length. The price is the direction: periods are the
-// nearest whole numbers to those of a unit vector, which changes a component by at most 2^-13 of itself. One below 1/8192 crosses
-// no plane, one up to 1/4096 is 1/4096. Where that would show as a pattern, dither the direction.
+// and no slow path settles it. A ray ends after 2^24 / 4096 = 4096 voxels of length. The price is the direction: periods round to whole numbers,
+// which changes a component of a unit vector by at most 2^-13 of itself. A component below 1/8192 crosses no plane, one up to 1/4096 is 1/4096.
+// If that shows as a pattern, dither the direction.
 //
-// The rules are those of <raxel/ray.glsl>: the ray starts in the closed cube of its cell; where it crosses planes of several axes at
-// once, it steps over all of them, and the cells that it only touches are not visited; the face that is hit is the steepest axis of
-// those, then the first.
+// The rules are those of <raxel/ray.glsl>: the ray starts in the closed cube of its cell; it crosses planes of several axes at
+// once in one step, without a visit to the cells that it only touches; the face is that of the steepest of these axes, then the
+// first.
 #ifndef RAXEL_PERIOD_GLSL
 #define RAXEL_PERIOD_GLSL
 
@@ -72,7 +72,7 @@ struct RxPeriodWalk {
 };
 RxPeriodWalk rx_period;
 
-// The children that are not behind a child on any axis, without itself.
+// The children that are behind a child on no axis, without the child itself.
 uvec2 rx_period_ahead_mask(uint octant, uint child) {
     uint x = child & 3u, z = (child >> 2) & 3u, y = child >> 4;
     uint xs = (octant & 1u) != 0u ? (2u << x) - 1u : (15u << x) & 15u;
@@ -98,15 +98,15 @@ uint rx_period_cell() {
     return (low.x + low.z * 2048u + (low.y * 4194304u - RX_PERIOD_CELL * 2049u)) ^ rx_period.mirror;
 }
 
-// Which child of a node of 4 or 16 voxels a side holds a packed cell: its three fields of two bits are brought together by one
-// multiplication.
+// The child that holds a packed cell, in a node of 4 or 16 voxels a side. One multiplication brings the three fields of two bits
+// together.
 uint rx_period_voxel(uint cell) { return ((cell & 0x00c01803u) * 0x00402010u) >> 22; }
 
 // The same for a node of 16 voxels a side.
 uint rx_period_leaf(uint cell) { return ((cell & 0x0300600cu) * 0x00100804u) >> 22; }
 
-// Moves the ray to the cell that it is in at a time. The estimate is off by less than half a cell, so its next whole number is the
-// cell or the one behind; which of both, the crossing between them decides, exactly.
+// Moves the ray to the cell that it is in at a time. The estimate is off by less than half a cell, so the next whole number is the cell or the
+// one behind it. The crossing between the two decides exactly.
 void rx_period_move(float t) {
     precise vec3 cell = fma(vec3(t) - rx_period.first, 1.0 / rx_period.period, rx_period.start);
     precise vec3 crossed = fma(cell - rx_period.start, rx_period.period, rx_period.first);
@@ -114,8 +114,8 @@ void rx_period_move(float t) {
     rx_period.at = cell + vec3(lessThanEqual(crossed, vec3(t)));
 }
 
-// The constants of an octant for the begin and the end of a ray, three words each of four: the number to add to the bits of a cell,
-// mirrored where the ray goes down; the first and the last cell of the solids. In front of the records.
+// The constants of an octant for the begin and the end of a ray: three quads with a word an axis. They are the number to add to the bits of a
+// cell, mirrored where the ray goes down, and the first and last cell of the solids. In front of the records.
 uvec4 rx_period_octant(uint octant64, uint part) {
     return world.quads[world.records_at - 24u + (octant64 >> 6) * 3u + part];
 }

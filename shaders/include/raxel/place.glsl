@@ -28,7 +28,7 @@ ivec3 rx_place_cell(ivec3 voxel) {
     return ivec3(voxel.x & ((1 << RX_PLACE_BITS) - 1), voxel.yz);
 }
 
-// Where a place on a face lies in the cube of its voxel, and back.
+// Maps a place on a face to a place in the cube of its voxel.
 vec3 rx_face_place(uint face, vec2 uv) {
     uint axis = rx_face_axis(face);
     float plane = float(face & 1u);
@@ -41,7 +41,7 @@ vec2 rx_face_uv(uint face, vec3 place) {
     return axis == 0u ? place.yz : axis == 1u ? place.xz : place.xy;
 }
 
-// A vector in the axes of a model, in those of the frame that the instance is walked in; `rest` is what a component is taken from that is turned around.
+// Turns a vector from the axes of a model to those of the frame in which the instance is walked. A component c on a reversed axis becomes `rest` - c.
 vec3 rx_unturned(RxInstance instance, vec3 v, float rest) {
     vec3 turned = vec3(0.0);
     for (uint axis = 0u; axis < 3u; ++axis) {
@@ -50,7 +50,7 @@ vec3 rx_unturned(RxInstance instance, vec3 v, float rest) {
     return turned;
 }
 
-// A face in the axes of a model, in those of the frame that the instance is walked in.
+// Turns a face from the axes of a model to those of the frame in which the instance is walked.
 uint rx_unturned_face(RxInstance instance, uint face) {
     uint axis = rx_face_axis(face);
     return 2u * rx_instance_axis(instance, axis) + ((face & 1u) ^ (rx_instance_turns_around(instance, axis) ? 1u : 0u));

@@ -1,7 +1,7 @@
 // Lets shaders move instances: see [[instances]] in docs/world-file.md. Bind `poses` to a buffer with `source = "world.poses"`. The buffer is
 // empty when a frame begins. An instance takes its written pose two frames later. It keeps the pose until a pass writes another one or
-// returns the instance to its params, or until time starts over. The order in which invocations write does not matter: if one frame has
-// several poses for an instance, raxel always chooses the same one.
+// returns the instance to its params, or until time starts over. Invocations may write in any order: if one frame has several poses for
+// an instance, raxel always chooses the same one.
 #ifndef RAXEL_POSES_GLSL
 #define RAXEL_POSES_GLSL
 
@@ -28,8 +28,8 @@ void rx_pose_record(uint kind, uint instance, ivec3 cell, vec3 place, vec4 turn)
     for (uint i = 0u; i < 4u; ++i) poses.records[at + 8u + i] = floatBitsToUint(turn[i]);
 }
 
-// As the world's file says it: the instance of that number, counted in the order of the file from 0, at a position, turned by yaw, pitch
-// and roll in degrees. Whole cells and multiples of 90 degrees keep it on the lattice of the world.
+// Takes the values of the world's file: the number of the instance in the order of the file, from 0; its position; yaw, pitch and roll in
+// degrees. Whole cells and multiples of 90 degrees keep it on the lattice of the world.
 void rx_pose_set(uint instance, ivec3 cell, vec3 place, float yaw, float pitch, float roll) {
     rx_pose_record(1u, instance, cell, place, vec4(yaw, pitch, roll, 0.0));
 }

@@ -52,13 +52,13 @@ uint rx_face_axis(uint face) {
     return face >> 1;
 }
 
-// Whether a difference of cells is more than `reach` on an axis. The size of -2^31 is no int, so that abs would say no.
+// Whether a difference of cells is more than `reach` on an axis. No int holds the size of -2^31, so abs would give a wrong answer.
 bool rx_beyond(ivec3 difference, int reach) {
     return any(greaterThan(uvec3(difference + reach), uvec3(2 * reach)));
 }
 
-// Whether the difference of two cells does not fit 32 bits: they are near different ends of the coordinates, and the difference that
-// wraps around would make them neighbours.
+// Whether the difference of two cells overflows 32 bits. They are then near different ends of the coordinates, and a
+// wrapped difference would make them neighbours.
 bool rx_wraps(ivec3 a, ivec3 b) {
     ivec3 over = (a ^ b) & (a ^ (a - b));
     return (over.x | over.y | over.z) < 0;

@@ -1,13 +1,13 @@
-// Traces many period rays with all lanes of a subgroup at work: lanes whose rays have ended take new ones, so that a subgroup does
-// not wait for its longest ray. A shader that includes this, behind its `local_size`, defines
+// Traces many period rays, and keeps all lanes of a subgroup at work. A lane whose ray has ended takes a new one, so no subgroup waits for its
+// longest ray. A shader that includes this, behind its `local_size`, defines
 //
 //     bool rx_next_items(out uint first);                             the first of RX_ITEMS items for this subgroup; false if there are no more
 //     bool rx_next_ray(uint item, out RxPeriodRay ray);               the ray of an item; false if it has none
 //     void rx_ray_traced(uint item, bool found, RxPeriodHit hit);     takes what it hit
 //
-// and calls rx_trace_items with all threads of its workgroup. One lane asks for items; if a graph keeps a counter for that, a subgroup
-// continues with items that no other has taken yet, and none idles before the end of the dispatch. Neighbouring items should be rays that
-// start close to each other.
+// and calls rx_trace_items with all threads of its workgroup. One lane asks for items. If a graph keeps a counter for
+// them, each subgroup continues with untaken items, and all work until the end of the dispatch. Neighbouring items
+// should be rays that start close to each other.
 //
 // After Aila and Laine, "Understanding the efficiency of ray traversal on GPUs" (2009), whose persistent threads refill likewise.
 #ifndef RAXEL_REFILL_GLSL

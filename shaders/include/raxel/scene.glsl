@@ -2,7 +2,7 @@
 // `when = "world.has_instances"`: this defines RX_BINDS_instances, and the names below trace the world and its instances (instances.glsl).
 // In all other passes they trace the world alone, at no cost.
 //
-// A place on a surface is a voxel, a face and `uv` on it, as in RxHit; on an instance it is one of its model (place.glsl).
+// A place on a surface is a voxel, a face and `uv` on it, as in RxHit; on an instance it is a place of its model (place.glsl).
 //
 //     RxSceneRay rx_scene_ray(RxRay ray);                               a ray that begins anywhere; RX_RAY(ray) is that ray again
 //     bool rx_trace_places(RxSceneRay ray, out RxHit hit);              the first solid voxel along a ray, as a place

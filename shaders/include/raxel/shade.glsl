@@ -5,7 +5,7 @@
 #include "sky.glsl"
 #include "random.glsl"
 
-// Whether a face sees the sun. The ray starts exactly on the face, so there is no bias and no acne.
+// Whether a face sees the sun. The ray starts exactly on the face, so it needs no bias and shows no acne.
 bool rx_sees_sun(RxHit hit, vec3 sun) {
     RxHit unused;
     return dot(rx_normal(hit.face), sun) > 0.0 && !rx_trace(rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun), unused);
@@ -17,8 +17,8 @@ float rx_corner_light(bool side_a, bool side_b, bool corner) {
     return light[side_a && side_b ? 3 : int(side_a) + int(side_b) + int(corner)];
 }
 
-// How open a point of a face is to the sky, 0 to 1: the eight voxels around it in the layer above darken its corners
-// (Lysenko, "Ambient occlusion for Minecraft-like worlds", 2013), blended over the face.
+// The openness of a point of a face to the sky, 0 to 1. The eight voxels around it in the layer above darken its corners (Lysenko, "Ambient
+// occlusion for Minecraft-like worlds", 2013), blended over the face.
 float rx_openness(RxHit hit) {
     ivec3 u, v;
     rx_face_tangents(hit.face, u, v);

@@ -54,7 +54,7 @@
 #undef RX_WRITE
 #undef RX_WORLD_ACCESS
 
-// The hit of rx_trace, without its steps, of a ray that is known to hit this voxel on this face, such as from packet.glsl.
+// The hit of rx_trace without its steps, for a ray whose voxel and face are known, for example from packet.glsl.
 RxHit rx_hit_of(RxRay ray, ivec3 voxel, uint face) {
     RxHit hit;
     rx_walk_known_hit(ray, world.origin, world.log2_size, voxel, face, hit);

@@ -1,4 +1,4 @@
-// Light that the air and the mist add before each depth, and the share that they let through: a column of slices for each part of the view.
+// Sums the light that air and mist add before each depth, and the share that they let through. Each part of the view has a column of slices.
 // The light of air_light.comp and air_lamps.comp throws shafts into the mist.
 #version 460
 #include "../scene.glsl"

@@ -1,7 +1,7 @@
-// Light of lamps that mist would scatter towards the camera: one lamp for each slice of the view (air_slices.glsl) and frame, or three in
-// motion, out of some that are drawn, and a ray to each. The lists of the face cache say which lamps are near (known_lamps.glsl). The light
-// that earlier frames have found at a place goes into a mean that follows the camera. With PANES, the rays go through clear bodies of at
-// most PANES voxels.
+// Light of lamps that mist would scatter towards the camera. In each frame, each slice of the view (air_slices.glsl) draws some
+// lamps and chooses one, or three in motion, with a ray to each. The lists of the face cache say which lamps are near
+// (known_lamps.glsl). The light that earlier frames have found at a place goes into a mean that follows the camera. With PANES, the
+// rays go through clear bodies of at most PANES voxels.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/random.glsl>
@@ -96,7 +96,7 @@ vec3 from_lamps(vec3 dir, vec2 part, uint seed) {
         }
     }
     if (worth == 0.0) return vec3(0.0);
-    // A place on the way that is drawn in proportion to 1 / distance squared (Kulla and Fajardo, "Importance sampling techniques for path tracing in participating media", 2012).
+    // A place on the way, drawn in proportion to 1 / distance squared (Kulla and Fajardo, "Importance sampling techniques for path tracing in participating media", 2012).
     float t = clamp(chosen.nearest + chosen.away * tan(mix(chosen.angles.x, chosen.angles.y, second.y)), part.x, part.y);
     vec3 at = frame.camera_frac + t * dir, cell = floor(at), to = chosen.to - at;
     vec3 light = chosen.radiance * (facing(chosen, dir, t) * near_mean(chosen, part) * rx_mie_phase(dot(dir, normalize(to)), 0.6) * sum / (float(CANDIDATES) * worth));

@@ -12,8 +12,8 @@ struct Mean {
     bool seen;      // false: only walls were near, and the light is that right before them
 };
 
-// The mean at a place, 0 to 1 on each axis, of a texture whose alpha is the number of frames: negative where a wall hid the slice in all of
-// them. Cubic between texels, within the range of the nearest of them; linear between those that are seen, where a wall hides some of them.
+// The mean at a place, 0 to 1 on each axis. The texture's alpha is the number of frames, negative if a wall hid the slice in all of them. Cubic
+// between texels, within the range of the nearest ones. If a wall hides some, linear between the others.
 Mean mean_between(sampler3D texels, vec3 place) {
     ivec3 size = textureSize(texels, 0);
     vec3 at = place * vec3(size) - 0.5, part = at - floor(at);
@@ -43,9 +43,9 @@ Mean mean_between(sampler3D texels, vec3 place) {
     return Mean(sum.rgb, sum.a, some);
 }
 
-// The mean with the light of this frame, at most `most` frames of it, as it is kept. Where a wall hides the slice (`!seen`), light is that
-// right before the wall. It counts only if nothing else is known. The known mean fades: slowly at rest, where ways through other pixels may
-// see the slice.
+// The mean with the light of this frame, at most `most` frames of it, as it is kept. If a wall hides the slice (`!seen`),
+// `light` is the light right before the wall. It counts only if nothing else is known. The known mean fades: slowly at rest,
+// when ways through other pixels may see the slice.
 vec4 mean_with(Mean before, vec3 light, bool seen, float most) {
     float frames = min(before.frames, most - 1.0);
     if (!seen && before.seen && frames > 1.0) return vec4(before.light, frames - (frame.still > 0u ? FADES_AT_REST : 1.0));

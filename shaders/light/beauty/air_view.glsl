@@ -1,15 +1,15 @@
-// Functions of the passes that ask for the light of a slice of the view: a way through it that the camera sees, and where it was in the
-// last frame. Needs scene.glsl, air_slices.glsl, <raxel/random.glsl>, <raxel/light/reproject.glsl>, `hits` and `places`, and the camera of
-// the last frame in `push`.
+// For passes that ask for the light of a slice of the view: finds a visible way through the slice, and its place in the
+// last frame. Needs scene.glsl, air_slices.glsl, <raxel/random.glsl>, <raxel/light/reproject.glsl>, `hits` and `places`,
+// and the camera of the last frame in `push`.
 const int TRIES = 8;
 
-// How far a pixel sees.
+// The distance that a pixel sees.
 float depth_of(ivec2 pixel) {
     return imageLoad(hits, pixel).w < 0 ? 1e9 : imageLoad(places, pixel).z;
 }
 
-// Finds a pixel that sees a point of the slice, so that no light from behind a wall gets into the air before it. If none of the pixels that
-// it tries sees as far as `t`, it is the one that sees farthest. `reach` ends right before its hit.
+// Finds a pixel that sees a point of the slice, so that no light from behind a wall gets into the air before it. If no tried pixel sees as far
+// as `t`, takes the one that sees farthest. `reach` ends right before its hit.
 vec3 seen_way(ivec3 slice, ivec3 size, float t, inout uint seed, out float reach) {
     ivec2 screen = imageSize(hits), from = slice.xy * screen / size.xy, until = (slice.xy + 1) * screen / size.xy;
     ivec2 wide = max(until - from, ivec2(1)), pixel = from + wide / 2, deepest = pixel;

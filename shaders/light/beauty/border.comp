@@ -1,5 +1,5 @@
-// Where the ground around a finite world lies, and its colour: those of the land at the world's border, seen from above. A world whose border is
-// walls, such as a cube, stands on a plane at its lowest level. A streamed world needs no ground, and an empty one has none.
+// Finds the height and the colour of the ground around a finite world: those of the land at the world's border, seen from above. A world with
+// walls at its border, for example a cube, stands on a plane at its lowest level. A streamed world needs no ground, and an empty one has none.
 #version 460
 #include <raxel/world.glsl>
 #include "land.glsl"

@@ -1,4 +1,4 @@
-// Light to display values: sharpening, bloom, exposure, tone curve, contrast and colour, and noise of less than one step of the screen in place of bands.
+// Maps light to display values: sharpening, bloom, exposure, tone curve, contrast and colour. Noise of less than one step of the screen hides bands.
 #version 460
 #include <raxel/tone.glsl>
 #include <raxel/random.glsl>

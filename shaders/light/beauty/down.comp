@@ -1,5 +1,5 @@
 // A mip of the bloom from the finer one: 13 taps in five boxes that overlap (Jimenez, "Next generation post processing in Call of Duty",
-// 2014), so that small bright things do not flicker.
+// 2014), so small bright things do not flicker.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D source;

@@ -50,7 +50,7 @@ void main() {
     // change.
     float share = age == 0.0 ? 1.0 : 1.0 - pow(age / (age + push.delta), FIRST);
     share = max(share, 1.0 - exp(-push.delta * (goal < exposure ? TO_BRIGHT : TO_DARK)));
-    // A picture at rest has its goal when this pass stops, however short the frames are. Where time stands still, so does the eye.
+    // A picture at rest has its goal when this pass stops, however short the frames are. While time stands still, the exposure stays.
     if (push.delta > 0.0) share = max(share, 1.0 / float(RESTS - min(frame.still, RESTS - 1u)));
     if (share > 0.0) exposure = share == 1.0 ? goal : exp2(mix(log2(exposure), log2(goal), share));
     age += push.delta;

@@ -24,7 +24,7 @@ layout(push_constant) uniform Push { float seconds; } push;
 const uint DEEPEST = 40u;       // voxels looked through
 const float ETA = 1.333;
 const uint RAYS_AT_REST = 3u, RAYS_IN_MOTION = 6u;   // for light that the cache does not have
-const float ROUGH = 0.1;        // roughness from which on a surface mirrors a wide cone
+const float ROUGH = 0.1;        // from this roughness on, a surface mirrors a wide cone
 const int AROUND = 2;           // pixels that share their mirror image, each way
 
 shared vec4 glosses[SIDE * SIDE];
@@ -44,8 +44,8 @@ bool cached(ivec3 voxel, uint face, vec2 uv, out vec3 found) {
     return true;
 }
 
-// Light on a face, without direct sun. Where the cache has nothing, a few rays ask for it. All pixels of a frame send them the same ways,
-// so that they differ by the surroundings of a place and not by chance; the average over frames joins many ways.
+// Light on a face, without direct sun. If the cache has none, a few rays ask for it. All pixels of a frame use the same directions, so pixels
+// differ by their surroundings and not by chance. The average over frames joins many directions.
 vec3 kept(RxHit on, vec3 to_sun) {
     uint rays = frame.still > 0u ? RAYS_AT_REST : RAYS_IN_MOTION;
     vec3 found;
@@ -66,7 +66,7 @@ vec3 kept(RxHit on, vec3 to_sun) {
     return sum / float(rays);
 }
 
-// Small waves: slopes of sums of sines, so that faces stay the faces that they are. Each goes its way as fast as waves of its length do on deep
+// Small waves: slopes of sums of sines. Faces stay as they are. Each goes its way as fast as waves of its length do on deep
 // water, where a voxel is about 30 cm. They fade where they are smaller than a pixel.
 vec3 ripples(vec3 place, float distance) {
     vec2 slope = vec2(0.0), way = vec2(0.8, 0.6);
@@ -91,10 +91,10 @@ struct Surface {
     bool clear;          // light goes through it
     vec3 dir;            // from the camera
     vec3 plane;          // normal of the face
-    vec3 normal;         // by which it mirrors, see facet_normal
+    vec3 normal;         // the normal for mirroring, see facet_normal
 };
 
-// The normal by which a surface mirrors: that of the waves on top of clear bodies, of a face of the other clear ones, of a random facet of the rest.
+// The normal for mirroring: that of the waves on top of clear bodies, of the face on other clear bodies, of a random facet elsewhere.
 vec3 facet_normal(Surface on) {
     if (on.clear) {
         vec3 at = vec3(on.voxel - world.origin) + vec3(on.place.x, 1.0, on.place.y);
@@ -149,8 +149,8 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun
     }
 }
 
-// Light that comes up through a clear body, times the share of it that is not mirrored: light that went straight down and back, less the
-// body's loss.
+// Light that comes up through a clear body, times the share that is not mirrored. It went straight down and
+// back, less the body's loss.
 vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
     vec3 inward = refract(on.dir, on.normal, 1.0 / ETA);
     RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
@@ -235,7 +235,7 @@ void main() {
     glosses[own] = result;
     alikes[own] = alike;
     barrier();
-    // A ray a frame for a wide cone is noisy, and the mirror images of such cones in neighbouring pixels hardly differ.
+    // One ray a frame for a wide cone is noisy. The mirror images of wide cones hardly differ between neighbouring pixels.
     if (alike != 0u) {
         float count = 1.0;
         for (int i = 0; i < (2 * AROUND + 1) * (2 * AROUND + 1); ++i) {

@@ -1,5 +1,5 @@
-// The ground or the sea around a finite world, where a pixel sees nothing of the world: lit by the sun and the sky, shadowed by the world, a ray to
-// each. Leaves its light where smooth surfaces leave theirs, and its distance in `places`. Pixels that see the world end after one read.
+// Draws the ground or the sea around a finite world, in pixels that see nothing of the world. Sun and sky light it, with a ray to each, and the world
+// casts shadows. Leaves its light where smooth surfaces leave theirs, and its distance in `places`. Pixels that see the world end after one read.
 #version 460
 #include <raxel/world.glsl>
 #include "../scene.glsl"
@@ -21,7 +21,7 @@ void main() {
     if (t < 0.0) return;
     vec3 at = frame.camera_frac + t * dir, skylight = sky_above(to_sun);
     float sunlit = 1.0, haze = land_haze(t);
-    // From places that the haze hides, and from those that the world is far from, no ray is sent.
+    // Send no ray from places that the haze hides, nor from places far from the world.
     vec2 place = vec2(frame.camera_cell.xz) + at.xz;
     float away = length(max(max(vec2(push.low.xz) - place, place - vec2(push.high.xz)), 0.0)), tall = float(push.high.y) - land.level;
     uint seed = scene_seed(uint(pixel.x) + rx_hash(uint(pixel.y) + 911u));

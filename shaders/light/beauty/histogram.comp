@@ -1,5 +1,5 @@
-// How many places of the picture have which luminance, in 256 steps of its logarithm from 2^-16 to 2^12. They are texels of the finest mip of the
-// bloom: a quarter of the pixels, each a mean of its neighbours, so that a speck of noise weighs as little as it does to the eye.
+// Counts places of the picture by luminance, in 256 steps of its logarithm from 2^-16 to 2^12. Places are texels of the finest mip of the bloom:
+// a quarter of the pixels, each a mean of its neighbours. So a speck of noise weighs as little as it does to the eye.
 #version 460
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(rgba16f) uniform readonly image2D picture;

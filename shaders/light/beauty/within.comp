@@ -1,6 +1,6 @@
-// The view from within a clear body, such as water: the light that its matter takes away and scatters, the things in it, and through its
-// surface those outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the noise
-// away. Above water the pass ends after one read.
+// Draws the view from within a clear body, for example water. The body absorbs and scatters light. The view shows the things in it and, through
+// its surface, those outside. Beyond Snell's window the surface mirrors the body itself. One path a pixel and frame; the average takes the
+// noise away. Above water the pass ends after one read.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -26,7 +26,7 @@ RxRay across(ivec3 cell, uint face, vec2 uv, vec3 dir) {
     return ray;
 }
 
-// Direct sun and sky that come to a place in the air, the sky as one random ray; both for a surface that sends all of it on. The rays take turns, because each
+// Direct sun and sky at a place in the air, for a surface that reflects all light. One random ray finds the sky. The rays take turns, because each
 // call of the tracer is compiled into the shader.
 vec3 daylight(RxSceneRay from, vec3 normal, vec3 to_sun, inout uint state) {
     vec3 light = vec3(0.0);

@@ -1,6 +1,6 @@
-// Light between the centres of neighbouring faces of one plane. Only faces that are seen in this frame take part, so each of them is
-// exposed; two exposed faces side by side have no wall between them, and across a corner the light takes the way of one of the two faces
-// beside it. So nothing leaks. Needs cells.glsl and queue.glsl; `height` is that of the picture.
+// Light between the centres of neighbouring faces of one plane. Only faces seen in this frame take part, so each is exposed. No wall stands
+// between two exposed faces side by side. Across a corner, the light passes one of the two faces beside it. So nothing leaks. Needs cells.glsl
+// and queue.glsl; `height` is that of the picture.
 
 #include "beside.glsl"
 #include "soft.glsl"

@@ -1,4 +1,4 @@
-// Where faces have keys (face_table.glsl): on each axis where all solid voxels are, if the box has room for them, else around the camera. Needs <raxel/world.glsl> and scene.glsl.
+// The box of faces with keys (face_table.glsl). On each axis it holds all solid voxels if they fit, or lies around the camera. Needs <raxel/world.glsl> and scene.glsl.
 #ifndef FACE_CACHE_BOX_GLSL
 #define FACE_CACHE_BOX_GLSL
 

@@ -1,6 +1,6 @@
-// Which key of the table keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide
-// as fit.grain as a whole. Smaller faces that look the same way share the key of a cell, a cube of 2, 4, 8, 16 or 64 voxels: the first that
-// is as wide as the grain. This follows from the face and the camera alone, so all askers agree. The light of a cell comes from places in
+// Finds the key of the table that keeps the light of a place. A face that is wide on the picture is kept in quarters, one that is at least as wide
+// as fit.grain as a whole. Smaller faces of one direction share the key of a cell. The cell is a cube of 2, 4, 8, 16 or 64 voxels: the first
+// that is as wide as the grain. This follows from the face and the camera alone, so all askers agree. The light of a cell comes from places in
 // it that pixels see: a hidden side of a thin wall adds nothing to it. Light on an instance has the key of a voxel of its model
 // (instance_cells.glsl). Needs <raxel/light/face_table.glsl>, box.glsl and across.glsl.
 #ifndef FACE_CACHE_CELLS_GLSL
@@ -78,14 +78,14 @@ float cell_pixels(ivec3 cell, uint face, uint part, float height) {
     return width * pixels_from(middle, height);
 }
 
-// Pixels across a face, were it as wide as high on the picture: a face that looks away covers less of it.
+// Pixels across a square that covers as much of the picture as the face. A face that looks away covers less.
 float cell_width(ivec3 voxel, uint face, float height) {
     vec3 middle = face_middle(voxel, face);
     float away = max(length(middle), 1e-3), facing = abs(dot(middle, rx_place_normal(voxel, face))) / away;
     return pixels_from(middle, height) * sqrt(clamp(facing, 0.0625, 1.0));
 }
 
-// The part for a face of such a width that is not kept in quarters.
+// The part for a face of this width, if it is not kept in quarters.
 uint cell_part(ivec3 voxel, uint face, float width, float grain) {
 #ifdef RX_BINDS_instances
     if (rx_is_on_instance(face)) return instance_cell_part(voxel, width, grain);

@@ -1,5 +1,5 @@
-// The first hit of a pixel in the world, in two words: the voxel from the corner of the world's cube, which is at most 4096 voxels wide
-// where this is known, and its face. Or the pixel sees nothing, or its ray is to be traced from a time on.
+// The first hit of a pixel in the world, in two words: the face, and the voxel from the corner of the world's cube. The cube of a known hit is
+// at most 4096 voxels wide. Or the pixel sees nothing, or its ray must be traced from a time on.
 const uint FIRST_REST = 0u, FIRST_MISS = 1u, FIRST_HIT = 2u;   // and the face
 
 uvec2 first_hit(uvec3 from_corner, uint face) {

@@ -1,4 +1,4 @@
-// How a view fits into the table of faces: `fit`, which cache.glsl declares.
+// Fits a view into the table of faces: `fit`, which cache.glsl declares.
 #ifndef FACE_CACHE_FIT_GLSL
 #define FACE_CACHE_FIT_GLSL
 
@@ -20,8 +20,8 @@ struct Fit {
     float grain;     // pixels across a cell, at least: smaller faces share one; below 0 where there are no cells
     float expected;  // slots that the view should take by the widths of its faces, 0 where any view fits
     float crowding;  // how many times more it took, in earlier frames
-    uint chosen;     // the number of that grain among those that forget.comp chooses from
-    uint bins[2u * FIT_BINS];   // pixels that the last frame saw, by the width of their faces; then those that gauge.comp has asked
+    uint chosen;     // the index of that grain in the choices of forget.comp
+    uint bins[2u * FIT_BINS];   // pixels of the last frame by the width of their faces; then the pixels that gauge.comp has asked
 };
 
 // Slots for the faces in sight. The previous view may have as many for a frame, and the table then is no more than 60 % full, so all keys

@@ -1,6 +1,6 @@
-// Empties the list of faces, decides how many of those in sight are listed, measures the noise of a sample and the size of cells, and frees
-// the slots of faces that no pass has asked for in a long time: in a 256th of the table in each frame. When the table fills up, all of it
-// is looked through, and faces that have left the picture go sooner.
+// Empties the list of faces, decides how many visible faces are listed, and measures the noise of a sample and the size of cells. In a 256th of
+// the table in each frame, frees the slots of faces that no pass has asked for in a long time. When the table fills up, looks through all of
+// it, and faces that have left the picture go sooner.
 #version 460
 #include "../scene.glsl"
 
@@ -16,8 +16,8 @@ const float ENTRIES_MORE = 8.0;                      // entries for each pixel o
 const uint EACH = 16u;                               // slots that a thread looks through
 const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
 
-shared uint finest;   // grain with which the view fits
-shared uint roomy;    // grain with which a fifth of the room stays free
+shared uint finest;   // the finest grain that fits the view
+shared uint roomy;    // the finest grain that leaves a fifth of the room free
 
 uint pixels() {
     return uint(push.size.x * push.size.y);
@@ -31,8 +31,8 @@ float kept_width(float width, float grain) {
     return wider < grain ? 64.0 * width : wider;
 }
 
-// A grain with which the view fits: that of the last frame, unless it is too fine, or much coarser than it needs to be. A cell or part takes as many slots
-// as its share of a pixel, and a pixel one at most. Each thread looks at a grain of its own.
+// Chooses a grain that fits the view: the last frame's, unless it is too fine or much too coarse. A cell or part takes as many slots as its share of a
+// pixel, and a pixel takes one at most. Each thread tries a grain of its own.
 void choose_grain() {
     const float STEP = 0.1;   // octaves
     uint own = gl_LocalInvocationIndex;

@@ -1,5 +1,5 @@
-// How full the table is. And after a jump of the camera, how wide faces are on the picture: one of 64 pixels asks, so that the size of cells is known before all
-// others take slots. While the view goes on, the last frame has counted that (see.comp).
+// Measures how full the table is. After a jump of the camera, one of 64 pixels also measures how wide its face is on the picture. So the size of cells is known
+// before all other pixels take slots. While the view goes on, the last frame has counted the widths (see.comp).
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"

@@ -1,7 +1,7 @@
-// The key of the table for the light of a place on an instance: that of a face of a voxel of its model, for any pose, so that light stays
-// where it is while the instance moves. Faces that are narrow on the picture, and those of models of more than 256 voxels, share the key of
-// a cell of the model. Keys of the world's faces leave four values of face and part free: these keys have them. 14 bits are the number of
-// the instance, 8 each of the coordinates of the cell. Part of cells.glsl; voxels and cells are as <raxel/scene.glsl> has them.
+// The key of the table for the light of a place on an instance: that of a face of a voxel of its model, in any pose. So the light moves with the
+// instance. Faces that are narrow on the picture, and those of models of more than 256 voxels, share the key of a cell of the model. Keys of the
+// world's faces leave four values of face and part free: these keys have them. 14 bits are the number of the instance. Each coordinate of the
+// cell has 8 bits. Part of cells.glsl; voxels and cells are as <raxel/scene.glsl> has them.
 
 const uint INSTANCE_CELL = CELL_PARTS + 4u;   // the part of cells; faces have 0
 const uint INSTANCE_KEYS = 60u;               // the first of those four values

@@ -1,7 +1,7 @@
-// Lamps on instances: faces of their models that give off light. A face is a place on an instance (<raxel/place.glsl>), so that nothing here changes while instances move.
-// The list stands in the buffer of the instances: a quad with the sum of all powers; two quads for each instance that has lamps: its index, the first of the faces of its
-// model and their number, then how it is drawn; two quads for each face: voxel, material of the model + face << 16, then how it is drawn. Needs <raxel/scene.glsl>,
-// <raxel/light/lamps.glsl>, and instances that are bound.
+// Lamps on instances: faces of their models that give off light. A face is a place on an instance (<raxel/place.glsl>), so nothing here changes while instances move. The
+// list is in the buffer of the instances. Its first quad has the sum of all powers. Each instance with lamps has two quads: its index, the first face of its
+// model and the number of faces; then how it is drawn. Each face has two quads: voxel, material of the model + face << 16; then how it is drawn. Needs
+// <raxel/scene.glsl>, <raxel/light/lamps.glsl>, and instances that are bound.
 #ifndef LIGHT_INSTANCE_LAMPS_GLSL
 #define LIGHT_INSTANCE_LAMPS_GLSL
 
@@ -9,7 +9,7 @@ uvec4 instance_lamps_quad(uint at) {
     return instances.quads[instances.lamps_at + at];
 }
 
-// The probability by area with which draw_instance_lamp gives a face with this radiance.
+// The probability by area of a face with this radiance in draw_instance_lamp.
 float instance_lamp_probability(vec3 radiance) {
     return instances.lamps == 0u ? 0.0 : rx_luminance(radiance) / uintBitsToFloat(instance_lamps_quad(0u).x);
 }

@@ -1,7 +1,7 @@
 // Lists of lamps, and the additions of a frame. A fine list belongs to a cell of 16 voxels and a direction. A region's list belongs to a
-// cube of 64 or of 256 voxels: REGION_EACH words are a hash set; as many behind all of these sets are the number of its members and then
-// the members in a row. The lamps that a frame has found stand at the same places as the sets. KNOWN_ACCESS is empty where the shader
-// writes the lists. Needs <raxel/random.glsl>.
+// cube of 64 or of 256 voxels. REGION_EACH words are a hash set. Behind all sets, each list has as many words again: the number of its
+// members, then the members in a row. The lamps that a frame has found stand at the same places as the sets. KNOWN_ACCESS is empty where the
+// shader writes the lists. Needs <raxel/random.glsl>.
 #ifndef FACE_CACHE_KNOWN_GLSL
 #define FACE_CACHE_KNOWN_GLSL
 #ifndef KNOWN_ACCESS

@@ -1,9 +1,9 @@
-// Lamps that are known to light a place. Each cell of 16 voxels has, for each of the six directions that a face looks in, a list of voxel
-// faces that have lit a face in it lately. Regions of 64 and of 256 voxels have wider lists of voxel faces that have lit anything in them:
-// all faces around one know its lamps. A path draws lamps from all three lists, and the others by power from all lamps. Those on instances
-// are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the lists add no light and take
-// none, for any contents. A listed lamp may be gone by now: the voxel itself is asked. Needs <raxel/scene.glsl>, scene.glsl and
-// <raxel/light/lamps.glsl>.
+// Lamps that are known to light a place. Each cell of 16 voxels has a list for each of the six directions of faces: the voxel faces
+// that lately lit such a face in the cell. Regions of 64 and of 256 voxels have wider lists of voxel faces that lit anything in
+// them, so that all faces around share their lamps. A path draws lamps from all three lists, and the others by power from all lamps.
+// Those on instances are drawn by power alone, and no list has them. Each counts by the true density of all ways together, so the
+// lists add no light and take none, for any contents. A listed lamp may be gone by now: the voxel itself is asked. Needs
+// <raxel/scene.glsl>, scene.glsl and <raxel/light/lamps.glsl>.
 #include "known.glsl"
 #ifdef RX_BINDS_instances
 #include "instance_lamps.glsl"
@@ -45,7 +45,7 @@ ivec3 region_corner(uint size) {
     return (known_voxel >> log2_width << log2_width) + (1 << log2_width - 1) - 256;
 }
 
-// Which of the lists of its size a region has.
+// The index of a region's list among those of its size.
 uint region_list(uint size) {
     return (size * REGION_CELLS + (rx_hash(rx_hash(known_voxel >> region_log2(size)) + size) & REGION_CELLS - 1u)) * REGION_EACH;
 }
@@ -93,7 +93,7 @@ uint region_slot(uint place, uint size) {
     return REGION_SETS + region_list(size) + (rx_hash(place) & REGION_EACH - 1u);
 }
 
-// How often a voxel's face, whose radiance is given, is drawn by a candidate, by area; `listed` is true if a list has it.
+// The density by area with which a candidate draws a voxel's face of this radiance. `listed` is true if a list has it.
 float known_density(ivec3 voxel, uint face, vec3 radiance, out bool listed) {
 #ifdef RX_BINDS_instances
     listed = rx_is_on_instance(face);

@@ -1,4 +1,4 @@
-// Lamps that have lit faces in this frame join those that are known (known_lamps.glsl). A lamp that has not lit any for 16 frames counts
+// Adds the lamps that lit faces in this frame to the known lamps (known_lamps.glsl). A lamp that has not lit any for 16 frames counts
 // half; regions forget it after 48.
 #version 460
 #include "../frame.glsl"

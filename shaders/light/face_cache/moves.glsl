@@ -2,8 +2,8 @@
 // its last samples. Needs cache.glsl.
 
 layout(std430) readonly buffer Poses {
-    uint moves;   // another number after each frame in which an instance has moved
-    uint leaps;   // that of the last frame in which a lamp has gone far
+    uint moves;   // a number that changes after each frame in which an instance moved
+    uint leaps;   // the number of the last frame in which a lamp went far
 };
 
 // Samples from before a move that still count: a move may change the light of any face, and new samples soon outweigh so few.
@@ -11,7 +11,7 @@ const float SAMPLES_BEFORE_MOVE = 8.0;
 // The same of a lamp that is suddenly elsewhere, or moves fast: the place behind it must be dark soon.
 const float SAMPLES_BEFORE_LEAP = 0.25;
 
-// How many of the samples of a slot still count.
+// The number of a slot's samples that still count.
 float samples_after_moves(uint slot, float samples) {
     if (moves_seen[slot] == moves) return samples;
     return min(samples, moves_seen[slot] < leaps ? SAMPLES_BEFORE_LEAP : SAMPLES_BEFORE_MOVE);

@@ -16,8 +16,8 @@ layout(std430) QUEUE_ACCESS buffer Queue {
     uint work;      // threads of a pass that has several for each entry
     uint wanted;    // entries that all faces in sight would have, with one for each pixel of their width
     uint seen;      // faces that are in sight
-    uint every;     // one in so many of the faces in sight is listed, in turn
-    uint spread;    // the sum of the variances of samples over faces, relative to the shown light of such a place
+    uint every;     // one of `every` faces in sight is listed, in turn
+    uint spread;    // the sum over faces of the variance of a sample, relative to the shown light there
     uint spreads;   // how many faces that is
     uint logs;      // the sum of the logarithms of all light that falls on the shown places
     uint showing;   // how many pixels that is
@@ -63,13 +63,13 @@ bool queue_quiet() {
     return queue.noise > 0.0 && queue.noise < 0.25;
 }
 
-// Whether all light is of the sun and the sky: a lamp close to a path makes single samples so bright that they show as speckles.
+// Whether only sun and sky give light. A lamp close to a path would make single samples bright enough to show as speckles.
 bool queue_even() {
     return queue.lamps == 0u;
 }
 
-// Pixels across a face below which it shows its own light, and shares noise with no other. A picture that is averaged over frames (JITTER)
-// sees other faces in each where they are narrower than its pixels, so the average shares their noise, but for speckles.
+// Faces below this width in pixels show their own light, and share noise with no others. In a picture averaged over frames (JITTER), a pixel
+// sees another narrow face in each frame. So the average shares their noise, except for speckles.
 float queue_narrow() {
 #ifdef JITTER
     return queue_even() ? 1.5 : 0.0;

@@ -47,8 +47,8 @@ void resolve(uint i) {
     moves_seen[slot] = moves;
 #endif
     if (old.w >= JUDGES_FROM && generation[slot] == state.generation && queue.bright > 0.0) {
-        // Samples of one frame are spread evenly, so they are held against the mean together; a mean of n is off by an n-th of the variance itself.
-        // Where sunlight comes on top, or all else is much brighter, it shows less.
+        // Samples of one frame are spread evenly, so compare their mean with the kept mean. The variance of a mean of n samples is an n-th of a
+        // sample's. Noise shows less where sunlight comes on top, or all else is much brighter.
         float mean = luminance(old.rgb), off = first - mean;
         float relative = off * off / ((1.0 / judged + 1.0 / old.w) * (mean * mean + queue.bright * queue.bright));
         atomicAdd(spread, uint(QUEUE_ONE * min(relative, SPREAD_MOST)));

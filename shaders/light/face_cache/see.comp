@@ -1,6 +1,6 @@
-// The first hit of each pixel, and a list of the faces that get new samples, each once: all that are new, and of the others as many as
-// there are paths for, in turn. Faces that know their light well take their turn less often; wide ones, which many pixels show, have to
-// know it better, and get more samples at once.
+// Finds the first hit of each pixel. Lists the samples of this frame: those of all new faces, and of as many others, in turn, as there are
+// paths for. Faces that know their light well take their turn less often. Wide ones, which many pixels show, have to know it better, and
+// get more samples at once.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"

@@ -1,6 +1,6 @@
-// Noise of faces that have few samples is shared with the faces around them. Neighbours of one plane count by the number of their samples,
-// as far as chance explains the difference between the two: the more samples both have, the smaller a difference must be, so that with time
-// each face shows its own light, and edges of shadows stay where they are.
+// Shares the noise of faces with few samples with the faces around them. A neighbour on the same plane counts by its samples, as far as
+// chance explains the difference between the two faces. The more samples both have, the smaller a difference must be. So each face shows its
+// own light in time, and edges of shadows stay in place.
 #version 460
 #extension GL_EXT_control_flow_attributes : require
 #include <raxel/scene.glsl>
@@ -27,8 +27,8 @@ layout(push_constant) uniform Push { ivec2 pixels; } push;
 const uint RECENT = 16u;    // frames since a neighbour was seen
 const float FEW = 64.0;      // samples below which a face narrower than a pixel shares noise, too: a picture of few frames shows it as specks
 const float QUIET = 0.25;    // noise of samples below which sunlight hides most of it
-const float CLEAN = 0.02;    // standard error, as a share of the mean, from which on a face needs no neighbours
-const float HIDDEN = 0.035;  // the same in quiet light, as a share of the shown light of such a place
+const float CLEAN = 0.02;    // a face needs no neighbours at this standard error, as a share of the mean
+const float HIDDEN = 0.035;  // the same in quiet light, as a share of the light shown there
 
 float luminance(vec3 light) {
     return dot(light, vec3(0.2126, 0.7152, 0.0722));
@@ -40,15 +40,15 @@ bool noisy(float variance, float samples, float mean) {
     return variance > enough * samples;
 }
 
-// Neighbours of a face on its plane: the eight next to it, row by row, or the four that lie so many `far` straight on.
+// Neighbours of a face on its plane: the eight next to it, row by row, or the four at the distance `far` straight on.
 const int RING = 8;
 ivec2 ring_step(int far, int k) {
     int next = far > 1 ? 2 * (k % 4) + 1 : k < 4 ? k : k + 1;
     return (ivec2(next % 3, next / 3) - 1) * far;
 }
 
-// RX_NO_FACE where no face is seen or its light is not of now. Light of now is that of the world of now, so a face is still bare if it was not seen in
-// this very frame, as faces that are smaller than pixels are not.
+// RX_NO_FACE if no face is seen there, or if its light is from before the last change of the world. Current light shows that the face is still bare,
+// even if this frame missed it: frames miss faces that are smaller than pixels.
 uint ring_slot[RING];
 vec4 ring_light[RING];
 float ring_square[RING];
@@ -72,7 +72,7 @@ void look(uint own, ivec3 cell, uint face, uint part, int far, uint wanted) {
         ring_light[k] = light[slot];
         ring_square[k] = squares[slot];
     }
-    // A cell has faces that are not bare beside those that are seen, so that of another frame is no evidence for the one beside this one.
+    // A cell has covered faces beside the visible ones. So a cell seen in another frame does not show that its face beside this one is bare.
     uint recent = part < CELL_PARTS ? RECENT : 0u;
     [[unroll]] for (int k = 0; k < RING; ++k) {
         if (frame.index + 1u - seen[k] > recent || made[k] != state.generation || ring_light[k].w == 0.0) ring_slot[k] = RX_NO_FACE;

@@ -1,6 +1,6 @@
-// One path for each entry of the list, from a random place on its face, or of a cell from one that a pixel sees: skylight, lamps and all light that other faces
-// send back, without direct sun. Where a face that is hit keeps light itself, the path ends with that. Only data of the last frame is read,
-// so the order of threads does not matter.
+// Traces a path for each entry of the list, from a random place on its face, or for a cell from a place that a pixel sees. It finds skylight, lamps and all light that
+// other faces send back, without direct sun. At a face that keeps light itself, the path ends and takes that light. Only data of the last frame
+// is read, so the order of threads does not matter.
 #version 460
 #include <raxel/scene.glsl>
 #include <raxel/thread.glsl>
@@ -33,8 +33,8 @@ vec4 kept(RxHit hit) {
 #include <raxel/light/body.glsl>
 #endif
 #ifdef SHORT_PATHS
-// All wait for the longest path. Where samples have little noise, half of those that have met no face whose light is known end at each place; in worlds
-// without lamps, a quarter at least, and more where surfaces are dark.
+// All wait for the longest path. If samples have little noise, half of the paths that have met no face with known light end at each place. In worlds
+// without lamps, at least a quarter end, and more where surfaces are dark.
 #define PATH_ROULETTE_FROM (queue_quiet() || queue_even() ? 1u : 3u)
 #define PATH_ROULETTE_MOST (queue_quiet() ? 0.5 : queue_even() ? 0.75 : 0.95)
 #endif

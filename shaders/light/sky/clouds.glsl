@@ -1,6 +1,6 @@
-// A layer of clouds over the whole world: its thickness at each place, the share of the sun that comes through, and a march through it. One
-// function of place is the thickness, so the visible clouds are those that shade. Needs scene.glsl, which includes it where a graph defines
-// SKY_TABLE.
+// A layer of clouds over the whole world: its thickness, the share of the sun that passes, and a march through
+// it. Shadows and visible clouds share one function for the thickness, so they agree. Needs scene.glsl, which
+// includes it where a graph defines SKY_TABLE.
 #ifndef SKY_CLOUDS_GLSL
 #define SKY_CLOUDS_GLSL
 
@@ -27,7 +27,7 @@ float cloud_share(float rise) {
     return smoothstep(0.02, 0.22, abs(rise));
 }
 
-// The share of the sun, or by night of the moon, that comes through the clouds to a place of the world. Sixteen look-ups of the hash, and none without clouds.
+// The share of the sun, or by night the moon, that passes the clouds and reaches a place of the world. Sixteen look-ups of the hash, and none without clouds.
 float sun_through_clouds(vec3 place) {
     vec3 to = frame_sun();
     float rise = sky_clouds.y - place.y;
@@ -36,7 +36,7 @@ float sun_through_clouds(vec3 place) {
     return mix(1.0, exp(-CLOUD_DEPTH * thick * thick), cloud_share(to.y));
 }
 
-// Where a ray is in the layer. `height` is that of its beginning.
+// The part of a ray in the layer. `height` is the height of its start.
 bool cloud_span(float height, vec3 dir, out float from, out float until) {
     float low = (sky_clouds.y - height) / dir.y, high = (sky_clouds.y + sky_clouds.z - height) / dir.y;
     from = max(min(low, high), 0.0);
@@ -44,8 +44,8 @@ bool cloud_span(float height, vec3 dir, out float from, out float until) {
     return sky_clouds.x > 0.0 && abs(dir.y) > 0.02 && until > from;
 }
 
-// Light of the clouds along a ray from `place` of the world, and the share of the light behind that comes through. `shift`, 0 to 1, moves
-// the places where the march looks. Each of them costs 24 look-ups of the hash, and 16 more in a cloud.
+// Light of the clouds along a ray from `place` of the world, and the share of the light behind them that passes. `shift`, 0 to 1, moves the
+// samples of the march. Each sample costs 24 look-ups of the hash, and 16 more in a cloud.
 vec4 cloud_march(vec3 place, vec3 dir, vec3 to_sun, int steps, float shift) {
     float from, until;
     if (!cloud_span(place.y, dir, from, until)) return vec4(0.0, 0.0, 0.0, 1.0);

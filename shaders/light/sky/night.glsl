@@ -1,5 +1,5 @@
-// How bright the night is, for a sun with an irradiance of pi above the air. Brighter than nature's night against its day: one exposure has to hold
-// both a lamp and the land.
+// The brightness of the night, for a sun with an irradiance of pi above the air. The night is brighter against the day than in nature, because
+// one exposure has to hold both a lamp and the land.
 
 const vec3 MOON_LIGHT = vec3(0.0125, 0.0150, 0.0190);          // a full moon's light of the sun's
 const vec3 NIGHT_DARK = vec3(0.00012, 0.00016, 0.00030);       // radiance of the sky at the zenith without a moon

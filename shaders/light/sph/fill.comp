@@ -1,5 +1,5 @@
-// Writes the water into a copy of the world: a voxel is water where the density of its eight cubes is above one half on average, else it is
-// as without water. Water is the first clear material of the world, or its first one where none is clear.
+// Writes the water into a copy of the world: a voxel is water if the mean density of its eight cubes is above one half; otherwise it is empty.
+// Water is the first clear material of the world, or the first material if none is clear.
 #version 460
 #define RX_WRITE_world
 #include <raxel/world.glsl>

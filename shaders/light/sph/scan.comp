@@ -1,4 +1,4 @@
-// Where the particles of each cell begin among all, in the order of cells: sums of the counts before. One workgroup.
+// Sums the counts of the cells before each cell: the index of its first particle, in the order of cells. One workgroup.
 #version 460
 
 layout(local_size_x = 256) in;

@@ -1,6 +1,6 @@
-// The world with the water in it. A ray walks through cubes of half a voxel; where their density passes one half there is water, which mirrors the
-// sky and the world by Fresnel's law and shows what is behind it, less what the way through takes. With MICRO, the cubes are micro-voxels, a quarter of a
-// voxel wide, and the exact tracer finds where rays of the camera meet them.
+// The world with the water in it. A ray walks through cubes of half a voxel, and finds water where their density passes one half. Water mirrors the sky
+// and the world by Fresnel's law, and shows the things behind it, less the loss on the way. With MICRO, the cubes are micro-voxels, a quarter of a voxel
+// wide, and the exact tracer finds where rays of the camera meet them.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -51,7 +51,7 @@ bool wet(ivec3 cube) {
 }
 #endif
 
-// First cube with water from `from` on, where the ray leaves the water for the last time, and how far it went through water in all.
+// Finds the first cube with water from `from` on, the last exit of the ray from water, and the total length in water.
 struct Way {
     bool met;
     float t;         // where water begins
@@ -109,7 +109,7 @@ vec3 world_light(RxRay ray, vec3 sun, out float distance) {
         vec3 albedo = material.albedo * rx_grain(hit.voxel);
         color = albedo * (material.emission + 0.6 * rx_openness(hit) * rx_ambient(normal, sun));
         waiting = albedo * 2.3 * max(dot(normal, sun), 0.0) * rx_sun_color(sun);
-        // Water takes some of the sun from what is below it.
+        // Water takes some of the sun from the things below it.
         vec3 place = vec3(hit.voxel - push.corner) + rx_ray_from_face(hit.voxel, hit.face, hit.uv, sun).frac + vec3(rx_face_step(hit.face));
         waiting *= exp(-LOSS * walk(place, sun, 200.0).through);
         if (waiting.y <= 0.0) break;

@@ -1,5 +1,5 @@
-// The world with the water as voxels of it, by exact rays alone: water mirrors by Fresnel's law and shows the things behind it, less the
-// loss by its colour on the way. Rays to the sun go through it.
+// The world with the water as its voxels, by exact rays alone. Water mirrors by Fresnel's law, and shows the things behind it, less the loss by
+// its colour on the way. Rays to the sun go through it.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>
@@ -35,7 +35,7 @@ void main() {
     vec3 sun = rx_sun_direction(215.0, 42.0);
     vec3 dir = rx_camera_direction(push.view_to_world, push.tan_half_fov, vec2(pixel) + 0.5, vec2(size));
     RxRay ray = rx_ray(push.camera_cell, push.camera_frac, dir);
-    // One loop round one tracer: the ray of the pixel; if it meets water, the mirrored one; and from each place another one to the sun. The
+    // One loop around one tracer. It traces the ray of the pixel; if that meets water, the mirrored ray; and from each place a ray to the sun. The
     // way on through the water is walked, and its end is the next place.
     const uint SEEN = 0u, MIRRORED = 1u, THROUGH = 2u;
     vec3 color = vec3(0.0), share = vec3(1.0), sunlight, beyond_share = vec3(0.0);

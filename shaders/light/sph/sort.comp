@@ -1,5 +1,5 @@
-// Brings the particles themselves into the order of cells, those of a cell in that of their numbers, so that sums over neighbours are the same bytes in
-// every run.
+// Sorts the particles by cells, and within a cell by their numbers. So sums over neighbours are the same
+// bytes in every run.
 #version 460
 #include "water.glsl"
 

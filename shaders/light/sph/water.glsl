@@ -58,7 +58,7 @@ vec3 kernel_slope(vec3 from) {
     return r > 1e-5 ? -45.0 / PI / pow(REACH, 6.0) * d * d / r * from : vec3(0.0);
 }
 
-// A wall counts as water at rest: the share of a kernel that lies behind a plane at this distance, and how fast it falls with the distance.
+// A wall counts as water at rest. Gives the share of a kernel behind a plane at this distance, and how fast the share falls with the distance.
 float behind(float distance, out float slope) {
     float u = clamp(distance / REACH, 0.0, 1.0), u2 = u * u, w = 1.0 - u2;
     slope = 315.0 / 256.0 * w * w * w * w / REACH;

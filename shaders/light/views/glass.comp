@@ -1,7 +1,7 @@
-// A path tracer for materials. At each surface one of its ways to send light on is drawn: a mirror image in a coat or a metal (GGX), light
-// from inside (matt), or, in a clear body, a mirror image or the way through it by Fresnel's law. Inside a body the way goes from boundary
-// to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; clear ones are matt here, and no lamp is
-// drawn on them.
+// A path tracer for materials. At each surface it draws one way for the light: a mirror image in a coat or a metal (GGX), or
+// light from inside (matt). At a clear body, Fresnel's law chooses between a mirror image and the way through. Inside a body the
+// way goes from boundary to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; clear
+// ones are matt here, and no lamp is drawn on them.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -54,7 +54,7 @@ struct Path {
     bool shadow;
     vec3 waiting;        // light along it, if nothing is in its way
     vec3 shadow_share;   // the path's share of that light
-    RxSceneRay later;    // the ray with which the path goes on afterwards,
+    RxSceneRay later;    // the ray that continues the path afterwards,
     bool below;          // and whether that one is in the body
 };
 
@@ -144,8 +144,8 @@ bool meet_mirror(inout Path path, RxHit hit, RxMaterial material, vec3 normal, v
     float mirrors = mix(material.roughness < 0.9 ? rx_fresnel(vec3(0.04), local.z).x : 0.0, 1.0, material.metallic);
     if (rx_next(path.numbers) >= mirrors) return false;
     vec3 h = rx_ggx_visible_normal(local, alpha, rx_next2(path.numbers)), l = reflect(-local, h);
-    // A ray of its own goes to the sun: mirrored rays see the sky without its disc. Where the eye sees a matt surface that is lit so, it is a caustic,
-    // which would take very many paths.
+    // A ray of its own goes to the sun: mirrored rays see the sky without its disc. On a matt surface that the eye sees, such light is a
+    // caustic, which would take very many paths.
     vec3 to = rx_sun_point(sun, rx_next2(path.numbers)), s = to_frame(to, t, b, normal);
     path.shadow = path.mirrored && !path.within && s.z > 0.0;
     if (path.shadow) {

@@ -35,7 +35,7 @@ ivec3 box_end() {
     return world.origin + (1 << world.log2_size);
 }
 
-// Where a ray from the camera enters the world's box: the distance and the axis of the side, 3 for a camera inside; false if it does not.
+// Finds a camera ray's entry into the world's box: the distance and the axis of the side, 3 for a camera inside. False if the ray misses the box.
 bool enter(vec3 dir, out float t, out uint axis) {
     vec3 low = vec3(world.origin - push.camera_cell) - push.camera_frac, high = vec3(box_end() - push.camera_cell) - push.camera_frac;
     float leave = RX_FAR;

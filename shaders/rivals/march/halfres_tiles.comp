@@ -1,5 +1,5 @@
-// The first of two passes: a thread for each 2 x 2 pixels finds how far their four rays get together, and traces the top left one from
-// there. halfres_rest.comp traces the others.
+// The first of two passes. A thread for each 2 x 2 pixels finds how far their four rays are free together, and traces the top left ray
+// from there. halfres_rest.comp traces the others.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/rivals/march/bundle.glsl>

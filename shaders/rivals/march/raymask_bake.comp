@@ -1,7 +1,7 @@
 // Makes the table of <raxel/rivals/march/raymask_table.glsl>: a thread a pair of squares. It runs in the first frame only.
 //
-// With RX_RAYMASK_CONSERVATIVE = 1 a mask holds every cell that any line from one square to the other touches; with 0, the cells on the
-// line between their centres.
+// With RX_RAYMASK_CONSERVATIVE = 1, a mask holds all cells on any line between the two squares. With 0, it holds the
+// cells on the line between their centres.
 #version 460
 #include <raxel/rivals/march/raymask_table.glsl>
 

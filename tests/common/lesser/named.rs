@@ -35,7 +35,7 @@ pub const LEAST: Lesser = Lesser {
     pipeline_milliseconds: 0,
 };
 
-/// A device that sets no limit of its own, where the others name only what they lack.
+/// A device without limits of its own. The other devices are differences from it.
 const WHOLE: Lesser = Lesser {
     name: "a device as large as it may be",
     storage_buffers: u32::MAX,
@@ -248,7 +248,7 @@ pub const MALI: Lesser = Lesser {
 pub const MALI_OLD: Lesser = Lesser { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
 
 /// Raspberry Pi 4 under Mesa (V3DV), with a driver of Vulkan 1.2: `get_features` and `get_properties` of `src/broadcom/vulkan/v3dv_device.c` for
-/// version 4.2 of the hardware, and `vulkaninfo` in <https://github.com/DTolm/VkFFT/issues/19>. Its subgroups do nothing but elect.
+/// version 4.2 of the hardware, and `vulkaninfo` in <https://github.com/DTolm/VkFFT/issues/19>. Its subgroups can only elect.
 pub const RASPBERRY_4: Lesser = Lesser {
     name: "Raspberry Pi 4 (V3DV of Vulkan 1.2)",
     image_sides: [4096, 4096],

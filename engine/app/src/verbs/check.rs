@@ -98,7 +98,7 @@ fn check(
 ) -> Result<bool> {
     let world = world.map(|named| offline.named_world(named, console)).transpose()?;
     let checked = offline.check(path, world.as_ref());
-    // A program that reads JSON asks what is wrong with each file.
+    // A program that reads JSON asks for the mistakes of each file.
     let whole = console.format() == Format::Json;
     let fresh: Vec<Diagnostic> = checked.found.iter().filter(|found| whole || told.is_new(found)).cloned().collect();
     console.diagnostics(&fresh, &checked.texts, To::Stdout);

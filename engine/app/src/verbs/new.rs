@@ -1,4 +1,4 @@
-//! `raxel new DIR` and `raxel init`: a project that runs with this binary alone. Its files are those that raxel ships, compiled in.
+//! `raxel new DIR` and `raxel init`: a project that runs with this binary alone. The binary contains its files, which raxel also ships.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -80,7 +80,7 @@ pub(crate) fn init(args: &InitArgs, console: &Console) -> Result {
     Ok(())
 }
 
-/// Writes the files of a template but those that are left out. All or none: no file that is there is replaced.
+/// Writes the files of a template, except those that are left out. It writes all or none, and replaces no existing file.
 fn fill(folder: &Path, template: Template, model: Option<&OwnModel>, left_out: &[&str]) -> Result {
     let mut files: BTreeMap<String, Cow<[u8]>> =
         template.files().into_iter().map(|(path, bytes)| (path.to_owned(), bytes.into())).collect();
@@ -102,8 +102,8 @@ fn fill(folder: &Path, template: Template, model: Option<&OwnModel>, left_out: &
     Ok(())
 }
 
-/// Files and folders that were made, in order. If they are not kept, or a signal ends the process, they are removed again: half a
-/// project is of no use, and in the way of the next try.
+/// Files and folders that were made, in order. If the project is not completed, or a signal ends the process, raxel removes them:
+/// half a project would block the next try.
 #[derive(Default)]
 struct Made(Vec<Entry>);
 

@@ -163,7 +163,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     let size = args.size.map(|size| size.0).or(demo.as_ref().map(|demo| demo.size)).or(manifest.size);
     let size = size.unwrap_or([1280, 720]);
 
-    // Whether the result can be written is found out before anything else.
+    // First of all, find out whether the result can be written.
     let mut place = Destination::prepare(&output, size, fps, wanted.start)?;
     if let (Some(list), Output::Frames(_, pattern)) = (&args.resume, &output) {
         let list = FrameList::open(list, &command())?;
@@ -219,7 +219,7 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
 }
 
 impl Args {
-    /// The first frame that must be run for those that are wanted, where the session then stands. The camera of the frame before is known to
+    /// The first frame to run for the wanted frames. Moves the session there. The camera of the frame before is known to
     /// every frame, so one more is run. A graph that looks back is run from the last cut of its demo. Frames whose times are asked for are all run.
     fn start(&self, session: &mut Session, wanted: &Range<u64>, step: Fraction) -> u64 {
         let at = |frame: u64| Moment::of_frame(frame, step);

@@ -74,7 +74,7 @@ impl Python {
     }
 }
 
-/// Waits for a process, at most so long; gives what it wrote to stderr.
+/// Waits for a process, at most this long, and returns its stderr.
 fn finish(mut child: Child, at_most: Duration) -> Result<(ExitStatus, String), String> {
     let mut stderr = child.stderr.take().expect("it is piped");
     let reader = std::thread::spawn(move || {

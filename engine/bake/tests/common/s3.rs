@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// How long the server may take to answer after its start.
 const START: Duration = Duration::from_secs(20);
-/// How long the server is away between two lives.
+/// The time between two runs of the server.
 pub const AWAY: Duration = Duration::from_millis(150);
 
 /// A server on a folder. Its buckets are the folders in there; `worlds` is one.
@@ -55,7 +55,7 @@ impl Server {
         Away { server: self, child }
     }
 
-    /// How often it was started again since the last call.
+    /// The number of its restarts since the last call.
     pub fn take_restarts(&self) -> usize {
         self.restarts.swap(0, Ordering::Relaxed)
     }

@@ -12,7 +12,7 @@ use raxel_world::random::SplitMix64;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     Right,
-    /// With this status, and nothing else.
+    /// With this status only.
     Status(u16),
     /// It hangs up before it says anything.
     Nothing,
@@ -130,7 +130,7 @@ pub enum Plan {
     Then(Vec<Answer>),
     /// Always this.
     Always(Answer),
-    /// A lie at one request in as many as this, by chance.
+    /// On average, one request in this many gets a lie.
     Random(SplitMix64, u64),
 }
 

@@ -1,4 +1,4 @@
-//! How much is shown: a file can hold a hundred thousand mistakes, or one in a word of megabytes.
+//! Limits on printed diagnostics: a file can hold a hundred thousand mistakes, or one mistake in a word of megabytes.
 
 use std::borrow::Cow;
 

@@ -37,7 +37,7 @@ struct Place<'d> {
     primary: bool,
 }
 
-/// The last line when not all diagnostics are shown: how many are not.
+/// The last line if some diagnostics are left out: their number.
 #[derive(Serialize)]
 struct Omitted {
     reason: &'static str,

@@ -1,4 +1,4 @@
-//! How far a box can move before it meets something solid. In 1/256 voxel, so that nothing is rounded.
+//! Finds how far a box can move before it meets something solid. Lengths are in 1/256 voxel, so nothing is rounded.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,14 +14,14 @@ pub const MOST_MOTION: i64 = 4096;
 /// The result of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Collision {
-    /// How far the box came, in 1/256 voxel.
+    /// The distance that the box came, in 1/256 voxel.
     pub moved: [i64; 3],
     /// Along which axes something stopped it.
     pub stopped: [bool; 3],
 }
 
-/// Moves a box (its smallest and its largest corner, in 1/256 voxel) along y, then x, then z, as far as no solid voxel is in the way: it
-/// slides along obstacles. A box that stands in something solid already is stopped by the next solid voxels only.
+/// Moves a box (its smallest and its largest corner, in 1/256 voxel) along y, then x, then z, until a solid voxel is in the way: it
+/// slides along obstacles. If the box begins in something solid, only further solid voxels stop it.
 ///
 /// # Errors
 /// When the box comes to a chunk that is unavailable before something stops it.
@@ -56,7 +56,7 @@ fn cells([min, max]: [[i64; 3]; 2]) -> [[i64; 3]; 2] {
 struct Solids<'a> {
     base: &'a dyn Base,
     last: Option<(ChunkPos, Option<Arc<Chunk>>)>,
-    /// Chunks that the base could not give: it is not asked for them twice, as each time may take long.
+    /// Chunks that the base could not give. Each request may take long, so it is not repeated.
     unavailable: BTreeMap<ChunkPos, Unavailable>,
 }
 
@@ -107,7 +107,7 @@ impl<'a> Solids<'a> {
         unknown.and_then(|pos| self.unavailable.get(&pos)).map_or(Ok(false), |error| Err(error.clone()))
     }
 
-    /// How far a box comes along one axis.
+    /// The distance that a box comes along one axis.
     fn sweep(&mut self, corners: [[i64; 3]; 2], axis: usize, wanted: i64) -> Result<i64, Unavailable> {
         let [mut min, mut max] = cells(corners);
         let lead = if wanted > 0 { corners[1][axis] } else { corners[0][axis] };

@@ -15,7 +15,7 @@ use super::tail::{self, Mark, TAIL};
 use crate::operation::Operation;
 use crate::packed::PackedChunk;
 
-/// How often a save is read again that another process writes meanwhile.
+/// The most reads of a save that another process is writing.
 const READS: usize = 100;
 
 /// Name of the file with the chunks.
@@ -25,7 +25,7 @@ pub(super) const CHUNKS: &str = "chunks.log";
 #[derive(Debug, Default)]
 pub(super) struct Content {
     pub(super) meta: Option<Meta>,
-    /// How often the save was rewritten.
+    /// The number of times that the save was rewritten.
     pub(super) generation: u64,
     /// The newest content of every chunk; `None` is the base's.
     pub(super) chunks: BTreeMap<ChunkPos, Option<PackedChunk>>,
@@ -39,12 +39,12 @@ pub(super) struct Content {
     pub(super) tail: Option<Mark>,
     pub(super) damages: Vec<Damage>,
     pub(super) files: Vec<FileInfo>,
-    /// Where the whole part of the file with the chunks ends, and the sum of the record before.
+    /// The end of the undamaged part of the file with the chunks, and the sum of the last record in it.
     pub(super) chunks_end: (u64, u32),
     /// Records of chunks that a newer one has replaced.
     pub(super) replaced: u64,
-    /// The file with the chunks must be rewritten: it is of an older format, or a packed save, or a journal, or its last checkpoint counts without
-    /// its end, as nothing else holds the edits.
+    /// Whether the file with the chunks must be rewritten. It is of an older format, a packed save or a journal; or its last checkpoint has no end
+    /// but counts, because nothing else holds the edits.
     pub(super) rewrite: bool,
     /// The sums of edits.
     sums: BTreeMap<u64, u32>,
@@ -94,8 +94,8 @@ impl Content {
         Err(SaveError::Io { path: folder.to_owned(), error })
     }
 
-    /// `None` when a journal went while the others were read: a checkpoint of another process has its edits by now, and the chunks that
-    /// were read before may not.
+    /// `None` if a journal disappeared during the reads. A checkpoint of another process has its edits by now, but the chunks read
+    /// before may lack them.
     fn read_once(folder: &Path) -> Result<Option<Self>, SaveError> {
         let mut content = Self::default();
         // First, as it must not be ahead of journals that are read before another process writes on.
@@ -173,7 +173,7 @@ impl Content {
     }
 
     /// Decides about chunks without a commit behind them. While a checkpoint is written, the journals have its edits, and the chunks do not
-    /// count. When they have none of them, the checkpoint was finished and its end is damaged.
+    /// count. If the journals lack them, the checkpoint was finished and its end is damaged.
     fn close(&mut self) {
         let open = std::mem::take(&mut self.open);
         let seq = self.open_seq;
@@ -194,7 +194,7 @@ impl Content {
         }
     }
 
-    /// Names edits that were saved once, but are now in neither the chunks nor a journal.
+    /// Names edits that were saved once, but are now missing in the chunks and in the journals.
     fn name_missing(&mut self) {
         let gaps = self.gaps();
         for &(index, seq) in &self.torn {
@@ -238,7 +238,7 @@ impl Content {
         self.sums.get(&seq).copied().unwrap_or(0)
     }
 
-    /// Takes note of the sum that a file gives an edit. Where another file has another one, the two do not belong together.
+    /// Takes note of the sum that a file gives an edit. If another file has a different sum, the two files do not belong together.
     fn note_sum(&mut self, file: &str, seq: u64, sum: u32) {
         if sum == 0 || seq == 0 {
             return;
@@ -335,7 +335,7 @@ impl Content {
             if matches!(kind, Kind::Chunk | Kind::Base) {
                 self.open_seq = seq;
             } else if is_chunks {
-                // Where chunks without a commit begin, the next checkpoint does.
+                // The next checkpoint begins at the first chunk without a commit.
                 self.chunks_end = (end, sum);
             }
         }

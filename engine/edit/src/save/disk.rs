@@ -1,4 +1,4 @@
-//! The calls to the system that change the files of a save. Tests put a disk in their place on which each call fails in turn.
+//! The calls to the system that change the files of a save. Tests replace them by a disk on which each call fails in turn.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};

@@ -37,7 +37,7 @@ pub(super) enum Role {
 pub(super) struct Head {
     pub(super) meta: Meta,
     pub(super) role: Role,
-    /// How often the save was rewritten. Journals of an older generation are superseded.
+    /// The number of times that the save was rewritten. Journals of an older generation are superseded.
     pub(super) generation: u64,
     /// The newest edit that was saved when the file was begun.
     pub(super) newest: u64,

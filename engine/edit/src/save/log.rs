@@ -1,4 +1,4 @@
-//! A file that records are appended to, whole or not at all.
+//! A file of appended records. A record is written whole or not at all.
 
 use std::io;
 use std::path::Path;

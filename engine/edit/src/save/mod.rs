@@ -1,10 +1,10 @@
 //! The save of an edited world: a journal of operations and, now and then, the whole chunks that they changed.
 //!
-//! A save is a folder. An edit is acknowledged when its record stands in the newest journal and its number in the tail: one `write` each,
-//! so that it survives the end of the program at any moment, and its loss would be noticed. A thread brings both to the disk every
-//! [`SaveOptions::sync`]. A power cut may cost the edits since then. When the journal has grown, a checkpoint appends the chunks that
-//! changed to `chunks.log`, brings them to the disk, and only then removes the journals that they hold. Snapshots in a database were
-//! measured and not taken: one flipped byte in a page of its tree would lose more than one record.
+//! A save is a folder. An edit is acknowledged when its record is in the newest journal and its number is in the tail. Each is one
+//! `write`. So the edit survives the end of the program at any moment, and its loss would be noticed. A thread brings both to the disk
+//! every [`SaveOptions::sync`]. A power cut may cost the edits since then. When the journal has grown, a checkpoint appends the changed
+//! chunks to `chunks.log` and syncs them to the disk. Only then does it remove the journals, whose edits are in the chunks now. Snapshots in a
+//! database were measured and not taken: one flipped byte in a page of its tree would lose more than one record.
 
 mod content;
 mod damage;

@@ -3,10 +3,10 @@
 //! A record is a header of 44 bytes and its payload, all numbers little-endian: the magic `RXV2`; the kind (u8) and three zeros; the bytes
 //! of the payload (u32); the number of the edit (u64); a position in chunks (x, y, z, i32 each; zeros where it means nothing); the sum of
 //! the record before it in the file; the CRC-32C of the payload; the CRC-32C of the header before it, which is the sum of the record. So
-//! each record's sum covers all records before it, and a record that was cut out of a file is missed.
+//! each record's sum covers all records before it, and a reader notices a record that was cut out of a file.
 //!
-//! A reader that meets bytes that are no record goes on at the next header whose checksum is right: damage costs the records that it is
-//! in, and no other.
+//! If a reader meets bytes that are no record, it goes on at the next header with a right checksum. So damage costs only the records
+//! that it hits.
 //!
 //! Format 1 had the magic `RXV1` and no sum of the record before. The heads of files are written so to this day: a program that knows
 //! format 1 alone reads in them that the save is newer.
@@ -56,7 +56,7 @@ pub(super) struct Record<'a> {
     pub(super) payload: &'a [u8],
     /// Its sum.
     pub(super) sum: u32,
-    /// Where it ends in the file.
+    /// Its end in the file.
     pub(super) end: u64,
 }
 

@@ -22,7 +22,7 @@ const MAGIC: [u8; 4] = *b"RXVT";
 /// Bytes of a slot.
 const SLOT: usize = 36;
 
-/// How often a file is read again whose slot is being written by another process.
+/// The most reads of a file while another process writes its slot.
 const READS: usize = 20;
 
 /// The newest edit that was acknowledged.

@@ -65,7 +65,7 @@ pub struct Compacted {
     pub after: u64,
 }
 
-/// Rewrites the chunks of a save without those that newer ones have replaced.
+/// Rewrites the chunks of a save, and drops replaced ones.
 pub fn compact(folder: &Path) -> Result<Compacted, SaveError> {
     compact_on(&System, folder)
 }
@@ -113,7 +113,7 @@ pub(super) struct Whole {
     pub(super) generation: u64,
     /// The sum of the newest edit.
     pub(super) newest_sum: u32,
-    /// Where the file ends, and the sum of its last record.
+    /// The end of the file, and the sum of its last record.
     pub(super) end: (u64, u32),
 }
 

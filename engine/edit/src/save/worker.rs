@@ -189,7 +189,7 @@ impl State {
             }
         }
         let held = |lost: u64| (lost <= checkpoint.removes_up_to).then_some(0);
-        // `Err` is a journal after those that the checkpoint holds.
+        // `Err` means that a journal is newer than those that the checkpoint holds.
         let _ = self.lost.fetch_update(Ordering::AcqRel, Ordering::Acquire, held);
         self.files.disk.sync_folder(&self.files.folder)
     }

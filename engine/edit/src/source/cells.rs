@@ -8,8 +8,8 @@ use raxel_world::{
 /// The cells of a chunk that have a changed voxel in them, at every level above 0.
 ///
 /// The source below has a rule of its own for coarse cells: land is solid where most of a cell is, models where they are as thick as a
-/// wall, and thin layers keep their colour. No rule that sees voxels alone agrees with it everywhere. With such a rule, one changed voxel
-/// would change its whole chunk. So a cell stays as in the source until enough of it has changed.
+/// wall, and thin layers keep their colour. A rule over voxels alone cannot agree with it everywhere: one changed voxel would then change
+/// its whole chunk. So a cell stays as in the source until enough of it has changed.
 ///
 /// The source may also have a cell solid that has no voxel in it: caves are no part of coarse land. Dug-out space continues through such cells, as
 /// far as they touch each other in the chunk.
@@ -40,7 +40,7 @@ struct Share {
 struct Written(Vec<(MaterialIndex, u32)>);
 
 impl ChangedCells {
-    /// The cells in which two chunks differ.
+    /// The differing cells of two chunks.
     #[expect(clippy::cast_possible_truncation, reason = "a chunk has 4096 blocks and 64 nodes")]
     pub(super) fn between(before: Option<&Chunk>, after: Option<&Chunk>) -> Self {
         let mask = |chunk: Option<&Chunk>, block: usize| chunk.map_or(0, |chunk| chunk.mask(block));
@@ -111,7 +111,7 @@ impl ChangedCells {
 impl Share {
     /// The new content of a cell of a level that has the content `below` in the source: air or a material.
     ///
-    /// One that is air becomes solid when half of it is, or when as many voxels have come as a wall through it has that is one voxel thick.
+    /// A cell of air becomes solid when half of it is solid, or when it has gained as many voxels as a wall one voxel thick has in it.
     /// One that is solid stays so while half of it is. In both cases half as many voxels as such a wall has must have come or gone, about
     /// half of its visible ones from one side: the source may have rounded a cell that is nearly half full either way. As many must be
     /// written before it changes its material.

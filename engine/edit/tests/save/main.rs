@@ -25,7 +25,7 @@ fn meta() -> Meta {
     Meta { format: 0, world: "worlds/test.toml".to_owned(), generator: [7; 32], materials }
 }
 
-/// No checkpoint but those that are asked for.
+/// Only requested checkpoints.
 fn quiet() -> SaveOptions {
     SaveOptions { checkpoint: Duration::from_secs(3600), journal_bytes: u64::MAX, ..SaveOptions::default() }
 }
@@ -127,7 +127,7 @@ fn start_child(folder: &Path) -> Running {
     Running::start(command.stdout(Stdio::piped()).stderr(Stdio::null()))
 }
 
-/// Kills the program so many times, each time at a random moment, and looks at what is left.
+/// Kills the program this many times, each time at a random moment, and inspects the remaining files.
 fn kill(times: u64) {
     let folder = tempfile::tempdir().unwrap();
     // The voxels after every edit so far, followed along.
@@ -241,7 +241,7 @@ fn names(said: &str, edit: u64) -> bool {
     numbers.first().is_some_and(|first| (*first..=*numbers.last().unwrap()).contains(&edit))
 }
 
-/// A disk writes unsynced data in any order: each sector behind the last sync is there, or is zeros, or lies beyond the end of the file.
+/// A disk writes unsynced data in any order. Each sector behind the last sync is written, or zeros, or beyond the end of the file.
 #[test]
 fn a_power_cut_costs_edits_behind_the_last_sync_and_no_others() {
     const SECTOR: usize = 64;

@@ -128,8 +128,8 @@ fn skipping_never_changes_a_result() {
     for seed in 0..4000 {
         let random = &mut Random(seed);
         let (mut memo, passes) = random_memo(random);
-        // Passes that are at times not due have persistent outputs only (the plan's rule), so let none of them be gated here that
-        // writes something transient.
+        // By the plan's rule, passes that are not always due have only persistent outputs. So gate no pass here that writes
+        // something transient.
         let gated: Vec<bool> = memo
             .nodes
             .iter()

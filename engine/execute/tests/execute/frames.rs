@@ -313,7 +313,7 @@ fn what_cannot_be_had_is_an_error() {
     assert!(matches!(error, ExecuteError::OutOfRange { .. }));
 }
 
-/// A graph in which much goes on: history, mips, a clear, an atomic counter, in-place work, aliased scratch, a pass with `every`.
+/// A graph with many features: history, mips, a clear, an atomic counter, in-place work, aliased scratch, a pass with `every`.
 fn busy() -> Vec<(&'static str, String)> {
     let toml = r#"
 name = "busy"

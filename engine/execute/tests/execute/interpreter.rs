@@ -49,7 +49,7 @@ impl<'a> Interpreter<'a> {
         Self { graph, copies: copies.collect(), ran: vec![false; graph.passes.len()], starved: false }
     }
 
-    /// A resource as it was so many frames (or ticks) ago.
+    /// A resource as it was this number of frames (or ticks) ago.
     pub fn contents(&self, resource: usize, age: usize) -> &Contents {
         &self.copies[resource][age]
     }

@@ -173,7 +173,7 @@ fn a_loop_goes_from_mip_to_mip() {
     assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 9.0 * 256.0);
 }
 
-/// All rounds run in each tick: a round adds its index and one to what the round before left, and the next tick goes on from there.
+/// All rounds run in each tick. A round adds its index and one to the result of the round before, and the next tick continues from there.
 const TICKING: &str = r#"
 name = "ticking"
 present = "color"

@@ -1,6 +1,6 @@
 //! Showing, pinning and reading change nothing that frames compute: random graphs run while all of these change at random between frames.
-//! Every read equals the state of an interpreter of the graph as written ([`crate::interpreter`]) at the end of that frame, or is refused;
-//! and when all is over, everything that is left is bit for bit as without any reads.
+//! Every read equals the state of an interpreter of the graph as written ([`crate::interpreter`]) at the end of that frame, or is refused.
+//! At the end, all contents are bit for bit as without any reads.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::random::{FLOATS, FRAMES, GIVEN, OPEN, TIMES, graph_file, layouts, sup
 use crate::random_shaders::shaders;
 use raxel_testing::Random;
 
-/// Graphs of the normal test run; `RAXEL_OBSERVED=5000` runs so many, with seeds from `RAXEL_OBSERVED_FROM` on.
+/// The number of graphs in a normal test run. `RAXEL_OBSERVED=5000` runs 5000 graphs, with seeds from `RAXEL_OBSERVED_FROM` on.
 const GRAPHS: u64 = 150;
 
 /// The contents of each resource at the end of a frame: by age.
@@ -31,7 +31,7 @@ enum Way {
     Unseen,
     /// Everything can be read, and is.
     Everything,
-    /// As in a window: what is shown and pinned can be read, memory is shared, and passes are culled.
+    /// As in a window: shown and pinned resources can be read, memory is shared, and passes are culled.
     Shown,
 }
 

@@ -1,5 +1,5 @@
-//! Random graphs on the device, under synchronization validation: the layer must stay silent, and the texels must be the same whether
-//! or not memory is shared (and filled before its use), and results that are still valid are kept.
+//! Random graphs on the device, under synchronization validation: the layer must stay silent. The texels must not depend on shared
+//! memory (filled before its use), nor on kept valid results.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -56,7 +56,7 @@ struct Thing {
     clock: bool,
 }
 
-/// A graph file in which most passes read what was written before them.
+/// A graph file. Most passes read the output of passes before them.
 pub fn graph_file(r: &mut Random) -> String {
     let mut toml = "name = \"random\"\n".to_owned();
     let mut things: Vec<Thing> = Vec::new();
@@ -200,7 +200,7 @@ pub fn graph_file(r: &mut Random) -> String {
         for (at, (_, bind)) in bound.iter().enumerate() {
             let _ = writeln!(tables, "b{at} = {bind}");
         }
-        // Some passes change from frame to frame, some now and then, most follow what they read.
+        // Some passes change from frame to frame, some now and then. Most depend on their inputs only.
         let from = match r.below(4) {
             // A constant resource shares no memory.
             _ if chain && number == 0 => "frame.time",

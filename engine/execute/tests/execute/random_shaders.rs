@@ -1,6 +1,6 @@
 //! The shaders of random graphs: one for each set of up to two things that are loaded and one or two that are stored.
 
-/// How a shader binds something. Each is one letter of the shader's file name.
+/// A way to bind a resource. Each is one letter of the shader's file name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     Sampled,
@@ -49,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Adds what is bound there to `value`, or stores `value` in all of it.
+    /// Adds the bound resource to `value`, or stores `value` in all of it.
     fn use_(self, at: usize) -> String {
         let over_texels = |store: &str| {
             format!(

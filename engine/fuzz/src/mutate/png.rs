@@ -38,7 +38,7 @@ pub(super) fn mutated(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Ve
     bytes
 }
 
-/// The chunks of a file, as many as are whole.
+/// The whole chunks of a file.
 fn chunks(bytes: &[u8]) -> Vec<Chunk> {
     let mut rest = bytes.get(SIGNATURE.len()..).unwrap_or_default();
     let mut chunks = Vec::new();
@@ -89,7 +89,7 @@ fn header(chunks: &mut [Chunk], random: &mut SplitMix64) {
     }
 }
 
-/// Rows that are not compressed: any bytes, about as many as the header asks for.
+/// Uncompressed rows: any bytes, about as many as the header asks for.
 fn image(chunks: &mut [Chunk], random: &mut SplitMix64) {
     let sides = chunks.iter().find(|(kind, data)| kind == b"IHDR" && data.len() >= 13).map(|(_, data)| {
         let [width, height] =

@@ -1,4 +1,4 @@
-//! Changes of the files of a save record by record, with checksums that are right and chained: a wrong one hides all that is behind it.
+//! Changes the files of a save record by record, with right and chained checksums: a wrong one would hide everything behind it.
 #![expect(
     clippy::cast_possible_truncation,
     reason = "random bytes are the lowest of random bits, and an input is far below 2³² bytes"

@@ -1,5 +1,5 @@
-//! Changes of a Zarr store with one shard: of its document word by word; of its shard by bytes and by the numbers of its index, with checksums that are
-//! right, since a wrong one hides all else.
+//! Changes of a Zarr store with one shard: of its document word by word; of its shard by bytes and by the numbers of its index. Checksums stay right,
+//! because a wrong one would hide everything else.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
@@ -61,7 +61,7 @@ fn shard(input: &[u8]) -> Option<usize> {
     Some(mark + line + 1)
 }
 
-/// How many chunks a shard of this document has.
+/// The number of chunks in a shard of this document.
 fn entries(document: &[u8]) -> usize {
     let is_large = document.windows(11).any(|window| window == b"\"edge\": 128");
     if is_large { 8 } else { 1 }

@@ -1,4 +1,4 @@
-//! Stores: the document of a group and one shard. Tiles are the baked ones, or cannot be had; they are never something else.
+//! Stores: the document of a group and one shard. Tiles are the baked ones or unavailable, never anything else.
 
 use std::time::Duration;
 

@@ -245,7 +245,7 @@ fn equip(
         (Ok(allocator), Ok(cache), Ok(queue)) => Ok((allocator, cache, queue)),
         (allocator, cache, queue) => {
             drop(allocator);
-            // SAFETY: nothing else was made on the device but these.
+            // SAFETY: only these objects were made on the device.
             unsafe {
                 if let Ok(cache) = &cache {
                     raw.destroy_pipeline_cache(cache.raw, None);

@@ -115,7 +115,8 @@ fn put(mut item: Item, arenas: &mut Vec<Arena>, granularity: u64) {
     }
 }
 
-/// The offset in an arena that leaves the smallest hole among those that do not grow it, else the lowest one; and the hole.
+/// The offset in an arena, and the hole that it leaves. Of the offsets that do not grow the arena, it is the one with the smallest hole; if
+/// there is none, the lowest offset.
 fn fit(item: &Item, arena: &Arena, granularity: u64) -> (u64, u64) {
     let mut taken: Vec<(u64, u64)> =
         arena.items.iter().filter(|other| other.meets(item)).map(|other| (other.offset, other.end())).collect();
@@ -281,7 +282,7 @@ mod tests {
             shared += alias.neighbours.iter().map(Vec::len).sum::<usize>();
             blocks += alias.blocks.len();
         }
-        // Requested and allocated bytes, so that a choice that packs worse is noticed.
+        // Requested and allocated bytes, so that the test notices worse packing.
         assert_eq!((packed, shared, blocks), (8_913_536, 109_186, 10_449));
     }
 

@@ -28,7 +28,7 @@ pub(crate) struct Cull {
     pub carried: Vec<bool>,
 }
 
-/// Which parts of every resource matter at one point of the frame.
+/// The parts of every resource that matter at one point of the frame.
 type Needs = Vec<Vec<bool>>;
 
 /// Decides which passes run.
@@ -48,8 +48,8 @@ pub(crate) fn cull(graph: &Graph, sizes: &[Size], input: &PlanInput) -> Cull {
     }
 }
 
-/// Subresources whose contents must be there when a frame ends, as far as they are known before the passes are: those that later frames
-/// read, and those that are read from outside.
+/// Subresources whose contents must exist when a frame ends, as far as this is known before the passes: later frames or the outside
+/// read them.
 fn needed_outside(carried: &Needs, flow: &Flow<'_>, input: &PlanInput) -> Needs {
     let mut at_end = carried.clone();
     for pinned in input.pinned {
@@ -164,7 +164,7 @@ fn used(graph: &Graph, live: &[bool], sizes: &[Size], input: &PlanInput) -> Vec<
     for (index, resource) in graph.resources.iter().enumerate() {
         // A clear may leave something for later frames, too.
         let carried = resource.kind.is_cleared() && (resource.history > 0 || resource.clock.is_some());
-        // A resource that no pass touches must not refuse a graph that runs without it: a source need not be there, nor a target fit.
+        // A resource that no pass touches must not refuse a graph that runs without it. Its source need not exist, and its target need not fit.
         used[index] |= (carried || input.observe == Observe::Everything)
             && resource.kind.supplied_by().is_none()
             && limits::fits(graph, resource, sizes[index], input);

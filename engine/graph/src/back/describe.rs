@@ -10,8 +10,8 @@ use crate::ir::size::Size;
 
 /// Describes the used resources.
 ///
-/// Usages come from all passes of the graph, live or not, and every target can be sampled: so the description of a resource, and
-/// with it its contents, stays the same when another debug target is chosen or a condition changes.
+/// Usages come from all passes of the graph, live or not, and every target can be sampled. So another debug target or condition
+/// changes neither the description of a resource nor its contents.
 pub(crate) fn describe(
     graph: &Graph,
     sizes: &[Size],

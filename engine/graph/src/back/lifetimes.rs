@@ -17,10 +17,9 @@ pub(crate) enum Life {
 
 /// Finds the lifetime of every used resource.
 ///
-/// A resource is transient when no frame reads its contents of the frame before: it has no history, `init`, `keep` or clock, nothing
-/// outside the graph reads or supplies it, every pass that accesses it runs in every frame, and the first access of every part of it is a
-/// clear or a store by a pass that cannot load it. Culled passes count: they may be live in the next plan, which finds the contents in
-/// place.
+/// A resource is transient when no frame reads its contents of the frame before. It has no history, `init`, `keep` or clock. Nothing
+/// outside the graph reads or supplies it. Every pass that accesses it runs in every frame. The first access of each part is a clear, or
+/// a store by a pass that cannot load it. Culled passes count: they may be live in the next plan, which finds the contents in place.
 ///
 /// Such a store rests on one assumption: a pass that binds a resource `writeonly` stores every texel that is loaded later in the frame. A
 /// shader that leaves texels as they were declares `partial = true` in its `bind`, which makes the access a load too.

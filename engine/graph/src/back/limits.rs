@@ -101,8 +101,7 @@ fn created(graph: &Graph, resource: &Resource, size: Size, input: &PlanInput, fo
     }
 }
 
-/// A pass of a loop is often wrong in every round: of mistakes with the same code at the same places, only those of the first round are
-/// reported.
+/// A pass of a loop is often wrong in every round. Mistakes with the same code and places are reported for the first round only.
 fn each_mistake_in_one_round(found: &mut Vec<Diagnostic>, before: usize) {
     let of_round = found.split_off(before);
     let places = |diagnostic: &Diagnostic| diagnostic.labels.iter().map(|label| label.span.clone()).collect::<Vec<_>>();

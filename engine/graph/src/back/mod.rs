@@ -40,8 +40,8 @@ use crate::ir::checked::{Graph, ResourceId};
 use crate::ir::index::index32;
 use crate::ir::plan::{Barrier, ClockPlan, Lifetime, PassPlan, Plan, PlanInput, ResourcePlan, Step};
 
-/// Compiles a checked graph for one output size, present point and state of the conditions. The errors are those that only a size or
-/// a device can show, all at once.
+/// Compiles a checked graph for one output size, present point and state of the conditions. Reports, all at once, the errors that
+/// only a size or a device can show.
 #[allow(clippy::needless_pass_by_value, reason = "a plan keeps its graph, as it is or written out")]
 pub fn plan(graph: Arc<Graph>, input: &PlanInput) -> Result<Plan, Vec<Diagnostic>> {
     bake(&graph, input, &mut |_, _| {})
@@ -73,7 +73,7 @@ fn bake(
 
     // Loops are written out: from here on a frame is a list of passes.
     let (graph, present) = unroll(declared, &sizes, input)?;
-    // The outputs that the runtime collects are needed like those that are read.
+    // Outputs that the runtime collects count as read.
     let pinned: Vec<ResourceId> = input.pinned.iter().copied().chain(graph.collected()).collect();
     let input = &PlanInput { present, pinned: &pinned, ..input.clone() };
     let mut watch = |after: &After| watch(after, &graph);

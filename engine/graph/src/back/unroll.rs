@@ -1,8 +1,8 @@
-//! Unroll: loops are written out, so that every later phase sees one pass behind the other. The names that change places in a loop are
-//! resolved here too: each pass of each round gets the resource that its name stands for then.
+//! Unroll: loops are written out, so that every later phase sees one pass behind the other. Names that change places in a loop are
+//! resolved here, too: each pass of each round gets the current resource of its name.
 //!
-//! When a frame ends, every name stands for its own resource again. So a resource that is shown, read back, kept for the next frame or read
-//! as `name@1` needs to know nothing of loops; passes before an odd number of swaps store to the other of the two.
+//! When a frame ends, every name stands for its own resource again. So loops do not matter for a resource that is shown, read back, kept
+//! for the next frame or read as `name@1`. Before an odd number of swaps, passes store to the other one of the two.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Varies: which resources may hold something else in every frame. A resource that depends only on params, the world and the output is the
+//! Varies: finds the resources whose contents may change in every frame. A resource that depends only on params, the world and the output is the
 //! same for many frames, so it keeps its memory to itself: the memo then finds it in place. (A table of a sky that shares memory would be
 //! made again in every frame.)
 
@@ -8,8 +8,8 @@ use crate::back::order::{Action, Order, ResourceAccess};
 use crate::ir::checked::{Builtin, Fill, Graph, ResourceId, ValueOrigin};
 use crate::ir::plan::AccessMask;
 
-/// By used resource: its contents depend on the camera, the cursor, the frame or a clock, directly, through the inputs of a pass, or
-/// because they grow out of those of the frame before.
+/// By used resource: whether its contents depend on the camera, the cursor, the frame or a clock. They do so directly, through the
+/// inputs of a pass, or through their own contents of the frame before.
 pub(crate) fn varies(graph: &Graph, cull: &Cull, order: &Order, lives: &[Life]) -> Vec<bool> {
     let mut varies: Vec<bool> =
         (0..cull.used.len()).map(|index| feeds_back(graph, cull, order, lives, index)).collect();

@@ -451,7 +451,7 @@ pub enum Every {
     Clock(ClockId),
 }
 
-/// Where `frame.still` stops counting: a graph that reads it comes to rest.
+/// `frame.still` stops counting here, so a graph that reads it comes to rest.
 pub const MOST_STILL: u32 = 65_535;
 
 /// Invocations in the largest subgroup that Vulkan has (`VkPhysicalDeviceSubgroupSizeControlProperties`).

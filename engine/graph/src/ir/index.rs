@@ -2,8 +2,8 @@
 
 /// An index, or a count, of a graph's parts: resources, passes, steps, actions, bindings.
 ///
-/// Each of them comes from text of its own in a graph file, or from a pass that is repeated at most [`MOST_ROUNDS`] times, so that memory
-/// is exhausted long before 2³² of them are there.
+/// Each comes from its own text in a graph file, or from a pass with at most [`MOST_ROUNDS`] rounds. So memory is exhausted long before
+/// there are 2³².
 ///
 /// [`MOST_ROUNDS`]: crate::ir::checked::MOST_ROUNDS
 #[expect(clippy::cast_possible_truncation, reason = "no graph has 2³² parts, see above")]

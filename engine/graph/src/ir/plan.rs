@@ -180,7 +180,7 @@ impl Plan {
         }
     }
 
-    /// Which of the frame's ticks of its clock a step belongs to, if to any.
+    /// The index of the step's tick among the frame's ticks of its clock, if it has one.
     pub fn tick_of(&self, step: usize) -> Option<u32> {
         match self.steps[step] {
             Step::Clear { tick, .. } => tick,
@@ -234,7 +234,7 @@ pub enum ResourceDesc {
     SourceImage(String, ImageDesc),
 }
 
-/// How long the contents of a resource matter.
+/// The time for which the contents of a resource matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Lifetime {
     /// From frame to frame: it has memory of its own.

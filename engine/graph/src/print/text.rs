@@ -48,8 +48,8 @@ fn clocks(plan: &Plan, out: &mut String) {
 fn head(plan: &Plan, out: &mut String) {
     let graph = &plan.graph;
     let [w, h] = plan.output;
-    // The passes that the author could count: not those that raxel adds, and each pass once, with all of its cases and of the ticks that a
-    // frame may catch up.
+    // The number of passes as the author counts them. It leaves out passes that raxel adds, and counts each pass once for all its cases
+    // and ticks.
     let all = graph.pass_names().count();
     let live = plan.passes.iter().map(|planned| graph.pass(planned.pass)).filter(|pass| !pass.made);
     let live = live.map(|pass| pass.name.as_str()).collect::<BTreeSet<_>>().len();

@@ -1,4 +1,4 @@
-//! The words in which all printers speak of a plan.
+//! The words of all printers for a plan.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-//! Is the right thing done, in the right order? Culling is judged by pushing the names of passes forward through many frames: the names
-//! that reach the picture or a pin are those of the passes that must run.
+//! Is the right thing done, in the right order? The judge of culling pushes the names of passes forward through many frames. If a name
+//! reaches the picture or a pin, its pass must run.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -152,8 +152,9 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// Parts (resource, mip, layer) that passes touch and in which a frame of the whole graph, with nothing culled, finds what the one before
-/// left, or lets stand what a pass stores only now and then. The shown and pinned resources do not matter here.
+/// Parts (resource, mip, layer) that passes touch and that carry contents over. In a frame of the whole graph, without culling, they
+/// still hold contents of the frame before, or of a pass that stores only now and then. The shown and pinned resources do not matter
+/// here.
 pub fn carried(case: &Case) -> BTreeSet<(u32, u32, u32)> {
     let graph = &case.graph;
     let mut flow = Flow::new(case, u64::MAX);
@@ -360,7 +361,7 @@ pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
         let id = ResourceId(index as u32);
         let mut accesses = plan.passes.iter().flat_map(|pass| &graph.pass(pass.pass).accesses);
         let asked = id == case.present.resource || case.pinned.contains(&id) || accesses.any(|a| a.resource == id);
-        // A clear of what turns is there for the frames that look back at it.
+        // A clear of a resource that turns serves the frames that look back at it.
         let turns = resource.history > 0 || resource.clock.is_some();
         let watched = case.observe == Observe::Everything || cleared(&resource.kind) && turns;
         let watched = watched && resource.kind.supplied_by().is_none() && fits(graph, id);

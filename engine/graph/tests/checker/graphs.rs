@@ -74,7 +74,7 @@ pub const SOURCE_IMAGE: [u32; 3] = [16, 4, 8];
 /// Texels per voxel.
 const SCALES: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Requirements that are a random function of what is asked for.
+/// Requirements that are a random function of the request.
 pub struct RandomMemory {
     pub seed: u64,
     pub granularity: u64,
@@ -111,7 +111,7 @@ impl MemoryModel for RandomMemory {
     }
 }
 
-/// A random graph. Most passes load what was stored before them, so that few are culled.
+/// A random graph. Most passes load contents stored before them, so few are culled.
 pub fn case(seed: u64) -> Case {
     let mut random = random(seed);
     let r = &mut random;

@@ -90,7 +90,7 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
 #[derive(Debug)]
 pub struct Carried;
 
-/// The passes of a frame in a row, and what is shown when.
+/// The passes of a frame in a row, and the shown resource at each point.
 pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
     let graph = &case.graph;
     let sizes = subresources(graph);
@@ -115,7 +115,7 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
             Rounds::Mips(of) => sizes[of.0 as usize].0 - 1,
             Rounds::Param(_) => 0,
         };
-        // Frames and ticks that skip the loop would leave the names elsewhere than those that run it.
+        // Frames and ticks that skip the loop would leave the names in another order than frames that run it.
         let running = || group.clone().map(|index| &graph.passes[index]).filter(|pass| case.runs(pass));
         let skipped = running().next().is_some() && running().all(|pass| pass.every.is_some());
         if skipped && count % 2 == 1 && !repeated.swap.is_empty() {
@@ -164,8 +164,8 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
         }
         flat.passes.push(pass);
     }
-    // At the start of the next frame a name stands for what it stood for at the end of this one: itself. The passes take it for what
-    // follows from the swaps. Where the two differ, nothing of the last frame may be looked at.
+    // At the start of the next frame, a name stands for its own resource, as at the end of this frame. The passes use the resource
+    // that follows from the swaps. If the two differ, no pass may look at contents of the last frame.
     let start: Vec<u32> = (0..graph.resources.len() as u32).map(called).collect();
     // Parts, and when the passes run that stored them.
     let mut stored: BTreeMap<(u32, u32, u32), Vec<Option<Every>>> = BTreeMap::new();

@@ -1,5 +1,5 @@
-//! A slow, independent judge of plans. It shares no code with the phases: sizes, culling, order, memory and synchronisation are all
-//! worked out again from the checked graph, by brute force, and compared with what the plan says.
+//! A slow, independent judge of plans. It shares no code with the phases. By brute force, it computes sizes, culling, order, memory
+//! and synchronisation again from the checked graph, and compares them with the plan.
 
 pub mod flow;
 pub mod graphs;

@@ -19,7 +19,7 @@ use super::memory::share;
 pub struct Run {
     /// Frames that are run.
     pub frames: u32,
-    /// Accesses of the first so many frames are remembered. A plan repeats, so one frame says as much as all.
+    /// The number of first frames whose accesses are remembered. A plan repeats, so one frame shows as much as all.
     pub remembered: u32,
     /// (frame, live pass) that is left out.
     pub skip: Box<dyn Fn(u32, u32) -> bool>,
@@ -60,7 +60,7 @@ fn all_ticks(plan: &Plan) -> Ticks {
     Box::new(move |_, clock| graph.clock(clock).most)
 }
 
-/// Ways in which the ticks of a plan may fall: as many in every frame, and at random. One where it has no clock.
+/// Patterns of ticks: the same number in every frame, and random numbers. One where it has no clock.
 pub fn rhythms(plan: &Plan) -> Vec<Ticks> {
     let most = plan.graph.clocks.iter().map(|clock| clock.most).max();
     let Some(most) = most else { return vec![all_ticks(plan)] };
@@ -384,7 +384,7 @@ fn pass_barrier(barrier: &Barrier, old: &mut Made) {
             seen_by |= memory.dst.access;
         }
     }
-    // The transition of an image is its own affair: it orders nothing else.
+    // The transition of an image orders only its own memory.
     (old.waiting, old.seen_by) = (waiting, seen_by);
 }
 

@@ -95,14 +95,14 @@ impl Hand {
         ClockId(self.graph.clocks.len() as u32 - 1)
     }
 
-    /// A pass that takes `frame.time`, so that what it makes is another thing in every frame.
+    /// A pass that takes `frame.time`, so its output changes in every frame.
     pub fn pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let pass = self.still_pass(name, binds);
         pass.push.push(from(ValueOrigin::Builtin(Builtin::FrameTime)));
         pass
     }
 
-    /// A pass that takes nothing but what it binds.
+    /// A pass that takes only its bindings.
     pub fn still_pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let accesses = binds.iter().map(|bind| self.bind(bind)).collect::<Vec<_>>();
         let indirect = accesses.iter().find(|a| a.usage == Usage::IndirectArguments);

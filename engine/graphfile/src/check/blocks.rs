@@ -244,7 +244,7 @@ fn fills(
             }
         }
     }
-    // A member that the shader does not have and one that has no value are often one that is misspelt.
+    // If one member is unknown to the shader and another one has no value, the name is often misspelt.
     for member in given.own().filter(|member| !used.contains(&member.path.value)) {
         let meant = closest(&member.path.value, missing.iter().map(|leaf| leaf.path.as_str()));
         let meant = missing.iter().position(|leaf| Some(leaf.path.as_str()) == meant);

@@ -92,7 +92,7 @@ fn is_element(member: &Member, array: &str) -> bool {
     member.path.value.strip_prefix(array).is_some_and(|rest| rest.starts_with('['))
 }
 
-/// Warns of shared blocks that no shader has, and of their values that none of the shaders' blocks has.
+/// Warns of shared blocks that no shader has, and of values that no shader's block has.
 pub fn unused(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     if resolved.blocks.is_empty() {
         return;

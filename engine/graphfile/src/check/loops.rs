@@ -35,7 +35,7 @@ pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Warns of loops from mip to mip of a target that has only one: none of their passes ever runs.
+/// Warns of loops from mip to mip of a target with only one mip: their passes never run.
 pub fn without_rounds(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     for repeated in graph.loops.iter().filter(|repeated| repeated.sound) {
         let Rounds::Mips(target) = repeated.item.rounds else { continue };

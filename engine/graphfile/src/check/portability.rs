@@ -64,7 +64,7 @@ pub fn check(context: &Context<'_>, constants: &[(u32, ValueOrigin)], found: &mu
     });
     let pass = &context.pass;
     let place = pass.request.as_ref().map_or(&pass.name.span, |request| &request.span);
-    // How many threads are too many only the device can say.
+    // Only the device knows the largest number of threads.
     if size.contains(&0) {
         let [x, y, z] = size;
         found.push(

@@ -194,7 +194,7 @@ fn mistakes() {
     let mut said = String::new();
     for (code, old, new) in cases {
         let mut project = project();
-        // A pyramid of known mips, where what is beyond them is the mistake.
+        // A pyramid of known mips; the mistake is beyond them.
         if new.starts_with("count = 4") {
             project.put(PATH, &GRAPH.replace("mips = \"full\"", "mips = 4"));
         }

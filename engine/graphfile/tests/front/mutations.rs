@@ -92,7 +92,7 @@ proptest! {
         let mut project = PROJECT.clone();
         let text = edits.iter().fold(GRAPH.to_owned(), |text, edit| apply(&text, edit));
         project.put("graphs/base.toml", &text);
-        // Renders what is found, and checks that every label points into a text.
+        // Renders the diagnostics, and checks that every label points into a text.
         project.rendered("graphs/base.toml");
     }
 

@@ -56,7 +56,7 @@ impl Held {
 struct Changed {
     /// Those that are written as a whole.
     filled: BTreeSet<usize>,
-    /// Those of which parts are written: the words, from the first of all blocks.
+    /// The partly written chunks: their words, counted from the first block of all.
     parts: BTreeMap<usize, Vec<Patch>>,
 }
 

@@ -124,8 +124,8 @@ impl InstanceBuffer {
             .map(|corner| std::array::from_fn(|i| i64::from(corner[i]) - instance.anchor[i]))
     }
 
-    /// The words of an instance. Rays are followed through the cube of its tree: in the world, where it is on the world's lattice, else in
-    /// the model's frame, counted from the anchor.
+    /// The words of an instance. Rays cross the cube of its tree: in the world if the instance is on the world's lattice, otherwise in the
+    /// model's frame, counted from the anchor.
     #[expect(
         clippy::cast_possible_truncation,
         reason = "an encoding is addressed in 32 bits, and cells wrap in 32 bits"

@@ -88,14 +88,14 @@ impl Instances {
         self.frames_with(&[], value)
     }
 
-    /// The same, except for those with a pose of their own in `written`, by their indices: neither the file nor a param moves these.
+    /// The same, except for instances with their own pose in `written`, by their indices: the file and params do not move these.
     pub fn frames_with(&self, written: &[Option<Pose>], value: impl Fn(&str) -> Option<f64>) -> Vec<Frame> {
         let own = written.iter().copied().chain(std::iter::repeat(None));
         let pose = |(instance, own): (&Instance, Option<Pose>)| own.unwrap_or_else(|| instance.pose_at(&value));
         self.list.iter().zip(own).map(|of| Frame::of(&pose(of))).collect()
     }
 
-    /// The buffer that shaders read, in a world with this palette. Without it, none of them is a lamp.
+    /// The buffer that shaders read, in a world with this palette. Without a palette, no instance is a lamp.
     pub fn encode(&self, palette: &[Material], limit: u64) -> Result<InstanceBuffer, LayoutError> {
         InstanceBuffer::new(self, palette, limit)
     }

@@ -67,7 +67,7 @@ impl Pose {
         Self { position, rotation: turns }
     }
 
-    /// At a position, turned by a quaternion: x, y, z, w, of any length but zero, for which there is no pose. Quarter turns whose numbers are
+    /// At a position, turned by a quaternion: x, y, z, w, of any length. A length of zero gives no pose. Quarter turns whose numbers are
     /// as exact as `f32` are exact.
     pub fn turned(position: [f64; 3], quaternion: [f64; 4]) -> Option<Self> {
         let length = quaternion.iter().map(|q| q * q).sum::<f64>();

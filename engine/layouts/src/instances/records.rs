@@ -23,7 +23,7 @@ const QUATERNION: u32 = 2;
 pub struct PoseRecords {
     /// Index of an instance and its pose; `None` returns it to the world's file and to params. By index, each at most once.
     pub poses: Vec<(usize, Option<Pose>)>,
-    /// Records for which there was no room.
+    /// The number of records beyond the room of the buffer.
     pub lost: u64,
     /// Number of records that are wrong.
     pub wrong: u64,

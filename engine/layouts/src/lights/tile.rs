@@ -1,5 +1,5 @@
-//! The lamps of worlds that are loaded tile by tile. A tile has a list of its own, which is made once; lights are drawn in two steps, a
-//! group of them and one of the group, so that a tile that comes or goes changes nothing but the table of the groups.
+//! The lamps of worlds that are loaded tile by tile. A tile has its own list, made once. A draw has two steps: a group, then a light of
+//! the group. So a tile that comes or goes changes only the table of the groups.
 
 use std::sync::Arc;
 
@@ -55,8 +55,8 @@ impl TileLights {
     /// faces where the result depends on them.
     ///
     /// A tile of level 0 has one part, and exactly the faces that the whole world has there. Above that, each 16³ cells are a part,
-    /// since finer tiles may replace any of them. Where two parts meet, a face counts as exposed: a finer tile beyond it may leave some of
-    /// it free.
+    /// since finer tiles may replace any of them. Between two parts, a face counts as exposed: a finer tile beyond it may leave some of it
+    /// free.
     #[expect(clippy::cast_possible_truncation, reason = "cells of the world have 32 bits")]
     pub fn of(
         content: &Content,
@@ -280,7 +280,7 @@ mod tests {
         let groups: Vec<LightGroup> = groups.iter().map(|(_, group)| *group).collect();
         let table = grouped_words(&groups);
         assert_eq!((table[0], table[1], table[4], table[5]), (10, 6, 16, 6));
-        // The first is drawn once in eleven times: it stays with 2/11, and is the other one else.
+        // The first light is drawn once in eleven times: its threshold is 2/11, and its alias is the other light.
         assert!((f64::from(f32::from_bits(table[2])) - 2.0 / 11.0).abs() < 1e-6 && table[3] == 1);
         let header = grouped_header(&groups, 7);
         assert_eq!((header[0], header[2], header[3]), (12, 7, 2));

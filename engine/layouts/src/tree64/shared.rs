@@ -1,6 +1,6 @@
-//! Packed materials that are equal are stored once. A leaf finds its own by their address, so a ray does not notice: over a terrain this
-//! saves half of their memory. A whole world is packed so, and each chunk of a streamed one by itself; in a buffer that is edited in place,
-//! each leaf has room of its own.
+//! Stores equal packed materials once. A leaf finds its materials by their address, so rays are not affected: over a terrain this saves
+//! half of their memory. It packs a whole world, or each chunk of a streamed world by itself. In a buffer that is edited in place, each
+//! leaf has its own room.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

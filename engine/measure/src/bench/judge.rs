@@ -31,7 +31,7 @@ pub(super) fn judge(truth: &Truth, found: &[HitTexel], depths: Option<&[f32]>) -
             let (ray, answer) = (&truth.rays[i], &truth.answers[i]);
             let hit = read(found[i]).map(|(voxel, face, material)| {
                 let depth = depths.map(|depths| depths[i]);
-                // A tracer that does not look materials up is not judged by them, nor one without depths by those.
+                // Judges materials only if the tracer looks them up, and depths only if it has them.
                 let exact = answer.hit.filter(|exact| exact.voxel == voxel && exact.face == face);
                 let right = exact.zip(raxel_oracle::Lattice::of(ray));
                 let exact_t = right.map(|(exact, lattice)| exact.time.in_lengths(&lattice) as f32);

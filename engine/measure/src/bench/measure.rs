@@ -244,8 +244,8 @@ impl Frames<'_> {
         times
     }
 
-    /// Runs everything, then again from elsewhere with the memo on: a pass that it skips then, a session would skip in every frame (a table
-    /// that is baked, say), and so do we from here on. Those passes with the time that they took.
+    /// Runs everything, then again from elsewhere with the memo on. If the memo skips a pass then, a session would skip it in every frame
+    /// (for example a baked table), and so does the bench from here on. Returns these passes with their times.
     fn settle(&mut self) -> Result<Vec<PassSpread>, ExecuteError> {
         let mut elsewhere = *self.camera;
         elsewhere.frac.x = if elsewhere.frac.x < 0.5 { elsewhere.frac.x + 0.25 } else { elsewhere.frac.x - 0.25 };

@@ -3,8 +3,8 @@
 //!
 //! A graph is judged when it has a target `hit` of format `rgba32i`: x, y, z is the voxel, w is face + 8 · material (material 0: not looked
 //! up), or −1 where nothing is hit. Targets `depth` (`r32f`, in lengths of the ray's direction) and `steps` (`r32ui`) add to the judgement. Its
-//! rays must be those of `rx_camera_ray`. A graph whose `about` ends with `exact` claims that none of them is wrong. A graph with a target `bounce_hit` is timed and judged by the rays that leave its hits
-//! ([`raxel_oracle::bounce`]), in its pass whose name begins with `bounce`.
+//! rays must be those of `rx_camera_ray`. A graph whose `about` ends with `exact` claims that all of them are right. A graph with a target
+//! `bounce_hit` is timed and judged by the rays that leave its hits ([`raxel_oracle::bounce`]), in its pass whose name begins with `bounce`.
 
 mod judge;
 mod measure;

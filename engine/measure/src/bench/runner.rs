@@ -106,8 +106,8 @@ impl Runner {
         })
     }
 
-    /// Compiles graphs over their own layouts; those that cannot be are in error. One that cannot be over another layout is not: it may be
-    /// made for some.
+    /// Compiles graphs over their own layouts, and reports those that fail. A graph that fails over another layout is no error: it may be
+    /// made for some layouts only.
     pub fn broken(&mut self, graphs: &[String]) -> Broken {
         let mut broken = Broken::default();
         for path in graphs {
@@ -272,7 +272,7 @@ pub fn pinhole(camera: &Camera, size: [u32; 2]) -> Pinhole {
     }
 }
 
-/// A device whose executor takes times and nothing else: no memo, no marks after passes.
+/// A device whose executor only takes times: no memo, no marks after passes.
 fn open(options: &DeviceOptions) -> Result<(Arc<Device>, GraphRunner), BenchError> {
     let device = Device::new(options)?;
     let patience = if device.capabilities().kind == DeviceKind::Cpu { 12 } else { 2 };

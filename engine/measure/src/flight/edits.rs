@@ -1,4 +1,4 @@
-//! How soon edits are seen, and how many are.
+//! Measures the delay until edits are seen, and counts the seen edits.
 
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,7 @@ pub struct Edits {
     pub many: Option<Rate>,
 }
 
-/// How long an edit took to be seen.
+/// The delay until an edit was seen.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct EditLatency {
     /// Frames, the one that shows it included.
@@ -67,7 +67,7 @@ pub(super) fn measure(session: &mut Session, options: &FlightOptions) -> Result<
 /// A frame of a window while it is edited lasts so long at least.
 const EDITED_FRAME: Duration = Duration::from_micros(16_667);
 
-/// Puts balls of a radius in front of the camera and takes them away again, each when the one before is seen, once everything else is there.
+/// Once the world is complete, puts balls of a radius in front of the camera and removes them again. Each edit waits until the one before is seen.
 fn balls(
     session: &mut Session,
     options: &FlightOptions,

@@ -1,4 +1,4 @@
-//! How wrong pictures are, with bias and noise apart, from two runs T and two references R whose errors are independent of each other.
+//! The error of pictures, split into bias and noise, from two runs T and two references R with independent errors.
 //!
 //! With the weight w = 1 / (Rm² + ε), Rm = (R1 + R2) / 2, per channel, and the ε of the scene ([`Epsilon`]):
 //!

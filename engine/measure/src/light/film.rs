@@ -1,8 +1,8 @@
 //! Film against settled: a frame of a film beside the picture that the same moment becomes when everything stands still.
 //!
-//! For each moment, the demo runs from its last cut. Its frame there is the film's. Then more frames of the same moment follow: some, as after a stop,
-//! and as many as it takes to settle. FLIP compares the first two with the last. The pictures are those of `raxel render DEMO --at T`, without and
-//! with `--settle`.
+//! For each moment, the demo runs from its last cut. Its frame there is the film's. Then more frames of the same moment follow: first some, as after
+//! a stop, then enough to settle. FLIP compares the first two with the last. The pictures are those of `raxel render DEMO --at T`, without and with
+//! `--settle`.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,5 @@
-//! References on disk, so that they are made once: in `.raxel/cache/light` of the project, under a hash of all that they follow from.
+//! Keeps references on disk, in `.raxel/cache/light` of the project, so that they are made once. The name is a hash of everything that they
+//! depend on.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Params that move instances, for systems that have none of that name: a graph that extends the system's.
+//! Adds params that move instances to systems that lack them, by a graph that extends the system's.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,7 +12,7 @@ use super::LightError;
 /// Where these graphs lie in a project.
 const FOLDER: &str = ".raxel/cache/light/graphs";
 
-/// The graph itself if it has all params, or one that extends it by those that it lacks. Mistakes in the graph are reported when it is
+/// The graph itself if it has all params; otherwise a graph that extends it by the missing ones. Mistakes in the graph are reported when it is
 /// opened.
 pub(super) fn with_params(project: &Path, graph: &str, params: &[String]) -> Result<String, LightError> {
     if params.is_empty() {

@@ -99,7 +99,7 @@ impl DeviceWorld {
 /// The bindings that a shader may have.
 const BINDINGS: [&str; 6] = ["world", "world_voxels", "Rays", "Hits", "instances", masks::BINDING];
 
-/// Where the shader stands for the compiler: in the project, though it comes from the binary.
+/// The path of the shader for the compiler: in the project, although its text comes from the binary.
 const PATH: &str = "shaders/trace_rays.comp";
 
 /// A project's files with the shader among them.

@@ -160,7 +160,7 @@ impl From<&Ray> for RayWords {
 }
 
 impl RayWords {
-    /// The ray, known to pass nothing but air up to a time, in lengths of its direction. The marcher `ahead` begins there.
+    /// The ray, which is known to pass only air up to a time, in lengths of its direction. The marcher `ahead` begins there.
     pub fn ahead(ray: &Ray, t_free: f32) -> Self {
         Self { t_free, ..Self::from(ray) }
     }

@@ -152,7 +152,7 @@ impl Batch {
         }
     }
 
-    /// The rays with times up to which they are free: anywhere up to the exact hit, and often just before it.
+    /// The rays with the times up to which they are free. A time is anywhere up to the exact hit, often just before it.
     pub fn ahead(&self) -> Vec<RayWords> {
         let words = |(i, (ray, answer)): (usize, (&Ray, &Answer))| RayWords::ahead(ray, t_free(ray, answer, i as u32));
         self.rays.par_iter().zip(&self.answers).enumerate().with_min_len(GRAIN).map(words).collect()

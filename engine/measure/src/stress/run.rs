@@ -175,7 +175,7 @@ impl Prepared {
     }
 }
 
-/// Why a row does not trace a site; an error that is none of the site's stays one.
+/// The reason why a row does not trace a site. Errors that do not belong to the site stay errors.
 pub(super) fn refusal(error: RayError) -> Result<String, RayError> {
     match error {
         RayError::Layout(_) | RayError::NotStreamed(_) | RayError::Stream(StreamError::NoRoom { .. }) => {

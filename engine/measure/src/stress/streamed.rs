@@ -161,7 +161,7 @@ impl Editing<'_> {
             }
             self.release();
         }
-        // Not before everything that was given up is overwritten, so that nothing that is shown is among it.
+        // Wait until all released blocks are overwritten. So an error shows if a shown tile is among them.
         self.streamer.retry();
         self.streamer.wait(PATIENCE)?;
         stages.extend(self.newest.clone().map(|publication| self.stage(&publication, self.world.clone())));

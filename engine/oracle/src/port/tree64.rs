@@ -145,7 +145,7 @@ impl<'a> Tree64<'a> {
         self.trace_from(ray, 0.0)
     }
 
-    /// First solid voxel along a ray that passes nothing but air up to the time `t_free`, in lengths of its direction: `rx_trace_from`.
+    /// First solid voxel along a ray that passes only air up to the time `t_free`, in lengths of its direction: `rx_trace_from`.
     pub fn trace_from(&self, ray: &Ray, t_free: f32) -> Option<Hit> {
         let Tree64Header { origin, log2_size, bounds_min, bounds_last, .. } = self.header;
         let mut walk = Walk::begin(ray, origin, log2_size, t_free)?;

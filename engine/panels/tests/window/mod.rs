@@ -15,7 +15,7 @@ pub struct Window {
     pub gpu: Samples,
     /// Of each pass; where they are missing, those of the GPU.
     pub times: Vec<Samples>,
-    /// Names, what became of them, and what they write.
+    /// Passes with their outcomes and outputs.
     pub passes: Vec<(&'static str, PassState, Option<usize>)>,
     pub resources: Vec<Resource>,
     pub params: Vec<Param>,
@@ -111,7 +111,7 @@ impl Window {
         }
     }
 
-    /// Draws it, and notes what is asked for.
+    /// Draws it, and notes the user's actions.
     pub fn draw(&mut self, ctx: &egui::Context) {
         let pass = |(index, (name, state, output)): (usize, &(&'static str, PassState, Option<usize>))| Pass {
             name,

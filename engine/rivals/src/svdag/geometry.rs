@@ -1,4 +1,4 @@
-//! Where the solid voxels of chunks are, as a directed acyclic graph: of equal subtrees one is kept (Kämpe, Sintorn and Assarsson,
+//! The solid voxels of chunks as a directed acyclic graph. Equal subtrees are stored once (Kämpe, Sintorn and Assarsson,
 //! "High resolution sparse voxel DAGs", 2013). Built from the leaves upwards, one height at a time over all chunks.
 
 use std::collections::HashMap;
@@ -59,7 +59,7 @@ impl Geometry {
         let mut voxels: [Vec<u32>; 4] = std::array::from_fn(|_| Vec::new());
         let mut places: [Vec<u32>; 5] = std::array::from_fn(|_| Vec::new());
         let mut words = 0;
-        // From the top down: an upper node and what it leads to lie near each other more often than not.
+        // From the top down: this usually puts a node near its children.
         for height in (0..4).rev() {
             for node in &heights[height] {
                 places[height + 1].push(words as u32);

@@ -1,4 +1,4 @@
-//! Readers of layouts that know nothing but the formats, as the shaders in `shaders/include/raxel/` document them.
+//! Readers of layouts that know only the formats, as the shaders in `shaders/include/raxel/` document them.
 
 use std::collections::BTreeMap;
 

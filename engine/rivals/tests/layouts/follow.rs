@@ -139,7 +139,7 @@ fn place(random: &mut SplitMix64) -> ChunkPos {
     ChunkPos::new(random.below(3) as i32 - 1, 0, random.below(2) as i32 - 1)
 }
 
-/// What an update changes: chunks that are edited, copied, moved, emptied, or changed into themselves; several of them, and some twice.
+/// The changes of an update: several chunks, some of them twice. They are edited, copied, moved, emptied, or changed into themselves.
 fn changes(random: &mut SplitMix64, world: &World) -> Vec<Change> {
     let mut changes: Vec<Change> = Vec::new();
     for _ in 0..=random.below(3) {
@@ -180,7 +180,7 @@ fn a_buffer_holds_the_voxels_of_the_world_after_every_edit() {
     }
 }
 
-/// A world of another palette is encoded anew, and one that is told nothing new writes no voxel.
+/// A world with another palette is encoded again. An update without changes writes no voxel.
 #[test]
 fn a_change_that_changes_nothing_writes_no_voxel() {
     for layout in FOLLOWING {
@@ -326,7 +326,7 @@ fn nodes_above_all_chunks_grow_and_give_up_what_they_had() {
     followed.follow(&places.iter().skip(3).map(|pos| (*pos, None)).collect::<Vec<_>>()).expect("it fits");
 }
 
-/// What a buffer has room for besides its world is what its limit leaves, up to a quarter of the world and some more.
+/// Besides its world, a buffer has the room that its limit leaves, up to a quarter of the world and some more.
 #[test]
 fn a_buffer_has_the_room_that_its_limit_leaves() {
     for layout in [Layout::OCTREE, raxel_rivals::CHUNK_TABLE] {
@@ -350,7 +350,7 @@ fn a_buffer_has_the_room_that_its_limit_leaves() {
     }
 }
 
-/// A tree that does not fit says how many bytes are enough, and one without a limit has room for a quarter more and 4 MiB.
+/// If a tree does not fit, the error has the number of bytes that are enough. A tree without a limit has room for a quarter more and 4 MiB.
 #[test]
 fn a_tree_says_how_much_it_needs() {
     let mut random = SplitMix64::new(34);

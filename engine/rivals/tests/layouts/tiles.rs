@@ -9,7 +9,7 @@ use raxel_world::{Chunk, ChunkPos, Content, DenseChunk, Mode, World};
 use crate::decode::{self, Voxels};
 use crate::palette;
 
-/// What no part of a tile is made of: a mask with all bits that name no place.
+/// A word that no part of a tile contains: a mask with all bits that name no place.
 const POISON: u32 = 0xdead_beef;
 
 /// Cells of a chunk.
@@ -17,7 +17,7 @@ fn cells(chunk: &Chunk) -> Voxels {
     chunk.iter().map(|(cell, material)| (cell.map(|c| c as i32), material)).collect()
 }
 
-/// A tile with full blocks and nodes, of one material and of several, and others that have gaps; or of nothing but full nodes of one material.
+/// A tile with full blocks and nodes, of one material and of several, and others that have gaps; or only full nodes of one material.
 fn random_chunk(random: &mut SplitMix64) -> Option<Arc<Chunk>> {
     let mut dense = DenseChunk::default();
     if random.below(16) == 0 {

@@ -215,7 +215,7 @@ impl Editing {
             self.scripted = 0;
         }
         let operations: Vec<Operation> = self.script[self.scripted..due].iter().map(|(_, edit)| edit.clone()).collect();
-        // They were checked when the demo was read, each for itself: those that are too many for one step are made one by one.
+        // Each was checked by itself when the demo was read. If they are too many for one step, they are made one by one.
         match self.edits.replay(&operations, &self.scene, base) {
             Ok(change) => step(self, change),
             Err(EditError::Unavailable(unavailable)) => return Err(unavailable),

@@ -17,7 +17,7 @@ use super::pixels::Pixels;
 /// Pictures whose copies to the window are in flight at once.
 const FRAMES: usize = 2;
 
-/// How long an image of the window is waited for. When none comes, the next call tries again: the window stays responsive.
+/// The longest wait for an image of the window. When none comes, the next call tries again: the window stays responsive.
 const ACQUIRE: Duration = Duration::from_millis(100);
 
 /// Longest wait for the device: copies and triangles are short, and the session's watchdog has waited for the work before.

@@ -18,7 +18,7 @@ use crate::build_error::BuildError;
 use crate::load::Loader;
 use crate::recording_files::{Content, content};
 
-/// How long the report of a wrong edit waits for the rest of it: a file that is saved in pieces is wrong in between.
+/// The delay of the report about a wrong edit: a file that is saved in pieces is wrong in between.
 const HOLD: Duration = Duration::from_millis(120);
 
 /// After this time the plan before an edit is usually gone, and the heaps that compiling has left are released.

@@ -1,8 +1,8 @@
 //! Decides when an edit is finished, and whether it changed anything.
 //!
 //! Editors save in many ways: in place, in pieces, by renaming a new file over the old one, by deleting first. A file counts as
-//! changed when nothing has touched it for a moment, it is neither missing nor empty for a moment only, and its bytes differ.
-//! Time is given from outside, so that this is a plain function of events.
+//! changed when nothing has touched it for a moment and its bytes differ. If it is missing or empty, it must stay so for
+//! longer. Time is given from outside, so that this is a plain function of events.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -19,7 +19,7 @@ pub const QUIET_AFTER_WRITE: Duration = Duration::from_millis(50);
 /// Quiet time after a write, where the system will say when the writer closes the file.
 pub const QUIET_WHILE_OPEN: Duration = Duration::from_millis(300);
 
-/// How long a file that was there before may be missing or empty, as it is between two steps of a save.
+/// The time that an existing file may be missing or empty, as it is between two steps of a save.
 pub const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
 
 /// Longest wait for quiet, however busy the folder.

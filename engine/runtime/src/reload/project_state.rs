@@ -122,8 +122,8 @@ impl ProjectState {
         paths(self) != paths(before)
     }
 
-    /// Loads the files that the demo names and that are not there yet or wrong, and drops those that it names no longer. True for graphs
-    /// and for the world when there are others.
+    /// Loads the files of the demo that are new or were wrong, and drops the files that it names no longer. Returns whether the graphs
+    /// and the world changed.
     pub fn follow_demo(&mut self, loader: &Loader) -> Named {
         let mut changed = Named::default();
         let Some(demo) = self.demo.as_ref().and_then(|part| part.result.as_ref().ok()).cloned() else { return changed };

@@ -14,7 +14,7 @@ use super::debounce::FileActivity;
 /// The interval of looks at files where the system does not report changes.
 const POLL: Duration = Duration::from_millis(200);
 
-/// How a [`Watcher`] learns of changes.
+/// The way in which a [`Watcher`] learns of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Means {
     /// The system reports changes (inotify, `FSEvents`, `ReadDirectoryChanges`).
@@ -45,7 +45,7 @@ pub enum Notice<'p> {
 /// Gets the reports, on a thread of the watcher's.
 pub type Tell = Arc<dyn Fn(Notice<'_>) + Send + Sync>;
 
-/// Which project paths a path on disk stands for.
+/// The project paths of a path on disk.
 #[derive(Debug, Default)]
 struct Names {
     /// Files, also under the names that symbolic links lead to.
@@ -73,7 +73,7 @@ impl Watcher {
         Self { root: root.to_owned(), means, inner: watcher, watched: BTreeSet::new(), names, tell }
     }
 
-    /// Watches these project paths, whether they exist or not, and nothing else.
+    /// Watches exactly these project paths, whether they exist or not.
     pub fn watch<'p>(&mut self, files: impl Iterator<Item = &'p str>) {
         let mut names = Names::default();
         let mut folders = BTreeSet::from([self.root.clone()]);

@@ -1,4 +1,4 @@
-//! Since when nothing but the time has changed: `frame.still`, `world.serial` and `world.edited`.
+//! Counts the frames in which only the time changed, and changes of the world: `frame.still`, `world.serial` and `world.edited`.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ pub(super) struct ChangeTracker {
     last: Option<Last>,
     /// The frame that was noted last has not been.
     refused: bool,
-    /// Which inputs count.
+    /// The inputs that count.
     reads: Option<Reads>,
 }
 
-/// Which inputs a graph reads.
+/// The inputs that a graph reads.
 struct Reads {
     graph: Arc<Graph>,
     /// Clears each builtin that it does not read.

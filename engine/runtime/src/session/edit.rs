@@ -130,7 +130,7 @@ impl Session {
         self.world.editing.checkpoint();
     }
 
-    /// Shows and saves a change. Where there is no room for it, `reverse` takes it out of the edits again.
+    /// Shows and saves a change. If there is no room for it, `reverse` takes it out of the edits again.
     fn show_edit(
         &mut self,
         operations: &[Operation],
@@ -145,7 +145,7 @@ impl Session {
                 Ok(change.chunks.len())
             }
             Err(error) => {
-                // The chunks were there for the change; where they are not now, the step stays, and can be undone.
+                // The chunks were available for the change. If they are not available now, the step stays, and can be undone.
                 let _ = reverse(&mut self.world.editing);
                 Err(EditFailure::TooLarge { diagnostics: error.into_diagnostics() })
             }

@@ -7,7 +7,7 @@ use raxel_execute::Histories;
 pub(super) struct History {
     /// Frames that have run since.
     frames: u32,
-    /// How many frames back the longest history goes.
+    /// The length of the longest history, in frames.
     depth: u32,
     /// The targets and buffers whose clearing by another size was reported.
     said: Vec<String>,

@@ -161,7 +161,7 @@ fn load(
         None => None,
         Some(part) => match &part.result {
             Ok(demo) => Some(demo.clone()),
-            // Without it neither graph nor world is known.
+            // Without it, graph and world are unknown.
             Err(found) if options.graph.is_none() || options.world.is_none() => {
                 return Err(OpenError::Project { diagnostics: found.clone(), texts: Box::new(part.texts.clone()) });
             }

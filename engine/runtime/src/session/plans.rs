@@ -94,7 +94,7 @@ impl Plans {
         }
     }
 
-    /// Whether a plan is to be made: not if it runs already, and not again after it was refused.
+    /// Whether to make a plan: it must not run already, and must not have been refused.
     pub fn wants(&mut self, wanted: &Selection) -> bool {
         self.stale = false;
         if *wanted == self.running {

@@ -32,11 +32,11 @@ pub(super) struct Prints {
 struct Failing {
     pass: String,
     what: Failed,
-    /// How often in the last frame in which it failed.
+    /// The number of failures in the last frame with a failure.
     last: u32,
     /// The worst frame.
     worst: Failure,
-    /// Frames since then in which it held.
+    /// Frames without a failure since then.
     held: u32,
     said: bool,
 }
@@ -50,11 +50,11 @@ enum Failed {
 
 /// A failure in one frame.
 struct Failure {
-    /// How often it failed.
+    /// The number of its failures.
     count: u32,
-    /// The invocation in which it failed first.
+    /// The invocation of its first failure.
     first: Option<[u32; 3]>,
-    /// Where an access went.
+    /// The place of an access out of bounds.
     beyond: Option<String>,
     frame: u64,
 }

@@ -1,4 +1,4 @@
-//! When a plan that the device refused is tried again: memory may be free by then, and a try costs as much as a frame or more.
+//! Decides when to retry a plan that the device refused. Memory may be free by then, but a try costs as much as a frame or more.
 
 /// Most frames between two tries.
 const MOST: u32 = 256;

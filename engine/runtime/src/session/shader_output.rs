@@ -15,8 +15,8 @@ use super::world::WorldState;
 use super::{FrameError, Session};
 use crate::sources::{EDITS, WrittenPoses, instance_frames};
 
-/// Frames from one that writes something to the first that can show it. A frame waits for the device to have finished the frame before the
-/// last in any case, so that the copy costs no further wait, and the picture of a film does not depend on the time.
+/// Frames from one that writes something to the first that can show it. A frame always waits until the device has finished the frame
+/// before the last. So the copy costs no further wait, and the picture of a film does not depend on timing.
 const FRAMES: u64 = 2;
 
 /// The purpose of a buffer.

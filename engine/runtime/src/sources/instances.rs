@@ -78,7 +78,7 @@ impl LiveInstances {
         Ok((Self { instances, buffer, shown, followed: None }, words))
     }
 
-    /// Moves them to where passes and the params of a graph say, before the next frame. Does nothing while neither changes.
+    /// Moves them to the poses of passes and of the graph's params, before the next frame. Does nothing while these stay the same.
     pub fn follow(
         &mut self,
         graph: &Arc<Graph>,
@@ -93,7 +93,7 @@ impl LiveInstances {
             return;
         }
         let frames = frames(&self.instances, graph, values, written);
-        // Where too much waits already, the next frame tries again.
+        // If too many writes wait already, the next frame tries again.
         let words = || self.buffer.moving(&frames);
         if frames == self.shown || source.write(0, bytemuck::cast_slice(&words())).is_ok() {
             self.shown = frames;

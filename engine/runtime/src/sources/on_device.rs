@@ -123,7 +123,7 @@ impl OnDevice {
         }
         if let (Key::Voxels { name: parsed, copied, .. }, Some(streamed)) = (&key, world.streamed().zip(world.tiles()))
             && !matches!(parsed, SourceName::Model(..) | SourceName::Instances | SourceName::Keys)
-            // Where nothing gives off light, wherever it is, the list of lamps is that of an empty world.
+            // If nothing gives off light, the list of lamps is that of an empty world.
             && (*parsed != SourceName::Lights || *copied || world.holds(&Fact::WorldHasEmission))
         {
             if *copied || ![SourceName::World(Layout::TREE64), SourceName::Lights].contains(parsed) {
@@ -225,7 +225,7 @@ impl OnDevice {
         for entry in entries.iter_mut() {
             if let Some(Live::Keys(written)) = &mut entry.live
                 && *written != words
-                // Where too much waits already, the next frame tries again.
+                // If too many writes wait already, the next frame tries again.
                 && entry.source.write(0, bytemuck::cast_slice(&words)).is_ok()
             {
                 *written = words;

@@ -86,7 +86,7 @@ impl Listener {
         if values != self.written {
             // The shape was right when the graph was loaded.
             let Ok(image) = texels(&self.sound, &values) else { return };
-            // Where too much waits already, the next frame tries again.
+            // If too many writes wait already, the next frame tries again.
             if !write_image(&image, source) {
                 return;
             }
@@ -95,7 +95,7 @@ impl Listener {
         self.heard = Some((over, changes));
     }
 
-    /// A number that differs where the source holds something else.
+    /// A number that changes with the contents of the source.
     pub(super) fn serial(&self) -> u64 {
         self.serial
     }

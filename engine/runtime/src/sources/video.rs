@@ -14,7 +14,7 @@ use super::on_device::write_image;
 /// Frames that are decoded before they are asked for.
 const AHEAD: usize = 3;
 
-/// How long a frame is waited for, where every frame has to be right.
+/// The longest wait for a frame, if every frame has to be right.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A video that plays into a source.
@@ -63,7 +63,7 @@ impl Player {
             self.decode_to(wanted, waits);
         }
         if let Some((number, image)) = self.unwritten.take() {
-            // Where too much waits already, the next frame tries again.
+            // If too many writes wait already, the next frame tries again.
             if write_image(&image, source) {
                 self.shown = number;
             } else {

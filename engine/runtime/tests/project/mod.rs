@@ -212,7 +212,7 @@ impl TestProject {
     }
 }
 
-/// The first texel of what is shown.
+/// The first texel of the shown target.
 pub fn texel(session: &mut Session) -> [f32; 4] {
     let present = session.graph().present;
     let name = session.graph().resource(present).name.clone();

@@ -22,7 +22,7 @@ const FRAMES: usize = 10;
 struct Run {
     project: TestProject,
     session: Session,
-    /// Everything can be read, or only what is shown.
+    /// Everything can be read, or only the shown target.
     all: bool,
     fps: &'static str,
     salt: u32,

@@ -1,4 +1,4 @@
-//! Makes random graphs that mean something: most passes read what was written before them.
+//! Makes meaningful random graphs: most passes read the output of passes before them.
 
 use raxel_testing::Random;
 
@@ -52,7 +52,7 @@ pub fn graph(r: &mut Random) -> Graph {
     if looped.clone().any(|at| ticking.contains(&at)) {
         looped = 0..0;
     }
-    // Which frames a history of ticks holds, the guide does not say.
+    // The guide does not define the frames in a history of ticks.
     let ticked_history = resources.iter().any(|resource| resource.clock && resource.history > 0);
     let mut passes: Vec<Pass> = Vec::new();
     let mut written: Vec<usize> = Vec::new();
@@ -81,7 +81,7 @@ pub fn graph(r: &mut Random) -> Graph {
             let at = if written.is_empty() || r.percent(25) { r.below(resources.len()) } else { r.pick(&written) };
             let history = resources[at].history;
             let age = if history > 0 && r.percent(70) { 1 + r.below(history) } else { 0 };
-            // Contents that only a pass that is off would read are not kept for the frame in which it is on.
+            // If only a switched-off pass would read some contents, they are not kept for the frame that switches it on.
             let declared = &resources[at];
             let kept = declared.keep || declared.clock || history > 0 || declared.init.or(declared.clear).is_some();
             if when.is_some() && !kept {

@@ -91,7 +91,7 @@ impl Machine {
         }
     }
 
-    /// Makes what is not there, or is of another size or declared otherwise; it starts at `init`, or zero.
+    /// Makes resources that are missing, or whose size or declaration has changed. They start at `init`, or zero.
     fn allocate(&mut self, graph: &Graph, output: [u32; 2]) {
         for resource in &graph.resources {
             let extents = Self::extents(graph, resource, output);

@@ -21,7 +21,7 @@ mod write;
 /// Graphs of the normal test run, in two threads, beside [`FOUND`].
 const GRAPHS: u64 = 140;
 
-/// Graphs that were wrong once: after a resize, a pass was skipped that asks for the size of what it reads.
+/// Graphs that once failed: after a resize, raxel skipped a pass that asks for the size of its input.
 const FOUND: Range<u64> = 520..540;
 
 /// Graphs that one session runs, one after the other.

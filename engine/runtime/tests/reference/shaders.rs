@@ -1,5 +1,5 @@
-//! The shader of a pass, by what it reads and writes. All of them do the same: each texel that is stored is a hash of the pass's values,
-//! of a texel of everything that is read, and of itself where it is loaded.
+//! The shader of a pass, from its inputs and outputs. All shaders do the same: a stored texel is a hash of the pass's values, of a texel
+//! of each input, and of its own old value if it is loaded.
 
 use std::fmt::Write as _;
 

@@ -35,8 +35,8 @@ struct Item {
 }
 
 impl Reference {
-    /// The directory of tiles up to a level. A tile hides that part of the coarser one around it; where the tile just above is missing and
-    /// a still coarser one is there, that one is shown.
+    /// The directory of tiles up to a level. A tile hides its part of the coarser tile around it. If the tile one level above is missing,
+    /// a still coarser tile is shown.
     fn of<'t>(cube: &Cube, top: u32, tiles: impl Iterator<Item = (TileKey, &'t LiveTile)>) -> Self {
         let mut levels: Vec<Vec<(u128, &LiveTile)>> = vec![Vec::new(); top as usize + 1];
         let mut bounds = [[i64::MAX; 3], [i64::MIN; 3]];
@@ -46,7 +46,7 @@ impl Reference {
             levels[key.level as usize].push((path, tile));
             if tile.node.is_some() {
                 live += 1;
-                // Where the tile ends, a ray would go on for long that leaves coarse land upwards.
+                // A ray that leaves coarse land upwards would go on for long beyond the end of the tile.
                 let (origin, cell) = (key.origin(), cell_edge(key.level));
                 for i in 0..3 {
                     bounds[0][i] = bounds[0][i].min(origin[i] + tile.cells.min[i] * cell);

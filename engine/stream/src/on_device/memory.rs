@@ -32,7 +32,7 @@ pub(super) fn pool_memory(
     Ok((buffer, memory))
 }
 
-/// Memory of the device that the host writes, where there is enough of it; memory that only the device sees, else.
+/// Memory of the device that the host can write, if there is enough of it; otherwise memory that only the device sees.
 fn pool_buffer(device: &Arc<Device>, name: &str, size: u64) -> Result<Arc<Buffer>, ExecuteError> {
     let usage =
         vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;

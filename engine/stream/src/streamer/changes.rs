@@ -1,4 +1,4 @@
-//! Which tiles are stale, since which change, and how long publications wait for them.
+//! The stale tiles, the changes that made them stale, and the time that publications wait for them.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

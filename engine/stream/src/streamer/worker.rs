@@ -112,7 +112,7 @@ fn make(shared: &Shared, Job { key, stale }: Job) -> Made {
     Made { key, tile: Ok((live, place)), lamps, bytes: bytes + lamp_bytes, outdated: None }
 }
 
-/// The lamps of a tile. A chunk beyond a face that is not to be had counts as air: a lamp too many costs a ray, one too few is missed.
+/// The lamps of a tile. An unavailable chunk beyond a face counts as air: a false lamp only costs a ray, but a missing lamp shows in the picture.
 fn lights(shared: &Shared, key: TileKey, content: &Content) -> TileLights {
     let Some(lamps) = &shared.lamps else { return TileLights::default() };
     let beside = |face| {

@@ -142,7 +142,7 @@ mod tests {
     use crate::dense::DenseChunk;
     use crate::random::SplitMix64;
 
-    /// Chunks of every way of storing materials, changed a few voxels at a time, against those that are packed from all their voxels.
+    /// Changes chunks of every storage of materials, a few voxels at a time, and compares them with chunks packed from all their voxels.
     #[test]
     fn changed_blocks_leave_the_bytes_that_packing_all_voxels_does() {
         let mut random = SplitMix64::new(11);

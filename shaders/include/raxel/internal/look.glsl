@@ -4,7 +4,7 @@
 
 #ifdef RX_LAYOUT_BVH
 
-// Knows of nothing but the voxel.
+// Knows only the voxel.
 uint rx_look(ivec3 cell, out uint log2_free) {
     log2_free = 0u;
     return rx_material(cell);

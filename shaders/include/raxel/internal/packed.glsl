@@ -1,7 +1,7 @@
 // Materials of several voxels in few bits: a palette of 2^(2^kind) materials, two a word, then 2^kind bits for each voxel in turn. Kind 4
-// has no palette, and the 16 bits are the material. Included by the layouts that link to such words from their leaves.
+// has no palette, and the 16 bits are the material. Layouts whose leaves link to packed materials include this file.
 
-// The material of voxel `rank` of those that are packed from a word on.
+// The material of voxel `rank` in a run that is packed from word `at` on.
 uint rx_palette_material(uint at, uint kind, uint rank) {
     uint bit = rank << kind;
     if (kind == 4u) return (rx_word(at + (bit >> 5)) >> (bit & 31u)) & 0xffffu;
@@ -11,8 +11,8 @@ uint rx_palette_material(uint at, uint kind, uint rank) {
     return (rx_word(at + (index >> 1)) >> (16u * (index & 1u))) & 0xffffu;
 }
 
-// The material of voxel `rank` of a leaf: its link has RX_UNIFORM and the only material, or the word where they are packed (29 bits) with
-// the kind in bits 29 and 31, 3 for 4.
+// The material of voxel `rank` of a leaf. Its link has RX_UNIFORM and the only material; or the word of the packed materials (29 bits) and their
+// kind in bits 29 and 31, 3 for kind 4.
 uint rx_linked_material(uint link, uint rank) {
     if ((link & RX_UNIFORM) != 0u) return link & 0xffffu;
     uint code = ((link >> 30) & 2u) | ((link >> 29) & 1u);

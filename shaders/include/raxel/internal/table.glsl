@@ -1,11 +1,11 @@
 // A hash table from places to addresses, for layouts that keep chunks by their coordinates: engine/layouts/src/table.rs writes it.
 // Such a layout declares `table_at` and `log2_slots` in its block `world`.
 //
-// A slot is four words: a key of three, and a value; RX_NO_ENTRY marks a free slot. At most half of the slots are taken, so a search
-// goes on from the slot that the hash names until it meets its key or a free slot: about 1.5 slots for a key that is there, 2.5 for
-// one that is not (Knuth, "The Art of Computer Programming" 3, 6.4). Coordinates count chunks from world.origin. The table also has
-// each cube of 8, 64, 512, ... chunks a side with a chunk in it: the level of a key, the binary logarithm of its cube's size in
-// voxels, is in the top five bits of x.
+// A slot is four words: a key of three, and a value; RX_NO_ENTRY marks a free slot. A search starts at the slot of the hash and
+// ends at its key or at a free slot. At most half of the slots are taken, so it reads about 1.5 slots for a present key, 2.5
+// for an absent one (Knuth, "The Art of Computer Programming" 3, 6.4). Coordinates count chunks from world.origin. The table
+// also has each cube of 8, 64, 512, ... chunks a side with a chunk in it: the level of a key, the binary logarithm of its
+// cube's size in voxels, is in the top five bits of x.
 const uint RX_NO_ENTRY = 0xffffffffu;
 
 // The primes are from Teschner et al., "Optimized spatial hashing for collision detection of deformable objects" (2003).

@@ -1,14 +1,14 @@
-// The common part of tiles of 16 x 16 pixels, whose rays one subgroup of 32 invocations traces: rays of a camera (packet.glsl) and rays of
-// one direction (parallel.glsl). A shader defines these two, which are called for pixels of a tile, once for each that is decided:
+// The common part of packet.glsl (rays of a camera) and parallel.glsl (rays of one direction): one subgroup of 32 invocations traces a tile of
+// 16 x 16 pixels. A shader defines two functions, which get one call for each decided pixel:
 //
 //     void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face);
 //     void rx_tile_miss(ivec2 pixel);
 #ifndef RAXEL_TILE_GLSL
 #define RAXEL_TILE_GLSL
 
-// The older ballots and votes, and shared memory in place of shuffles: what KHR_shader_subgroup has is defined by the invocations that are active, and
-// a compiler that cannot prove that all are checks in every round of a loop which they are. Here all of them always are: control flow
-// around every ballot, vote and barrier is the same in the whole workgroup.
+// Uses the older ballots and votes, and shared memory in place of shuffles. KHR_shader_subgroup counts active invocations: if a compiler cannot prove
+// that all are active, it checks in every round of a loop. Here all are always active: control flow around every ballot, vote and barrier is the
+// same in the whole workgroup.
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_ARB_shader_ballot : require
 #extension GL_ARB_shader_group_vote : require
@@ -61,10 +61,10 @@ const float RX_TILE_MARGIN = 1.0 / 64.0;         // pixels: more than the projec
 // A node: its index, and the height of its children above bit 28; or this, if all of it is full and has no node.
 const uint RX_TILE_FULL = 0x80000000u;
 
-// Every index into shared memory ends with a mask, by which raxel sees that it is inside and compiles no bound for it. No mask
+// Every index into shared memory ends with a mask. So raxel sees that the index is inside, and compiles no bound for it. No mask
 // changes an index.
 
-// Voxels that the frustum touches, x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes: a ring, the first at `taken`.
+// A ring of the voxels that the frustum touches, the first at `taken`: x | y << 8 | z << 16 from the corner of their node of 16^3, in mirrored axes.
 shared uint rx_tile_candidates[128];
 // A word of each invocation, on the way from candidates to their sets.
 shared uint rx_tile_words[32];
@@ -93,11 +93,11 @@ uvec2 rx_tile_bare(uvec2 mask, bool down_x, bool down_y, bool down_z) {
     return mask & ~uvec2(a & s & second, b & ((t & second) | (s & ~second)));
 }
 
-// Of candidate l, invocation l has `set`: bit i for column i of pixels, bit 16 + i for row i. Makes of it rx_tile_lists[i], the candidates of column i, and
-// rx_tile_lists[16 + i], those of row i: bit 31 - l for candidate l, so that the first is the highest bit. A barrier has to follow.
+// Invocation l has the `set` of candidate l: bit i for column i of pixels, bit 16 + i for row i. The result is rx_tile_lists[i] with the candidates of
+// column i, and rx_tile_lists[16 + i] with those of row i. Candidate l is bit 31 - l, so the first is the highest. A barrier has to follow.
 void rx_tile_sets(uint lane, uint set) {
-    // Bit p + l of each word is first made its bit p; then bit p moves on by p invocations, first by the eights in p, then by the twos, then by one;
-    // then words turn.
+    // First, each word turns so that bit p + l becomes bit p. Then bit p moves on by p invocations: by the eights in p, by the twos, by one. Last,
+    // words turn again.
     set = (set >> lane) | (set << ((32u - lane) & 31u));
     rx_tile_words[lane & 31u] = set;
     barrier();
@@ -121,8 +121,8 @@ uvec3 rx_tile_lattice(vec3 dir) {
     return uvec3(rx_lattice_component(bits.x, top), rx_lattice_component(bits.y, top), rx_lattice_component(bits.z, top));
 }
 
-// How the crossings of two axes follow each other, by integers. `order`: the sign of t_b(n_b) - t_a(n_a); `through`: whether the ray is between
-// planes n_a and n_a + 1 and between n_b and n_b + 1 at the same time.
+// Orders the crossings of two axes by integers. `order` is the sign of t_b(n_b) - t_a(n_a). `through` says whether the ray is between planes n_a
+// and n_a + 1 and between n_b and n_b + 1 at the same time.
 void rx_tile_follow(uint n_a, uint n_b, uint g_a, uint g_b, uint d_a, uint d_b, out int order, out bool through) {
     // n_b d_a - n_a d_b less (g_b d_a - g_a d_b) / 2^24, rounded up; `even` if nothing was rounded.
     int64_t start = int64_t(g_b) * int64_t(d_a) - int64_t(g_a) * int64_t(d_b);
@@ -135,8 +135,8 @@ void rx_tile_follow(uint n_a, uint n_b, uint g_a, uint g_b, uint d_a, uint d_b, 
     through = ahead + int64_t(d_a) > 0l && left_a;
 }
 
-// By integers: the axis of the face by which a ray comes into cell n, counted from the origin's own in mirrored axes; 3 if it does not pass
-// through that cell. g is the origin's place in its own cell in 2^-24 voxels, d the direction on the lattice.
+// By integers: the axis of the face through which a ray enters cell n, counted from the origin's cell in mirrored axes; 3 if it misses that
+// cell. g is the origin's place in its own cell in 2^-24 voxels, d the direction on the lattice.
 uint rx_tile_settle(uvec3 n, uvec3 g, uvec3 d) {
     int xy, xz, yz;
     bool by_xy, by_xz, by_yz;

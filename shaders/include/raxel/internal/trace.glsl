@@ -2,9 +2,9 @@
 //
 //     uint rx_look(ivec3 cell, out uint log2_free);
 //
-// the material of the voxel at `cell`; or 0, and then the cube of 2^log2_free voxels a side that holds the cell, aligned from
-// world.origin, has no solid voxel. `cell` lies in the world's cube. The larger that cube, the fewer the steps; exactness does not
-// depend on it.
+// the material of the voxel at `cell`, or 0. If it is 0, the cube of 2^log2_free voxels a side around the cell,
+// aligned from world.origin, is empty. `cell` lies in the world's cube. The larger that cube, the fewer the
+// steps; exactness does not depend on it.
 #include "walk.glsl"
 #if defined(RX_MARCH_RAYMASK) && !defined(RX_NAMED_WORLD)
 #define RX_ASK_RAYMASK

@@ -1,10 +1,10 @@
 // The exact walk of a lattice ray through a cube of 2^k voxels a side: steps over empty blocks, never over a solid voxel.
 //
-// Everything is mirrored so that the ray never moves down: cell c of the cube is q = c, or 2^k - 1 - c on an axis of negative
-// direction. Along each axis the ray crosses planes n = 1, 2, 3, ... after its origin, at
+// The walk mirrors all axes of negative direction, so that the ray never moves down: cell c of the cube is q = c, or 2^k - 1 - c on a mirrored
+// axis. Along each axis the ray crosses planes n = 1, 2, 3, ... after its origin, at
 //     t(n) = (n * 2^24 - G) / D        (units: lattice steps)
-// with G in [0, 2^24] the mirrored fraction and D in [0, 2^31) the size of the direction, both integers. Which of two crossings comes first
-// is a comparison of integer products. Floating point proposes; when it cannot decide (its error is bounded by RX_WALK_ERROR, a few times
+// with G in [0, 2^24] the mirrored fraction and D in [0, 2^31) the size of the direction, both integers. A comparison of integer products
+// decides which of two crossings comes first. Floating point proposes; when it cannot decide (its error is bounded by RX_WALK_ERROR, a few times
 // the sum of Vulkan's guaranteed roundings), integers do. See docs/exactness.md.
 //
 // Ties: a ray that crosses several planes at once steps over all of them at once; the cells it only touches are not visited.
@@ -111,8 +111,8 @@ void rx_walk_further(RxExact e, uint a, inout uvec2 whole) {
     whole.y += whole.x < low ? 1u : 0u;
 }
 
-// Sign of t_b(n_b + next) - t_a(n_a + next_a), where `next` and `next_a` are 0 or 1: -1, 0 or 1. A plane n + 1 may be the one of number 2^32,
-// which no word holds: that behind the last cell of all, for an origin in the first.
+// Sign of t_b(n_b + next) - t_a(n_a + next_a), where `next` and `next_a` are 0 or 1: -1, 0 or 1. A plane n + 1 may have the number 2^32, which
+// fits no word: the plane behind the last cell of all, for an origin in the first.
 int rx_walk_compare(RxExact e, uint a, uint n_a, uint next_a, uint b, uint n_b, uint next) {
     uvec2 whole;
     uint rest;
@@ -169,8 +169,8 @@ bool rx_not_finite(vec3 v) {
     return any(equal(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u)));
 }
 
-// Begins a new frame, `since` after the origin, in the current cell: `g` is the place in it and `h` is 1 - g, with a precision of
-// its own.
+// Begins a new frame in the current cell, `since` after the origin. `g` is the place in the cell. `h` is 1 - g, passed apart to keep its own
+// precision.
 void rx_walk_frame(inout RxWalk w, vec3 g, vec3 h, float since) {
     w.entry = w.q;
     w.start = g - 0.5;
@@ -274,8 +274,8 @@ bool rx_walk_lattice(RxRay ray, out RxWalk w, out bvec3 still, out bvec3 down) {
 }
 
 // Puts a ray on the lattice and enters the cube of 2^log2_size voxels (at most 2^30) whose smallest corner is `corner`.
-// False if the ray is invalid or never is in the cube. `t_free`, in lengths of the direction: the caller knows that no voxel that
-// the ray is in up to that time is solid, and these cells are passed over.
+// False if the ray is invalid or never is in the cube. `t_free`, in lengths of the direction, is the caller's promise: the ray passes only air
+// until then. The walk skips these cells.
 bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out RxWalk w) {
     uint last = (1u << log2_size) - 1u;
     bvec3 still, down;
@@ -295,7 +295,7 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     float skip = t_free * scale * 0.999998 - 0.25;
     if (skip > 0.25 && skip < 1.0e9) {
         rx_walk_skip(w, e, uint(skip * 4.0));
-        // Where the ray was before the cube, its coordinate has come over 2^32; without that it is at the other end of the coordinates.
+        // If the ray began before the cube on an axis, its coordinate wraps past 2^32. If it does not, it is at the other end of the coordinates.
         if (((w.q.x | w.q.y | w.q.z) >> log2_size) == 0u && lessThan(w.q, e.origin) == before) return true;
         // Not in the cube at that time: the ray enters it later, if at all.
     }
@@ -305,8 +305,8 @@ bool rx_walk_begin(RxRay ray, ivec3 corner, uint log2_size, float t_free, out Rx
     return any(before) ? rx_walk_enter(w, e, before, last) : true;
 }
 
-// Goes to the time `t` since the frame: that one of `times`, one for each axis, at which the ray enters cell `to` of its axis. False, and
-// nothing done, if floating point cannot decide the cell on the other two.
+// Goes to the time `t` since the frame, which is one of `times`. On that axis, the ray enters cell `to`. If floating point cannot decide the
+// cell on the other two axes, returns false and does nothing.
 //
 // The place on each axis less one half is rounded to the nearest integer, which is the cell, unless it is nearly between two.
 bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
@@ -325,9 +325,9 @@ bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
 }
 
 // Leaves the aligned block that holds the current cell; `block` is the largest coordinate within it, one less than a power of two for each
-// axis. False, and nothing done, if floating point cannot decide where to: then rx_walk_settle must be called. They are two functions so
-// that tracers can keep the second one out of their inner loop: it is rarely needed, but a group of threads takes as long as its slowest,
-// and some drivers run both sides of an `if`.
+// axis. If floating point cannot decide the next cell, returns false and does nothing: then call rx_walk_settle. It is a function apart, so that
+// tracers can keep it out of their inner loop. It is rarely needed, but a group of threads takes as long as its slowest, and some drivers run
+// both sides of an `if`.
 bool rx_walk_step(inout RxWalk w, uvec3 block) {
     uvec3 last = w.q | block;
     // Whether the device fuses it or not makes no difference to the bound; fused it is one instruction.
@@ -353,7 +353,7 @@ void rx_walk_settle(inout RxWalk w, RxRay ray, ivec3 corner, uint log2_size, uin
     rx_walk_settle(w, ray, corner, log2_size, uvec3((1u << shift) - 1u));
 }
 
-// The cells that the ray may be in before it has left the bounds of all solids (`low` to `high`, in the world's cube) for good.
+// The last cell on each axis before the ray has left the bounds of all solids (`low` to `high`, in the world's cube) for good.
 uvec3 rx_walk_limit(RxWalk w, uint log2_size, ivec3 low, ivec3 high) {
     uvec3 last = uvec3((1u << log2_size) - 1u);
     return min(mix(uvec3(high), last - uvec3(low), rx_walk_down(w)), last);

@@ -61,8 +61,8 @@ bool rx_air_meets_ground(float radius, float cosine) {
     return cosine < 0.0 && radius * radius * (cosine * cosine - 1.0) + RX_AIR_GROUND * RX_AIR_GROUND >= 0.0;
 }
 
-// Where a table keeps a height (as a radius) and a cosine of the angle from the zenith, and back (Bruneton and Neyret 2008): finer towards the
-// horizon.
+// Maps a height (as a radius) and a cosine of the angle from the zenith to a place in a table, and back (Bruneton and Neyret 2008). It is finer
+// towards the horizon.
 vec2 rx_transmittance_place(float radius, float cosine) {
     float h = sqrt(RX_AIR_TOP * RX_AIR_TOP - RX_AIR_GROUND * RX_AIR_GROUND);
     float rho = sqrt(max(radius * radius - RX_AIR_GROUND * RX_AIR_GROUND, 0.0));
@@ -90,13 +90,13 @@ vec3 rx_air_transmittance(float radius, float cosine, int steps) {
     return exp(-depth);
 }
 
-// Where the table `scattered` keeps a height (as a radius) and the cosine of the sun's angle from the zenith.
+// The place in the table `scattered` of a height (as a radius) and the cosine of the sun's angle from the zenith.
 vec2 rx_scattered_place(float radius, float sun_cosine) {
     return vec2(0.5 + 0.5 * sun_cosine, clamp((radius - RX_AIR_GROUND) / (RX_AIR_TOP - RX_AIR_GROUND), 0.0, 1.0)) * (31.0 / 32.0) + 0.5 / 32.0;
 }
 
-// Where the table of the sky keeps a direction, and back. x is the angle from the sun around the vertical, 0 to pi; y the angle above and
-// below the horizon, finer near it. Half a texel is left free at each edge, so that filtering does not reach across.
+// Maps a direction to a place in the table of the sky, and back. x is the angle from the sun around the vertical, 0 to pi. y is the angle above
+// or below the horizon, finer near it. Half a texel is left free at each edge, so that filtering does not reach across.
 vec2 rx_sky_view_place(vec3 dir, vec3 sun) {
     float length_d = length(dir.xz), length_s = length(sun.xz);
     float around = length_d * length_s < 1e-6 ? 1.0 : clamp(dot(dir.xz, sun.xz) / (length_d * length_s), -1.0, 1.0);
@@ -105,7 +105,7 @@ vec2 rx_sky_view_place(vec3 dir, vec3 sun) {
     return place * (vec2(191.0, 107.0) / vec2(192.0, 108.0)) + 0.5 / vec2(192.0, 108.0);
 }
 
-// In the frame in which the sun stands over +x.
+// In a frame with the sun over +x.
 vec3 rx_sky_view_direction(ivec2 texel) {
     vec2 place = vec2(texel) / vec2(191.0, 107.0);
     float around = RX_AIR_PI * place.x, s = 2.0 * place.y - 1.0, above = 0.5 * RX_AIR_PI * sign(s) * s * s;

@@ -7,7 +7,7 @@
 #include "../scene.glsl"
 #endif
 
-// Where a way through a body ends.
+// The end of a way through a body.
 struct RxBodyEnd {
     ivec3 inside;   // the last voxel of the body
     ivec3 beyond;   // the first cell that is not of it
@@ -17,8 +17,8 @@ struct RxBodyEnd {
     uint material;  // of `beyond`; 0 is air
 };
 
-// Walks from a point of a voxel of the material `body` from cell to cell until the material is another; false if that is not within `most`
-// cells. Steps are those of a plain grid walk in floats: unlike rx_trace it may pass an edge on the wrong side.
+// Walks from cell to cell, from a point in a voxel of the material `body`, until the material changes; false if it does not change within `most`
+// cells. It is a plain grid walk in floats: unlike rx_trace, it may pass an edge on the wrong side.
 bool rx_walk_body(ivec3 cell, vec3 frac, vec3 dir, uint body, uint most, out RxBodyEnd end) {
     ivec3 start = cell, way = ivec3(mix(vec3(-1.0), vec3(1.0), greaterThan(dir, vec3(0.0))));
     vec3 each = 1.0 / max(abs(dir), vec3(1e-9));
@@ -59,9 +59,9 @@ vec3 rx_body_loss(RxMaterial material) {
     return -log(clamp(material.albedo, 0.02, 0.99)) * mix(0.4, 0.04, material.transparency);
 }
 
-// Goes straight on through clear bodies that a ray has met, such as panes of glass, if it comes out into the air within `most` cells of
-// each and at most four of them. Then `ray` begins behind them and ends where it ended, and `share` is less their loss. Their surfaces
-// mirror nothing here.
+// Continues a ray straight through clear bodies, such as panes of glass. It passes at most four bodies of at most `most` cells each, and
+// must end in air. Then `ray` begins behind them and ends where it ended, and `share` is less their loss. Their surfaces mirror nothing
+// here.
 bool rx_pass_body(RxHit hit, uint most, inout RxRay ray, inout vec3 share) {
     if (hit.face == RX_FACE_INSIDE) return false;
     // From the same place, but into the voxel.

@@ -1,4 +1,4 @@
-// How surfaces send light on. All functions work in the frame whose z axis is the surface's normal; l and v are unit vectors away from
+// The scattering of light by surfaces. All functions work in the frame whose z axis is the surface's normal; l and v are unit vectors away from
 // it, with z > 0. Values are without the cosine unless they say otherwise.
 #ifndef RAXEL_LIGHT_BSDF_GLSL
 #define RAXEL_LIGHT_BSDF_GLSL
@@ -42,8 +42,8 @@ vec3 rx_fresnel(vec3 f0, float cosine) {
     return f0 + (1.0 - f0) * (m2 * m2 * m);
 }
 
-// Fresnel's law for light that comes to a boundary of two clear bodies at an angle with this cosine > 0; `eta` is the index behind it over
-// the one before it. 1 where all of it is reflected.
+// Fresnel's law for light at a boundary of two clear bodies; `cosine` > 0 is that of its angle, `eta` the index behind the boundary over the one
+// before it. 1 for total reflection.
 float rx_fresnel_dielectric(float cosine, float eta) {
     float g2 = eta * eta - 1.0 + cosine * cosine;
     if (g2 <= 0.0) return 1.0;
@@ -51,8 +51,8 @@ float rx_fresnel_dielectric(float cosine, float eta) {
     return 0.5 * a * a * (1.0 + b * b);
 }
 
-// The share of the light along a sampled normal that a white GGX surface reflects: its mean over rx_ggx_visible_normal is the share of all
-// light that single reflections keep, seen along v. `l` is v mirrored about h.
+// The share of light that a white GGX surface reflects at a sampled normal. Its mean over rx_ggx_visible_normal is the share that single
+// reflections keep, seen along v. `l` is v mirrored about h.
 float rx_ggx_kept(vec3 l, vec3 v, float alpha) {
     if (l.z <= 0.0) return 0.0;
     float a2 = alpha * alpha;

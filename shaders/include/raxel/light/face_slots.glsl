@@ -1,4 +1,4 @@
-// How many slots the table of faces has (face_table.glsl), for shaders that declare its buffer with arrays of that length.
+// The number of slots of the table of faces (face_table.glsl). Shaders that declare its buffer need it as the length of arrays.
 #ifndef RAXEL_LIGHT_FACE_SLOTS_GLSL
 #define RAXEL_LIGHT_FACE_SLOTS_GLSL
 

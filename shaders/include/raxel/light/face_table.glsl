@@ -6,9 +6,9 @@
 //
 // A key has 46 bits: a voxel in a box of 16384 x 4096 x 16384 voxels, a face, and which part of the face. They are mixed by a permutation.
 // 20 of the mixed bits choose the slot where the search for a key begins; the slot keeps the other 26 and one more than the distance from
-// that slot, 6 bits. One 32-bit word thus names its key without doubt and is taken by one atomic operation: no fingerprint that two keys
-// may share, and no key that is half written (Cleary, "Compact hash tables using bidirectional linear probing", 1984). With RX_FACE_WHOLE,
-// keys are those of whole faces alone: 45 bits are enough for them, and the table has half the slots.
+// that slot, 6 bits. So one 32-bit word names its key exactly, and one atomic operation takes the slot: no two keys share a fingerprint, and no
+// key is half written (Cleary, "Compact hash tables using bidirectional linear probing", 1984). With RX_FACE_WHOLE, keys are those of whole
+// faces alone: 45 bits are enough for them, and the table has half the slots.
 #ifndef RAXEL_LIGHT_FACE_TABLE_GLSL
 #define RAXEL_LIGHT_FACE_TABLE_GLSL
 
@@ -28,11 +28,11 @@ struct RxFaceKey {
 
 const uint RX_FACE_REST = (1u << 26) - 1u;
 
-// Bits of a voxel's z, of 14, that are in `home` before they are mixed, behind those of x; and how many lie in `rest`, before y, face and part.
+// A voxel's z has 14 bits. Before they are mixed, some are in `home`, behind those of x; the others lie in `rest`, before y, face and part.
 const uint RX_FACE_Z_HOME = RX_FACE_HOME_BITS - 14u;
 const uint RX_FACE_Z_REST = 14u - RX_FACE_Z_HOME;
 
-// Keys hold the remainders of the coordinates by the sides of the box: a voxel has the same key for any place of the box around it.
+// Keys hold the coordinates modulo the sides of the box. So a voxel keeps its key while the box around it moves.
 const uvec3 RX_FACE_LEFT = uvec3(16383u, 4095u, 16383u);
 
 // Whether a voxel lies in the box. `origin` is the smallest corner of the box: that of all solid voxels, or one that goes along with the camera.

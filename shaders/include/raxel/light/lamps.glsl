@@ -15,10 +15,10 @@ float rx_luminance(vec3 light) {
 struct RxLampSample {
     vec3 to;     // from the place that is lit to the point, in voxels
     vec3 light;  // radiance times both cosines / (pi distance squared) over the density: light sent back by a white matt surface
-    float density;  // with which a single candidate takes this direction, per steradian
+    float density;  // the density with which one candidate takes this direction, per steradian
 };
 
-// Weight of light found in one of two ways, with densities in the same measure, so that each is used where it is good (Veach's power heuristic).
+// The weight of light that two ways can find (Veach's power heuristic). Each way counts most where it is good. Both densities are in the same measure.
 float rx_power_weight(float own, float other) {
     return own * own / max(own * own + other * other, 1e-30);
 }
@@ -69,20 +69,20 @@ void rx_draw_lamp(inout RxSampler s, out uint index, out vec2 uv) {
     uv = vec2(float(part >> 8) * 5.9604644775390625e-8, u.y);
 }
 
-// The share of a lamp's light that is left to points drawn on lamps, if a cosine ray from the place counts the rest: lamps that it meets,
-// by rx_met_lamp_weight. `points` is how many points stand for each cosine ray, in their effect: any number gives the same light, with
-// other noise.
+// The share of a lamp's light that drawn points count. A cosine ray from the place counts the rest: the lamps that it meets, by
+// rx_met_lamp_weight. `points` is the number of points for each cosine ray, in effect: any number gives the same light, with other
+// noise.
 float rx_drawn_lamp_weight(RxLampSample lamp, float points, vec3 normal) {
     return rx_power_weight(points * lamp.density, max(dot(normal, normalize(lamp.to)), 0.0) / RX_PI);
 }
 
-// The weight of a lamp that a cosine ray has met: `radiance` is the lamp's, `cosine` that of the ray where it starts, `facing` that where it
-// ends, `t` its length.
+// The weight of a lamp that a cosine ray has met: `radiance` is the lamp's, `t` is the ray's length, `cosine` is the ray's cosine at its start,
+// and `facing` the one at its end.
 float rx_met_lamp_weight(vec3 radiance, float cosine, float facing, float t, float points) {
     return rx_power_weight(max(cosine, 0.0) / RX_PI, points * rx_light_probability(radiance) * t * t / max(facing, 1e-6));
 }
 
-// One of `candidates` points on lamps, chosen by the light that each would give without shadows (resampled importance sampling: Talbot,
+// Chooses one of `candidates` points on lamps by its light without shadows (resampled importance sampling: Talbot,
 // Cline and Egbert, "Importance resampling for global illumination", 2005). Without bias if light counts only where rx_lamp_ray meets
 // nothing. With `points` above 0, light is only the share of rx_drawn_lamp_weight. No light where there are no lamps. Draws `candidates` +
 // 1 pairs.

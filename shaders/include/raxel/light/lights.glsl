@@ -1,4 +1,4 @@
-// The lamps of the world: a list of the exposed faces of emissive voxels, and a table that draws one of them in proportion to its power.
+// The lamps of the world: a list of the exposed faces of emissive voxels, and a table to draw one in proportion to its power.
 // Bind `lights` to a buffer with `source = "world.lights"`. Each face gives off the same radiance everywhere and in all directions, albedo *
 // emission. Its area is 1, but for the cells of a streamed world, which are as large as their level makes them. There, lamps come and go in
 // groups: one is drawn first, and then a face of it.
@@ -25,7 +25,7 @@ struct RxLight {
     float edge;         // length of its sides
 };
 
-// How many there are; the others of these functions are for worlds that have some.
+// The number of lamps. The other functions need at least one.
 uint rx_lights_count() {
     return lights.count;
 }
@@ -76,7 +76,7 @@ uint rx_pick_light(uvec2 random) {
     return rx_pick_light(random, rest, spacing);
 }
 
-// The probability by area with which rx_pick_light gives a face that gives off this radiance; 0 where there is no lamp.
+// The probability by area of a face with this radiance in rx_pick_light; 0 without lamps.
 float rx_light_probability(vec3 radiance) {
     float total = uintBitsToFloat(lights.power);
     return total > 0.0 ? dot(radiance, vec3(0.2126, 0.7152, 0.0722)) / total : 0.0;

@@ -1,4 +1,4 @@
-// Where a place was on the picture of the frame before.
+// A place's position on the picture of the frame before.
 #ifndef RAXEL_LIGHT_REPROJECT_GLSL
 #define RAXEL_LIGHT_REPROJECT_GLSL
 

@@ -1,8 +1,8 @@
-// Reservoirs of points on lamps: one point that stands for many which were drawn at a place, in earlier frames, or at places nearby
-// (Bitterli and others, "Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting", 2020). Needs
-// <raxel/world.glsl>, and `lights` bound to `world.lights`. A point is a lamp's index and a place on its face, so that one place's choice
-// can be used at another as it is. The target is the light's luminance without shadows, as far as rx_drawn_lamp_weight leaves it to points: close
-// to lamps, where no number of drawn points would be enough, a cosine ray counts it.
+// Reservoirs of points on lamps. One point stands for many points drawn at a place, in earlier frames, or nearby (Bitterli and others,
+// "Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting", 2020). Needs <raxel/world.glsl>, and `lights`
+// bound to `world.lights`. A point is a lamp's index and a place on its face, so another place can use it as it is. The target is the light's
+// luminance without shadows, times the share that rx_drawn_lamp_weight leaves to points. Close to lamps, no number of points is enough, so a
+// cosine ray counts that light.
 #ifndef RAXEL_LIGHT_RESERVOIR_GLSL
 #define RAXEL_LIGHT_RESERVOIR_GLSL
 

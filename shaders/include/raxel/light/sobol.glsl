@@ -1,13 +1,13 @@
 // Owen-scrambled Sobol points without tables: pairs of dimensions, each pair a shuffled and scrambled (0,2)-sequence of its own
-// (Burley, "Practical hash-based Owen scrambling", 2020, section 4, "padding"). The first 2^k points of a pair are stratified in every way
-// that an elementary interval allows; different pairs and different seeds are independent of each other.
+// (Burley, "Practical hash-based Owen scrambling", 2020, section 4, "padding"). The first 2^k points of a pair are stratified in all elementary
+// intervals. Different pairs and different seeds are independent.
 #ifndef RAXEL_LIGHT_SOBOL_GLSL
 #define RAXEL_LIGHT_SOBOL_GLSL
 
 #include "../random.glsl"
 
 // Owen scrambling of a number whose bits are reversed (Laine and Karras 2011, with the constants of Vegdahl, "Building a better
-// LK hash", 2021): a bit is only changed by those below it.
+// LK hash", 2021): only lower bits change a bit.
 uint rx_owen_reversed(uint x, uint seed) {
     x ^= x * 0x3d20adeau;
     x += seed;

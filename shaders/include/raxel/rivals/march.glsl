@@ -1,4 +1,4 @@
-// How the first hit is found. A shader that includes this after <raxel/world.glsl> calls `rx_march`; its pass chooses by a define:
+// Ways to find the first hit. A shader that includes this after <raxel/world.glsl> calls `rx_march`; its pass chooses by a define:
 //
 //     (none)                            rx_trace, the exact tracer of the layout
 //     RX_MARCH_FIXED = "1"              steps of fixed length

@@ -66,7 +66,7 @@ vec3 probe_light(ivec3 cell, vec3 frac, uint face) {
         float distance = max(length(way), 1e-3);
         vec3 along = mix(1.0 - part, part, vec3(step));
         float w = max(along.x * along.y * along.z, 1e-4);
-        // Probes behind the face count less; those that do not see it, hardly (Chebyshev's inequality).
+        // Probes behind the face count less. Probes that do not see it hardly count (Chebyshev's inequality).
         float facing = 0.5 + 0.5 * dot(way / distance, normal);
         w *= facing * facing + 0.2;
         vec2 depth = depth_towards(index, -way / distance);

@@ -1,5 +1,5 @@
-// The rays of all probes: 32 directions even over the sphere, turned at random in each frame. Where one ends, the sun, a lamp and the
-// probes of the frame before give the light that comes back, so that each frame adds a bounce.
+// The rays of all probes: 32 directions even over the sphere, turned at random in each frame. At a ray's end, the sun, a lamp and the probes of
+// the frame before give the light that comes back. So each frame adds a bounce.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

@@ -1,5 +1,5 @@
-// One path from each pixel's first hit; with HASH_CACHE it ends where a cell knows the rest, with LAMPS_APART another pass has lamps that
-// are drawn.
+// Traces one path from each pixel's first hit. With HASH_CACHE, the path ends at a cell that knows the rest. With
+// LAMPS_APART, another pass draws lamps.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"

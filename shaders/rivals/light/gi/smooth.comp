@@ -1,4 +1,4 @@
-// A round of smoothing over 5 x 5 pixels with holes between them that double with each round (Dammertz et al., "Edge-avoiding a-trous wavelet
+// A round of smoothing over 5 x 5 pixels. The holes between them double with each round (Dammertz et al., "Edge-avoiding a-trous wavelet
 // transform", 2010; Schied et al., "Spatiotemporal variance-guided filtering", 2017). Only pixels of the same plane are mixed.
 #version 460
 #include <raxel/ray.glsl>

@@ -1,5 +1,5 @@
-// Light of earlier frames, where it was on the same plane: faces of one plane share light, so a pixel may take from its neighbours where
-// the same voxel face would be too strict a test, because voxels are smaller than pixels. The luminance's mean square gives its variance.
+// Takes light of earlier frames from places on the same plane. Faces of one plane share light, so a pixel may take it from its neighbours. The
+// same voxel face would be too strict a test, because voxels are smaller than pixels. The luminance's mean square gives its variance.
 #version 460
 #include "light/scene.glsl"
 #include "light/change.glsl"

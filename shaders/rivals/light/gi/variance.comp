@@ -1,6 +1,6 @@
-// The input of smoothing: the mean light and the variance of its luminance. With few frames nothing is known of that, and much is smoothed.
-// A pixel that no path has found much light from knows too little of its variance, and would keep to its darkness beside bright ones: the
-// variance is that of 3 x 3 pixels of the plane (Schied et al., "Spatiotemporal variance-guided filtering", 2017, section 4.3).
+// The input of smoothing: the mean light and the variance of its luminance. After few frames the variance is unknown, so the filter smooths
+// much. A pixel whose paths found little light underestimates its variance, and would stay dark beside bright pixels. So the variance is that of
+// 3 x 3 pixels of the plane (Schied et al., "Spatiotemporal variance-guided filtering", 2017, section 4.3).
 #version 460
 #include <raxel/ray.glsl>
 

@@ -1,4 +1,4 @@
-// The first of two passes: a thread for each 2 x 2 pixels finds how far their four rays get together, and the hit of the top left one.
+// The first of two passes. A thread for each 2 x 2 pixels finds how far their four rays are free together, and the hit of the top left ray.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/rivals/march/bundle.glsl>

@@ -2,7 +2,7 @@
 // raxel/light/face_table.glsl, with the level as the part, so that no two cells share one. Needs scene.glsl.
 #include <raxel/light/face_table.glsl>
 
-const uint CELL_LEVELS = 8u;  // as many as a key has room for
+const uint CELL_LEVELS = 8u;  // the room of a key
 
 // The level whose cells are as wide as `pixels` pixels at least, seen from the camera.
 uint cell_level(ivec3 voxel, float pixels, float height) {

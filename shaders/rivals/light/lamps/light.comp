@@ -1,4 +1,4 @@
-// Light of the lamps on each pixel: a point chosen from its own and those of some pixels around, and one ray that looks whether it is hidden.
+// Light of the lamps on each pixel. The pixel chooses a point from its own point and those of some neighbours, and one ray tests whether that point is hidden.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"
@@ -14,7 +14,7 @@ layout(push_constant) uniform Push { int neighbours; float radius; bool unbiased
 
 const uint MOST = 8u;  // neighbours
 
-// Where a ray leaves the face that a pixel sees.
+// The start of a ray that leaves the face of a pixel.
 RxRay from_pixel(ivec2 pixel, ivec4 hit) {
     return rx_ray_from_face(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, rx_normal(hit_face(hit.w)));
 }
@@ -60,8 +60,8 @@ void main() {
     if (!(sum > 0.0 && target > 0.0)) return;
     float share = 1.0 / all;
     if (push.unbiased) {
-        // A point that only some of the pixels could have chosen counts for as many as that (Bitterli and others, section 4.3), and more for
-        // those to whom it matters: the balance heuristic over all that took part.
+        // A point counts only for the pixels that could have chosen it (Bitterli and others, section 4.3), and more for pixels where it matters:
+        // the balance heuristic over all pixels that took part.
         float mine = rx_reservoir_target(best, from, normal, points), each = own.count * mine, source = mine;
         for (uint i = 0u; i < count; ++i) {
             float theirs = rx_reservoir_target(best, from_pixel(taps[i], imageLoad(hits, taps[i])), normal, points);

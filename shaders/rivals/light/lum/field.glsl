@@ -5,7 +5,7 @@ layout(std140) uniform Grid {
     ivec3 world_max;
 } grid;
 
-// Half the side of the sun's map, a square across the sunlight around the centre of the world, and half its depth: all of the world.
+// Half the side and half the depth of the sun's map. The map is a square across the sunlight around the centre of the world, and holds all of the world.
 float map_half() {
     return 0.5 * length(vec3(grid.world_max - grid.world_min)) + 1.0;
 }
@@ -28,8 +28,8 @@ vec3 on_map(vec3 place, vec3 sun, ivec2 size) {
     return vec3((vec2(dot(d, t), dot(d, b)) / half_side * 0.5 + 0.5) * vec2(size), 0.5 - 0.5 * dot(d, sun) / half_side);
 }
 
-// Radiance around a place of a face: a blend of the eight probes about a place in front of it, those behind the face at a tenth. No probe is asked
-// whether it sees the place.
+// Radiance around a place of a face: a blend of the eight probes around a point in front of it. Probes behind the face count a tenth. The
+// blend does not test whether a probe sees the place.
 vec3 field(sampler3D probes, vec3 place, vec3 normal, float away) {
     vec3 at = (place + away * normal) / 16.0 - 0.5, sum = vec3(0.0);
     ivec3 base = ivec3(floor(at)), last = textureSize(probes, 0) - 1;

@@ -1,4 +1,4 @@
-// Fog between the eye and what it sees: 16 steps through the radiance field, after mirror images and before the tone map.
+// Fog between the eye and the first hit: 16 steps through the radiance field, after mirror images and before the tone map.
 #version 460
 #include <raxel/ray.glsl>
 #include "light/scene.glsl"

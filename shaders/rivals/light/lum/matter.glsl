@@ -1,6 +1,6 @@
 // The materials of voxels. In a world that moves (LIVE), voxels of two more kinds are among them that no world's file knows.
 #ifdef LIVE
-const uint GRASS_CELL = 0xfff0u;    // air in which blades of grass stand
+const uint GRASS_CELL = 0xfff0u;    // air with blades of grass
 const uint SPARK = 0xfff1u;
 
 RxMaterial matter(uint material) {

@@ -1,5 +1,5 @@
-// Light of each pixel: the field in front of it, the sun by five taps of its map, occlusion by eight taps of the depths around, and
-// mirror images where they are asked for.
+// Light of each pixel: the field in front of it, the sun by five taps of its map, occlusion by eight taps of the depths around,
+// and mirror images if the graph wants them.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"
@@ -70,8 +70,8 @@ void main() {
         vec3 at = place_in_world(hit.xyz, face, place.xy);
         if (hit_material(hit.w) == GRASS_CELL) material.albedo *= mix(0.45, 1.35, finer.w);
         else if (face == RX_FACE_POS_Y && rx_material(hit.xyz + ivec3(0, 1, 0)) == GRASS_CELL) {
-            // The field and the sun's map take a cell of blades for a full one: ground below it has the light that comes to their tips,
-            // less their loss.
+            // The field and the sun's map take a cell of blades for a full one. So ground below has the light at the tips
+            // of the blades, less their loss.
             at.y += 1.0;
             material.albedo *= 0.8;
         }

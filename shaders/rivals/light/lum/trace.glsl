@@ -1,4 +1,4 @@
-// What the rays of Lum's passes meet: the world; with REQUESTS also what is drawn into copies of its blocks. Needs field.glsl.
+// Traces the rays of Lum's passes through the world; with REQUESTS, also through the copies of its blocks with models drawn in. Needs field.glsl.
 #ifdef REQUESTS
 #include "requests/blocks.glsl"
 

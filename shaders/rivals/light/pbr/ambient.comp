@@ -1,4 +1,4 @@
-// Skylight on a face that sees half of the sky, for each of the six: irradiance / pi, the mean of 4,096 directions drawn by their cosine. A workgroup
+// Skylight on each of the six faces, which sees half of the sky: irradiance / pi, the mean of 4,096 directions drawn by their cosine. A workgroup
 // for each face.
 #version 460
 #include <raxel/sky.glsl>

@@ -1,6 +1,6 @@
-// Surfaces by GGX under the chosen sky: sunlight with its shadow, skylight by the corner's openness, and one mirrored ray a frame, which sees
-// surfaces in sun and sky and is averaged while everything stands still. `judged` makes all surfaces matt, as in the path tracer that systems are held
-// against.
+// Surfaces by GGX under the chosen sky: sunlight with its shadow, skylight by the corner's openness, and one mirrored ray a
+// frame. That ray sees surfaces in sun and sky, and is averaged while everything stands still. `judged` makes all surfaces matt,
+// as in the path tracer that judges the systems.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>

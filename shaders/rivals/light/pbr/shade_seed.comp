@@ -1,6 +1,6 @@
-// Surfaces as the fourth seed shades them (jedjoud10/vulkan-voxel-raytracer, 2026), with what is wrong in it: the highlight is not divided by 4 n.l n.v
-// and has Fresnel's share added once more, Schlick's k = (r + 1)^2 / 8 loses energy, and the environment is a guess from two directions of the sky,
-// whose mirror image is taken the wrong way round. `judged` makes all surfaces matt.
+// Surfaces as the fourth seed shades them (jedjoud10/vulkan-voxel-raytracer, 2026), with its errors. The highlight is not divided by 4 n.l n.v, and
+// Fresnel's share is added once more. Schlick's k = (r + 1)^2 / 8 loses energy. The environment is a guess from two directions of the sky, and its
+// mirror image is the wrong way round. `judged` makes all surfaces matt.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/shade.glsl>

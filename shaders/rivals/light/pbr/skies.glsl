@@ -1,9 +1,9 @@
-// Skies without tables, as radiance and sunlight for a sun with the irradiance pi above the air. `dir` and `sun` are unit vectors towards what
-// they name, y is up.
+// Skies without tables, as radiance and sunlight for a sun with the irradiance pi above the air. `dir` and `sun` are unit
+// vectors along the view and to the sun; y is up.
 
 // 1: single scattering in closed form. The optical depth of gas that thins out exponentially is taken as its density here times the way to
-// the end of a sphere one scale height above (the fourth seed's sky, after "Flat atmosphere" by SkyTheDragon). FAITHFUL keeps the
-// original's numbers, also those that are wrong.
+// the end of a sphere one scale height above (the fourth seed's sky, after "Flat atmosphere" by SkyTheDragon). FAITHFUL keeps
+// the original's numbers, even the wrong ones.
 #include <raxel/light/atmosphere.glsl>
 
 #ifdef FAITHFUL

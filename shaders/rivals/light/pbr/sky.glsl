@@ -1,4 +1,4 @@
-// The sky of a graph over graphs/rivals/light/pbr_sky.toml, as its tables have it, and what is only seen and lights nothing.
+// The sky of a graph over graphs/rivals/light/pbr_sky.toml, from its tables, and the parts that are visible but light nothing.
 #include <raxel/light/atmosphere.glsl>
 
 uniform sampler2D skyMap;

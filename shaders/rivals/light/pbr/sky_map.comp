@@ -17,7 +17,7 @@ layout(push_constant) uniform Push {
     bool judged;
 } push;
 
-// The strength at which skylight is as strong as the sunlight that it was scattered from.
+// At this strength, skylight is as strong as the sunlight before it was scattered.
 const float NATURAL = 0.6;
 #ifdef FAITHFUL
 const float BRIGHTENED = 16.0 / RX_AIR_PI;   // of the sky against the sun, in the original

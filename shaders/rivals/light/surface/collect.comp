@@ -1,4 +1,4 @@
-// First stage, second half: what gets new light in this frame. All faces that are new, and of the others as many as there are paths for, in turn.
+// First stage, second half: lists the faces for new light in this frame. They are all new faces, and as many others, in turn, as there are paths for.
 #version 460
 #include <raxel/thread.glsl>
 #include "light/scene.glsl"
@@ -17,7 +17,7 @@ void main() {
     uint slot = queue.faces[i];
     RxFaceKey key;
     if (!rx_face_in_slot(slot, key)) return;
-    // As a share of the paths stays for new faces, the list is never full because of those that are known.
+    // A share of the paths is reserved for new faces, so known faces never fill the list.
     float budget = max(0.9 * push.paths * float(push.size.x * push.size.y), 1.0);
     uint every = uint(max(ceil(float(work.wanted) / budget), 1.0));
     bool fresh = light[slot].w == 0.0;

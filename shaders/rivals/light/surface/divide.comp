@@ -1,4 +1,4 @@
-// How many paths each item gets, so that all together are about as many as was asked for.
+// Decides how many paths each item gets, so that the total is about the requested number.
 #version 460
 #define WORK_ACCESS
 #include "work.glsl"

@@ -1,5 +1,5 @@
 // Second stage: one path from a random place of each texel, or of the whole face: skylight, lamps and all light that other faces send back, without direct
-// sun. Where a face that is hit keeps light itself, the path ends with that. Only what the last frame has left is read.
+// sun. At a face that keeps light itself, the path ends and takes that light. Paths read only the data of the last frame.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

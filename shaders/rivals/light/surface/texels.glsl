@@ -1,4 +1,4 @@
-// Light on a 16th of a face, in 8 bits a channel up to 4; what is more is clipped, and what is between two steps is cut off.
+// Light on a 16th of a face, in 8 bits a channel up to 4. Brighter light is clipped, and values between two steps are rounded down.
 layout(std430) TEXEL_ACCESS buffer Texels { uint texels[]; };
 
 const float TEXEL_MOST = 4.0;

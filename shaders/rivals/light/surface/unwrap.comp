@@ -1,6 +1,6 @@
-// First stage: each face in sight gets texels if it is wide enough, as the original unwraps voxels. The light on the whole face continues
-// as the mean of its texels, for rays that meet it and for when it is far away again. Light of before a change counts as far as the change
-// was small.
+// First stage: each face in sight gets texels if it is wide enough, as the original unwraps voxels. The light on the whole face
+// continues as the mean of its texels. Rays that meet the face use it, and so does the face once it is far away again. The smaller a
+// change was, the more the light from before it counts.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

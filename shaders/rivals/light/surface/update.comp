@@ -1,5 +1,5 @@
-// Four rays to a wide sun and one in any direction for each texel of a face. The light of the one that it meets is read from the cache, and
-// divided by four as if there had been four: the original's fault.
+// Four rays to a wide sun and one in any direction for each texel of a face. The light of the face that this ray meets comes from the cache,
+// divided by four as if there were four rays: the original's fault.
 #version 460
 #include <raxel/world.glsl>
 #include <raxel/thread.glsl>

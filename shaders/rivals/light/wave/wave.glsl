@@ -1,11 +1,11 @@
-// Paths, what they hit and what they ask for, in buffers.
+// Buffers of paths, their hits and their requests.
 #include <raxel/ray.glsl>
 
 struct Path {
     ivec3 cell;
     uint pixel;
     vec3 frac;
-    float density;  // with which the direction was drawn, per steradian; 0 from the camera
+    float density;  // the density with which the direction was drawn, per steradian; 0 from the camera
     vec3 dir;
     uint bin;
     vec3 share;     // of the light from there that reaches the eye
@@ -17,7 +17,7 @@ struct PathHit {
     vec4 place;     // place on the face, distance
 };
 
-// Two rays from one place: to the sun, and to a lamp. Light is what each brings if nothing is in the way.
+// Two rays from one place: to the sun, and to a lamp. `sunlight` and `lamplight` count if nothing blocks the ray.
 struct Ask {
     ivec3 cell;
     uint pixel;

@@ -40,13 +40,13 @@ pub(super) enum NeedKind {
     OutOf(u32, AccessMask),
 }
 
-/// Source stages of a dependency with those that come logically earlier.
+/// Source stages of a dependency, with the logically earlier stages.
 fn before(dependency: &Dependency) -> Stages {
     let stages = dependency.src.stages;
     if stages.contains(Stages::COMPUTE_SHADER) { stages | Stages::DRAW_INDIRECT } else { stages }
 }
 
-/// Destination stages of a dependency with those that come logically later.
+/// Destination stages of a dependency, with the logically later stages.
 fn behind(dependency: &Dependency) -> Stages {
     let stages = dependency.dst.stages;
     if stages.contains(Stages::DRAW_INDIRECT) { stages | Stages::COMPUTE_SHADER } else { stages }

@@ -1,4 +1,4 @@
-//! How many frames apart two accesses of one resource first meet in the same copy.
+//! Finds the least distance in frames at which two accesses of one resource meet in the same copy.
 //!
 //! The history of a resource without a clock advances by one copy in each frame: of C copies, the two accesses are to the same one when
 //! d ≡ age(to) − age(from) (mod C). The history of a resource with a clock advances by one copy in each tick, and a frame runs 0 to

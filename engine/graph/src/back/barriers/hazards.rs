@@ -2,7 +2,8 @@
 //!
 //! A frame of n actions has n gaps; gap g is in front of action g, and the frame repeats without end. An access by action i and one by
 //! action j, d frames later, are ordered by a barrier in one of the d·n + j − i gaps that end with gap j. The two meet in one copy of a
-//! resource for some d (see [`frames_apart`]); only the smallest such d matters, for every later one has more gaps to choose from.
+//! resource for some values of d (see [`frames_apart`]). Only the smallest d matters, because every larger one has more gaps to choose
+//! from.
 
 use super::Frame;
 use super::frames_apart::frames_apart;
@@ -235,7 +236,7 @@ impl IntervalSet {
         for (kinds, shortest) in self.shortest.chunks_exact(self.actions.max(1)).enumerate() {
             let start = |end: usize| end as i64 - i64::from(shortest[end]) + 1;
             let ends = || (0..shortest.len()).filter(|&end| shortest[end] != u32::MAX);
-            // The latest start of an interval that ends earlier; at first, of those that end in the frame before.
+            // The latest start of an interval that ends earlier. At first, it is that of the intervals that end in the frame before.
             let Some(mut latest) = ends().map(|end| start(end) - n).max() else { continue };
             for end in ends() {
                 if start(end) > latest {

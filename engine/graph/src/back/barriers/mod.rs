@@ -1,5 +1,5 @@
-//! Barriers: the fewest, and in each of them the fewest stages and accesses, that order every pair of conflicting accesses, in a
-//! frame and over all later frames.
+//! Barriers: the fewest that order every pair of conflicting accesses, in a frame and over all later frames. Each barrier has
+//! the fewest stages and accesses.
 //!
 //! The model is Vulkan's (chapter "Synchronization and Cache Control"). A barrier orders all commands before it against all behind
 //! it, for the stages it names; source stages include logically earlier ones (`COMPUTE_SHADER` includes `DRAW_INDIRECT`),
@@ -8,14 +8,14 @@
 //!   chain starts) and visible to the second access (its access in the destination scope of a barrier of the chain).
 //! * A store after a load needs the chain only.
 //! * Shared memory: an image takes it over by its own `UNDEFINED` → `GENERAL` transition, a store to all of the memory that must
-//!   come after all accesses of the former occupants and before all of its own. Two things are stricter than Vulkan asks, because
-//!   the synchronization validation of the Khronos layer (1.3.239) is: the scopes of a transition count for that take-over only
-//!   (their stages order no other commands), and its source scope names the store accesses of the former occupants itself, also
-//!   where an earlier barrier has made those stores available and a chain of stages would do. A buffer needs no transition: its accesses conflict with those of the former occupants as if all were one resource.
+//!   come after all accesses of the former occupants and before all of its own. Two rules are stricter than Vulkan's, because the synchronization
+//!   validation of the Khronos layer (1.3.239) is stricter. The scopes of a transition count for that take-over only: their stages order no other
+//!   commands. Its source scope names the store accesses of the former occupants itself, even if an earlier barrier has made those stores available
+//!   and a chain of stages would do. A buffer needs no transition: its accesses conflict with those of the former occupants as if all were one
+//!   resource.
 //!
-//! *Every* conflicting pair is covered on its own, also where an access between the two would carry the order along. That is why a
-//! step may be left out of a frame (`every`, a result that is still valid) as long as the barriers stay: it takes pairs away and
-//! adds none.
+//! *Every* conflicting pair is covered on its own, even if an access between the two would carry the order along. So a frame may
+//! leave out a step (`every`, a result that is still valid) as long as the barriers stay: this removes pairs and adds none.
 
 mod cover;
 mod frames_apart;
@@ -46,7 +46,7 @@ pub(crate) struct Frame<'a> {
 
 /// The barrier in front of each action, where one is needed.
 pub(crate) fn barriers(frame: &Frame) -> Vec<Option<Barrier>> {
-    // Which accesses must be ordered, as intervals of gaps: one barrier in each interval will do.
+    // The accesses to order, as intervals of gaps: one barrier in each interval is enough.
     let hazards = hazards::find(frame);
     // The fewest gaps that hit every interval.
     let gaps = place::place(index32(frame.order.actions.len()), &hazards);

@@ -1,6 +1,6 @@
-//! Fits the scopes: gives every barrier the bits of its hazards, then takes away each stage and access without which all hazards stay
-//! covered (but for the stores before the transition of an image, which it names itself). Removing a bit never covers anything, so one try
-//! for each is enough, and the remaining ones are needed.
+//! Fits the scopes: gives every barrier the bits of its hazards, then removes each stage and access that no hazard needs. The stores
+//! before the transition of an image stay, because the transition names them itself. Removing a bit never covers anything, so one try for
+//! each is enough, and the remaining ones are needed.
 
 use super::Frame;
 use super::cover::{Need, NeedKind, Slot, covered};

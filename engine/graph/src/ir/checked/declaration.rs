@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use super::{Dispatch, Graph, PassId, ValueOrigin};
 
 impl Graph {
-    /// Everything of a pass that decides how long it takes: its shader, dispatch and bindings, the values that it is given, the resources that
-    /// it touches, and how often a loop repeats it. Equal texts, equal work. Places in the file are left out, so that an edit elsewhere gives
-    /// the same text. Resources and params are numbered: one that is added before them counts as an edit.
+    /// Everything that decides the time of a pass: its shader, dispatch, bindings and values, the resources that it touches, and the rounds of
+    /// its loop. Equal texts, equal work. Places in the file are left out, so that an edit elsewhere gives the same text. Resources and params
+    /// are numbered: one that is added before them counts as an edit.
     ///
     /// To be called on graphs of the same kind: both of files, or both of plans.
     pub fn declaration(&self, id: PassId) -> String {

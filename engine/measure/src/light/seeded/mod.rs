@@ -1,7 +1,7 @@
 //! Scenes by a seed: rooms, streets, caves and land that no system was tuned on. The same seed gives the same files, byte for byte.
 //!
 //! A scene is a world file with a camera, and params of its sun and sky. About half of all have a model that turns and slides, and each moves its
-//! camera, its sun or its models. Where a camera stands is found with the exact ray caster: in air, and before something that light reaches.
+//! camera, its sun or its models. The exact ray caster finds a place for the camera: in air, and before something lit.
 
 mod draw;
 mod kinds;

@@ -44,7 +44,7 @@ impl View {
     }
 }
 
-/// A camera; `None` when none of those tried will do.
+/// A camera; `None` if no tried camera is good enough.
 pub(super) fn find(base: &dyn Base, materials: &[Material], draft: &Draft, draw: &mut Draw) -> Option<View> {
     (0..TRIES).find_map(|_| {
         let [low, high] = draw.one(&draft.stands);

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How long a file may take until it is decoded.
+/// The longest time to decode a file.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Longest answer of ffprobe, in bytes.
@@ -29,7 +29,7 @@ pub(super) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> 
     Ok(said)
 }
 
-/// The bytes that ffmpeg makes of a file, at most so many.
+/// The output of ffmpeg for a file, at most this number of bytes.
 pub(super) fn decode(disk: &Path, form: &[&str], most: u64) -> Result<Vec<u8>, String> {
     let mut command = Command::new("ffmpeg");
     command.args(["-hide_banner", "-v", "error", "-nostdin"]).args(LOCAL).arg("-i").arg(disk).args(form).arg("-");

@@ -27,7 +27,7 @@ pub(super) enum Room {
 pub(super) enum Refusal {
     /// Nothing: the last directory found a block, and so did every tile since the last reaction.
     None,
-    /// A tile found no block, or a directory did not but the next one did; the director has not reacted yet.
+    /// A tile found no block, or a directory found none but the next one did. The director has not reacted yet.
     Unanswered,
     /// The last directory found no block; the director has not reacted to the last refusal yet.
     UnansweredDirectory,
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(room.react(), Some(Reaction::AskAgain));
     }
 
-    /// Every state is reached, so that none of them could be left out.
+    /// The test reaches every state, so each state is needed.
     #[test]
     fn every_state_can_occur() {
         let steps: [fn(&mut Room); 7] = [

@@ -1,5 +1,5 @@
-//! The microphone, as frames hear it. A frame's sound is a function of positions in time: captured sound gets a position as it comes, and
-//! that of a file has one from the beginning.
+//! The microphone, as frames hear it. A frame's sound is a function of positions in time. Captured sound gets a position when it comes,
+//! and the sound of a file has one from the beginning.
 
 mod line;
 mod resample;
@@ -134,7 +134,7 @@ impl Captured {
         let wanted = over - self.end;
         let came = line.take(usize::try_from(wanted).unwrap_or(usize::MAX));
         let silence = wanted - came.len() as u64;
-        // Where the time jumps, nothing can have come yet: a device is not stuck for it.
+        // After a jump of the time, nothing can have come yet, so a silent device does not count as stuck.
         let passed = if wanted > u64::from(SAMPLE_RATE) { 0 } else { wanted };
         self.missing = if came.is_empty() && line.is_fed() { self.missing.saturating_add(passed) } else { 0 };
         let silence = usize::try_from(silence).map_or(HISTORY, |silence| silence.min(HISTORY));

@@ -24,7 +24,7 @@ pub(super) struct Resampler {
     filter: Vec<f32>,
     /// The newest samples: as many after the one that is made as before it.
     samples: VecDeque<f32>,
-    /// The distance of the next sample behind the central one, in parts of which one sample has `SAMPLE_RATE`.
+    /// The distance of the next sample behind the central one, in units of 1/`SAMPLE_RATE` of a sample.
     ahead: u32,
 }
 

@@ -12,8 +12,8 @@
 // Leaf l has the link `links_at` + l - `leaves_at`: RX_UNIFORM | material, or where the materials of its voxels are, packed in the
 // order of its mask (packed.glsl). Blocks of 16^3 that are full of one material share their leaves.
 //
-// Free radii are the anisotropic Chebyshev distances of Deakin and Knackstedt, "Efficient ray casting of volumetric images using distance
-// maps for empty space skipping" (2020): a ray never turns, so only voxels ahead of it count.
+// Free radii follow the anisotropic Chebyshev distances of Deakin and Knackstedt, "Efficient ray casting of volumetric images using distance
+// maps for empty space skipping" (2020): only voxels ahead of a ray count, because it never turns.
 #ifdef RX_WRITE
 #error "the layout `flat64` has no rx_set: leaves are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
 #endif

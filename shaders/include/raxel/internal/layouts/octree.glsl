@@ -1,8 +1,8 @@
-// Layout `octree`: a complete octree for each 32^3 chunk, in which every node has a place, empty ones too, and a hash table of chunks.
+// Layout `octree`: a hash table of 32^3 chunks, each a complete octree. Every node has a place in it, empty nodes too.
 //
-// A chunk is 1 + 8 + 64 + 512 + 4096 + 32768 words: its nodes by depth, from the chunk itself (depth 0) to voxels (depth 5), those of
-// a depth in Morton order, so that child n of the node at index i of depth d is at index 8i + n of depth d + 1, and depth d begins at
-// 8^0 + ... + 8^(d-1). No pointers are stored: a voxel is changed by writing one node a depth. A node is
+// A chunk is 1 + 8 + 64 + 512 + 4096 + 32768 words: its nodes by depth, from the chunk (depth 0) to voxels (depth 5). In Morton order, depth d
+// begins at (8^d - 1) / 7. Child n of node i of depth d is node 8i + n of depth d + 1. No pointers are stored: a voxel is changed by writing one
+// node a depth. A node is
 //     bits 0 to 7    children with solids, child x + 2y + 4z
 //     bit 8          all voxels in it are solid and of its material
 //     bits 16 to 31  material of its first solid voxel; where bit 8 is not set, that is as the encoder found it

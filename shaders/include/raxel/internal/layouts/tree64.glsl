@@ -1,8 +1,8 @@
-// Layout `tree64`: a sparse tree in which every node splits its cube into 4 x 4 x 4.
+// Layout `tree64`: a sparse tree whose nodes each split their cube into 4 x 4 x 4 children.
 //
-// A node of 16^3 voxels or more is four words, read at once: a mask of its occupied children (two words; child x + 4z + 16y), the address
-// of the first of them, packed without gaps in the order of the mask, and the materials of its voxels. The children of a node of 16^3 are
-// leaves, which are nothing but a mask of their 4^3 voxels (two words). The last word of a node is
+// A node of 16^3 voxels or more is four words, read at once: a mask of its occupied children (two words; child x + 4z + 16y), the address of the
+// first child, and the materials of its voxels. Children are packed in the order of the mask. The children of a node of 16^3 are leaves: each is
+// only a mask of its 4^3 voxels (two words). The last word of a node is
 //
 //     RX_FILLED | material     every occupied child is full, and of that material: there are no children in the buffer
 //     RX_FILLED | RX_LINKED    the same of several materials: in place of the address is a link to them, as a leaf has one
@@ -10,8 +10,8 @@
 //     word                     (16^3) where the links of its leaves begin: RX_UNIFORM | material, or where the materials of the
 //                              leaf's voxels are, packed in the order of its mask (packed.glsl)
 //
-// The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); the
-// stepping is walk.glsl's, so no hit depends on rounding.
+// The idea and the 2^3 skips are from "A guide to fast voxel ray tracing using sparse 64-trees" (dubiousconst282, 2024); walk.glsl makes the
+// steps, so no hit depends on rounding.
 #ifdef RX_WRITE
 #error "the layout `tree64` has no rx_set: nodes and leaves are packed, without room for one more; use chunks, chunk_table, octree or texture3d"
 #endif
@@ -87,8 +87,8 @@ uint rx_filled_material(uvec4 node, uint child) {
     return rx_linked_material(node.z, rx_child_rank(node.xy, child));
 }
 
-// The node of 64^3 voxels or more that the last hit was in, its height, and a cell in it: cells that are asked for after a ray are mostly near
-// its hit.
+// The node of 64^3 voxels or more around the last hit, its height, and a cell in it. After a ray, most looks are near its
+// hit.
 uvec3 rx_last_cell = uvec3(0x80000000u);
 uint rx_last_node = 0u;
 uint rx_last_height = 0u;
@@ -175,8 +175,8 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     uvec3 block = uvec3(0u);
     bool found = false, unsure = false;
 
-    // The nodes of 64^3 voxels and more on the way down, by their heights. It is in local memory, since only the walk knows the index: faster
-    // than to keep some of them in registers, and than to go down from the root again.
+    // The nodes of 64^3 voxels and more on the way down, by their heights. The index is dynamic, so the array is in local memory. That is faster
+    // than to keep some nodes in registers, or to go down from the root again.
     uint way[16];
     uint top = world.log2_size >> 1, height = top;
     way[top] = world.root;
@@ -189,7 +189,7 @@ bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
         node = world.quads[world.root];
         uint moved = 0u;  // bits of the cell that the last step changed
         for (unsure = false; !unsure && hit.steps < rounds; ++hit.steps) {
-            // Up: a node is kept as long as the ray is in it; then it is the turn of the smallest one on the way that the ray is still in.
+            // Up: if the ray has left the node, continue in the smallest node above that still contains it.
             if ((moved >> (2u * height)) != 0u) {
                 if (any(greaterThan(walk.q, limit)) || walk.t > walk.t_end) break;
                 height = max(uint(findMSB(moved) >> 1) + 1u, 3u);

@@ -1,8 +1,8 @@
-// How far rays of one origin get through empty space together, conservatively, so that each of them can start from there. For
-// every layout that can look at a cell.
+// Finds how far rays of one origin are free together, conservatively, so that each ray can start from there.
+// For every layout with looks at cells.
 //
-// A bundle goes along the axis along which its rays are steepest, cube by cube: the box around its rays on the way through a cube's depth,
-// widened by all rounding errors, must lie in empty cubes.
+// A bundle goes cube by cube along the steepest axis of its rays. It takes the box around its rays within a cube's depth, and widens it by all
+// rounding errors. This box must lie in empty cubes.
 #ifndef RAXEL_MARCH_BUNDLE_GLSL
 #define RAXEL_MARCH_BUNDLE_GLSL
 
@@ -38,8 +38,8 @@ bool rx_bundle_meets(ivec3 first, ivec3 last, uint level, inout uint looks) {
     return false;
 }
 
-// How far, in voxels along their steepest axis, all rays get before one of them may be in something solid: 0 if that is not known,
-// RX_BUNDLE_EMPTY if none ever will be. The rays must have the same origin. `looks` counts cubes looked at.
+// The distance that is free for all rays, in voxels along their steepest axis: 0 if it is unknown, RX_BUNDLE_EMPTY if all rays are free for
+// ever. The rays must have the same origin. `looks` counts cubes looked at.
 float rx_bundle_free(RxRay rays[RX_BUNDLE_RAYS], out uint looks) {
     looks = 0u;
     uint a = rx_steepest(rays[0].dir);
@@ -92,7 +92,7 @@ float rx_bundle_free(RxRay rays[RX_BUNDLE_RAYS], out uint looks) {
     return RX_BUNDLE_EMPTY;
 }
 
-// The time up to which a ray of the bundle is in nothing solid, for rx_trace_from.
+// The time up to which a ray of the bundle is free, for rx_trace_from.
 float rx_bundle_time(RxRay ray, float free) {
     return free / abs(ray.dir[rx_steepest(ray.dir)]);
 }

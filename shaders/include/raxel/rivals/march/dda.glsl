@@ -1,6 +1,6 @@
-// Voxel by voxel: Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing" (1987). Times of crossings are summed up
-// in f32, so their error grows with the number of voxels passed, and a crossing that comes close to another is taken in the wrong
-// order.
+// Voxel by voxel: Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing" (1987). It sums the
+// times of crossings in f32, so their error grows with each voxel. Two crossings that are close together may
+// come in the wrong order.
 #ifndef RAXEL_MARCH_DDA_GLSL
 #define RAXEL_MARCH_DDA_GLSL
 

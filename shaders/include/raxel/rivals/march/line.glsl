@@ -5,8 +5,8 @@
 
 #include <raxel/internal/look.glsl>
 
-// A marcher looks at no more cells than this and then misses: its world may have 2^30 voxels, and software drivers of the llvmpipe family
-// end every loop after 65,535 rounds.
+// A marcher looks at this many cells at most, then misses. Its world may have 2^30 voxels, and software drivers of the llvmpipe
+// family end every loop after 65,535 rounds.
 const uint RX_MARCH_ROUNDS = 60000u;
 
 // A ray as a line in f32.
@@ -80,7 +80,7 @@ vec3 rx_line_exits(RxLine line, ivec3 cell, uint shift) {
     return mix((planes - line.origin) * line.inv, vec3(RX_NEVER), line.still);
 }
 
-// When it enters a voxel, and by which axis.
+// The time at which it enters a voxel, and the axis.
 float rx_line_entry(RxLine line, ivec3 cell, out uint axis) {
     vec3 planes = vec3(cell + 1 - line.forward);
     vec3 times = mix((planes - line.origin) * line.inv, vec3(-RX_NEVER), line.still);

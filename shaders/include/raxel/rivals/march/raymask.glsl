@@ -1,6 +1,6 @@
-// The exact walk with an early-out: a block of 4^3 in which no cell is both solid and on the line, by a table of masks, is left at once.
-// With a conservative table no hit changes; with one of lines between the centres of squares, which is the original method, voxels at the
-// edge of a line's way are lost.
+// The exact walk with an early-out. It leaves a block of 4^3 at once if a table of masks shows no solid cell on the
+// line. With a conservative table no hit changes. The original method has lines between the centres of squares, and
+// loses voxels at the edge of a line's way.
 #ifndef RAXEL_MARCH_RAYMASK_GLSL
 #define RAXEL_MARCH_RAYMASK_GLSL
 
@@ -31,22 +31,22 @@ uvec3 rx_raymask_block(RxWalk walk) {
     return (walk.axes & 7u) == 0u ? walk.q >> 2 : uvec3(0xffffffffu);
 }
 
-// Whether the ray, which has just come into a block of 4^3, passes none of its solid voxels, by the table. False for the block `asked`,
-// which then is this one. To be called after rx_look.
+// Whether the table shows that the ray misses all solid voxels of the block of 4^3 that it just entered. False for the block `asked`,
+// which then becomes this one. Call it after rx_look.
 bool rx_raymask_misses(RxWalk walk, inout uvec3 asked) {
     if (walk.q >> 2 == asked) return false;
     asked = walk.q >> 2;
     vec3 from_entry = vec3(ivec3((asked << 2) - walk.entry));
     vec3 exits = mix((from_entry + 3.5 - walk.start) * walk.inv, vec3(RX_NEVER), equal(walk.inv, vec3(0.0)));
     uint leave = exits.x <= exits.y && exits.x <= exits.z ? 0u : exits.y <= exits.z ? 1u : 2u;
-    // Of axes crossed together, one by which the block was entered: others may lie within it.
+    // Of the axes crossed together, one through which the ray entered the block: others may lie within it.
     bvec3 at_face = equal(walk.q & 3u, uvec3(0u));
     uint faces = (at_face.x ? 1u : 0u) | (at_face.y ? 2u : 0u) | (at_face.z ? 4u : 0u);
     if ((walk.axes & faces) == 0u) return false;
     uint enter = uint(findLSB(walk.axes & faces));
     vec3 in_place = walk.t * walk.d + walk.start + 0.5, out_place = exits[leave] * walk.d + walk.start + 0.5;
-    // Places are good to 2^-20 of the way, and those at which a slow axis leaves the block are off by as much more as the fastest one is faster: they may lie
-    // in another square than a mask has room for.
+    // Places are good to 2^-20 of the way. If a slow axis leaves the block, the error grows by the ratio of the fastest axis to the
+    // slow one, and may exceed a mask's margin.
     float way = max(out_place.x, max(out_place.y, out_place.z)) + 1.0, fastest = max(walk.d.x, max(walk.d.y, walk.d.z));
     if (way * fastest >= 16384.0 * walk.d[leave]) return false;
     uint enter_square = rx_raymask_square(in_place - from_entry, enter), leave_square = rx_raymask_square(out_place - from_entry, leave);

@@ -1,7 +1,7 @@
-// Which cells of a block of 4^3 a line may pass, for each pair of places on its faces: 64-bit masks, made by
-// shaders/rivals/march/raymask_bake.comp and used by raymask.glsl. After the fourth of the renderers in docs/rivals/marchers.md, with two
-// differences: blocks are mirrored so that lines never move down, which leaves 3 faces to come in by and 3 to go out by instead
-// of 30 pairs; and the masks can be made conservative.
+// 64-bit masks of the cells of a 4^3 block that a line may pass, for each pair of places on its faces.
+// shaders/rivals/march/raymask_bake.comp makes them, and raymask.glsl uses them. After the fourth of the renderers in
+// docs/rivals/marchers.md, with two differences: blocks are mirrored so that lines never move down, which leaves 3 faces to come in by and 3
+// to go out by instead of 30 pairs; and the masks can be made conservative.
 #ifndef RAXEL_RAYMASK_TABLE_GLSL
 #define RAXEL_RAYMASK_TABLE_GLSL
 
@@ -9,10 +9,10 @@
 const uint RX_RAYMASK_SIDE = 16u;
 const uint RX_RAYMASK_SQUARES = RX_RAYMASK_SIDE * RX_RAYMASK_SIDE;
 
-// Voxels by which a conservative mask is wider than its squares: the largest error of the places on the faces.
+// The margin of a conservative mask around its squares, in voxels: the largest error of the places on the faces.
 const float RX_RAYMASK_MARGIN = 0.03125;
 
-// `enter`: axis of the low face by which the line comes in; `leave`: axis of the high face by which it goes out; squares count
+// The line enters through the low face of axis `enter`, and leaves through the high face of axis `leave`. Squares count
 // along the other two axes in the order x, y, z.
 uint rx_raymask_index(uint enter, uint enter_square, uint leave, uint leave_square) {
     return ((3u * enter + leave) * RX_RAYMASK_SQUARES + enter_square) * RX_RAYMASK_SQUARES + leave_square;

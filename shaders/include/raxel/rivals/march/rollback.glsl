@@ -1,6 +1,6 @@
-// Steps of fixed length with jumps over empty blocks, and, when a sample is solid, a step back from which it goes on voxel by
-// voxel: so the face and t are right, and of the voxels in that last step the first is hit. Corners that lie between two empty
-// samples are still cut. This is how Lum marches (platonvin/lum; "How i render voxels").
+// Steps of fixed length with jumps over empty blocks. If a sample is solid, the march steps back and goes on voxel by voxel. So the face and
+// t are right, and it hits the first voxel of that last step. Corners that lie between two empty samples are still cut. This is how Lum
+// marches (platonvin/lum; "How i render voxels").
 #ifndef RAXEL_MARCH_ROLLBACK_GLSL
 #define RAXEL_MARCH_ROLLBACK_GLSL
 

@@ -1,6 +1,6 @@
-// DDA over the levels of a pyramid, recursion with a stack: an occupied cube is gone into by a DDA over its eight parts; when
-// that has left it, the one over the cube's own level goes on from what the stack has kept. The levels add up their errors apart:
-// where a part is left by another face than the cube is, the march goes on beside the line.
+// DDA over the levels of a pyramid, recursion with a stack. A second DDA goes over the eight parts of an occupied cube. When it leaves the
+// cube, the DDA of the cube's own level goes on from the stack. Each level adds up its own errors. If they leave a part and its cube through
+// different faces, the march goes on beside the line.
 #ifndef RAXEL_MARCH_STACK_GLSL
 #define RAXEL_MARCH_STACK_GLSL
 

@@ -1,12 +1,12 @@
-// DDA over the levels of a pyramid, recursion without a stack: an occupied cube is gone into, an empty one is left, and where that leaves
-// larger cubes too, the march goes on in the largest one left. Each step computes its place from t, so nothing is kept of the level above,
-// and errors do not add up; but a place within rounding of an edge may be taken for the wrong side.
+// DDA over the levels of a pyramid, recursion without a stack. The march enters an occupied cube and leaves an empty one. If it leaves larger
+// cubes at once, it goes on at the level of the largest. Each step computes its place from t: it needs no state of the level above, and errors
+// do not add up. But a place within rounding of an edge may be taken for the wrong side.
 #ifndef RAXEL_MARCH_STACKLESS_GLSL
 #define RAXEL_MARCH_STACKLESS_GLSL
 
 #include "pyramid.glsl"
 
-// The cell behind the face of `axis` by which the line leaves the cube of 2^level voxels around `cell` at t.
+// The next cell, if the line leaves the cube of 2^level voxels around `cell` at t through the face of `axis`.
 ivec3 rx_line_next(RxLine line, ivec3 cell, uint level, float t, uint axis) {
     ivec3 low = (cell >> level) << level, high = low + (1 << level) - 1;
     ivec3 next = clamp(ivec3(floor(line.origin + t * line.dir)), low, high);

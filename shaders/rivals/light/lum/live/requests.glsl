@@ -1,7 +1,7 @@
 // Render requests: where the model is to be drawn in this frame. Every pass that reads them works on the boxes that the models cover.
 
-// Two vectors each: the centre of the circle that it sails (voxels) and its radius; its speed (radians a second), where it starts and how
-// far it leans to its sides (radians).
+// Each boat has two vectors: the centre and the radius of its circle (voxels); its speed (radians a second), its
+// start and its lean to the sides (radians).
 layout(std430) readonly buffer Requests { vec4 requests[]; };
 
 int request_count() {

@@ -1,5 +1,5 @@
-// Takes the models of the last frame out of the world: every voxel that one of them covered is as without them. Lum has the same by copying
-// blocks: those that a model touches are copied before it is drawn, and restored afterwards.
+// Takes the models of the last frame out of the world, and restores every voxel that they covered. Lum copies blocks instead: it copies the
+// blocks that a model touches before it draws the model, and restores them afterwards.
 #version 460
 #define RX_WRITE_world
 #define LIVE

@@ -1,4 +1,4 @@
-// The first hit of each pixel, with details finer than a voxel: blades of grass in the cells that are marked for them, and waves on water.
+// Finds the first hit of each pixel, with details finer than a voxel: blades of grass in marked cells, and waves on water.
 // A ray that passes between the blades of a cell, or over its wave, goes on behind the cell.
 #version 460
 #define LIVE
@@ -16,7 +16,7 @@ layout(push_constant) uniform Push { float time; uint water; float wave_height; 
 
 const int CELLS = 24;          // that a ray may pass on its way; the next one is full
 
-// Height of the water above the floor of the cell in which its surface is.
+// Height of the water above the floor of its surface's cell.
 float water_height(vec2 at) {
     float sum = 13.0 * textureLod(waves, at / 13.0, 0.0).x + 31.0 * textureLod(waves, at / 31.0, 0.0).y
               + 35.0 * textureLod(waves, at / 35.0, 0.0).z + 42.0 * textureLod(waves, at / 42.0, 0.0).w;
@@ -29,7 +29,7 @@ vec3 water_normal(vec2 at) {
                           water_height(at - vec2(0.0, d)) - water_height(at + vec2(0.0, d))));
 }
 
-// The nearest blade in a cell that a ray passes from `from` to `from + most * dir`: a triangle that stands upright and is bent by the wind.
+// The nearest blade along a ray in a cell, from `from` to `from + most * dir`. A blade is an upright triangle that the wind bends.
 bool meet_blades(ivec3 cell, vec3 from, vec3 dir, float most, out float t, out vec3 normal, out float height) {
     t = RX_FAR;
     uint seed = rx_hash(cell);
@@ -79,7 +79,7 @@ bool meet_water(ivec3 cell, vec3 from, vec3 dir, float most, out float t) {
     return false;
 }
 
-// Where a ray is when it meets a cell, in the cell.
+// The place in a cell where a ray enters it.
 vec3 entry(RxRay ray, RxHit hit) {
     if (hit.face == RX_FACE_INSIDE) return ray.frac;
     uint axis = rx_face_axis(hit.face);

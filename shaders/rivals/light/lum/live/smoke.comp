@@ -1,5 +1,5 @@
-// Smoke between where a ray enters its column and where it leaves it or meets a surface: 16 steps of four octaves of noise that drift with the
-// wind, lit once by the radiance field where the ray leaves (as in Lum).
+// Smoke along a ray, from its entry into the smoke's column to its exit or to a surface: 16 steps of four octaves of noise that drift with the
+// wind. The radiance field lights the smoke once, where the ray leaves (as in Lum).
 #version 460
 #include <raxel/ray.glsl>
 #include "light/scene.glsl"

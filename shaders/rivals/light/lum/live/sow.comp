@@ -1,4 +1,4 @@
-// How many cells are to be looked at for grass: all of the world once, after it has changed.
+// The number of cells to search for grass: all of the world once after each change.
 #version 460
 
 layout(local_size_x = 1) in;

@@ -1,4 +1,4 @@
-// A tick of the sparks: they rise, slow down, drift with the wind and go out; those that have gone out leave the fire again.
+// A tick of the sparks: they rise, slow down, drift with the wind and go out. A spark that went out starts from the fire again.
 #version 460
 #include <raxel/random.glsl>
 

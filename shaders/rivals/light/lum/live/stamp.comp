@@ -1,5 +1,5 @@
-// Draws the requested models into the world, voxel by voxel, and notes where, so that the next frame can take them out. The world is never
-// behind the picture: rays of all passes meet the models as they meet everything else.
+// Draws the requested models into the world, voxel by voxel, and notes where, so that the next frame can take them out. Picture and world show
+// the same models, because rays of all passes meet them like everything else.
 #version 460
 #define RX_WRITE_world
 #include <raxel/world.glsl>

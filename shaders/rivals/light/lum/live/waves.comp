@@ -1,5 +1,5 @@
-// A tick of the water: four maps of heights, each a sum of sines whose frequencies, heights and directions go on from one to the next (Lum's
-// updateWater). Every map repeats after its side, so that four of different sizes repeat nowhere in sight.
+// A tick of the water: four maps of heights, each a sum of sines. Frequencies, heights and directions go on from one sine to the next (Lum's
+// updateWater). Every map repeats after its side, but four maps of different sizes together repeat nowhere in sight.
 #version 460
 
 layout(local_size_x = 8, local_size_y = 8) in;

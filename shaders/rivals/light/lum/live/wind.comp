@@ -1,5 +1,5 @@
-// A tick of the wind: which way and how far it bends grass, in voxels at the tip, on a map that repeats after 64 voxels (Lum's updateGrass: the slope
-// of noise that moves over the world).
+// A tick of the wind: the bend of grass, in voxels at the tip, on a map that repeats after 64 voxels. It is the slope of noise
+// that moves over the world (Lum's updateGrass).
 #version 460
 #include <raxel/random.glsl>
 

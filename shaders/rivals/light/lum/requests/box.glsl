@@ -1,5 +1,5 @@
-// Where an instance stands in the world, and which of its voxels a cell of the world is. An instance that is turned freely covers each cell whose middle
-// lies in one of its voxels.
+// Maps an instance to its place in the world, and a cell of the world to a voxel of the instance. A freely turned instance covers
+// each cell whose middle lies in one of its voxels.
 #include <raxel/instance_voxels.glsl>
 
 // The middle of its anchor, from the smallest corner of the world.

@@ -1,4 +1,4 @@
-// What each pixel sees of the world and of what is drawn into copies of its blocks.
+// Finds each pixel's first hit, in the world or in the copies of its blocks with models drawn in.
 #version 460
 #include <raxel/world.glsl>
 #include "light/scene.glsl"

@@ -1,13 +1,13 @@
 // Layout `brickmap`: sectors of 64^3 voxels, in them bricks of 8^3, in them tiles of 4^3 that are one 64-bit mask each.
 //
-// A sector is, for each of its octants (x + 2y + 4z), a mask of its 4^3 bricks and the word of the first one; bricks are packed in
-// the order of the mask. A brick is seventeen words: the masks of its eight tiles (x + 2y + 4z), and a link. With the top bit set,
-// all voxels of the brick are of the material in the link's low half. Otherwise it says where the materials of its solid voxels
-// begin, in halfwords, in the order of tiles and of bits in a tile.
+// A sector has a mask of 4^3 bricks and the word of the first brick for each of its octants (x + 2y + 4z). Bricks are packed in the
+// order of the mask. A brick is seventeen words: the masks of its eight tiles (x + 2y + 4z), and a link. With the top bit set, all
+// voxels of the brick are of the material in the link's low half. Otherwise it says where the materials of its solid voxels begin, in
+// halfwords, in the order of tiles and of bits in a tile.
 //
-// Sectors are found by place, in a grid over the box of the world's solids: the word of the sector, or, with the top bit set, the
-// binary logarithm of the empty cube around that cell. In a world that is mostly empty, where that grid would be far larger than
-// the sectors, they are in the hash table of table.glsl.
+// A grid over the box of the world's solids leads to sectors. A cell has the word of its sector; or, with the top bit set, the
+// binary logarithm of the empty cube around it. In a world that is mostly empty, the grid would be far larger than the sectors.
+// Then the hash table of table.glsl has them.
 //
 // After van Wingerden, "Real-time ray tracing and editing of large voxel scenes" (2015), whose brickmap this is, and the XBrickMap
 // of dubiousconst282/VoxelRT, where bricks are allocated by masks and tiles are 64-bit words.

@@ -1,14 +1,14 @@
 // Layout `bvh`: a tree of boxes (a bounding volume hierarchy), flattened depth first, whose leaves hold blocks of 4 x 4 x 4 voxels.
 //
-// A node is eight words: smallest corner of its box, link, largest voxel of its box, kind; boxes are in voxels from world.origin. The
-// low two bits of the kind are the axis that was split, and then the first child follows, and the link is the word of the second; or
-// 3 for a leaf, of kind >> 2 blocks from the link on. A block is six words: its smallest corner, a mask (two words; voxel
-// x + 4z + 16y), and a link: with the top bit set, the material of all its voxels; otherwise the halfword where their materials
-// begin, packed in the order of the mask.
+// A node is eight words: smallest corner of its box, link, largest voxel of its box, kind; boxes are in voxels from
+// world.origin. The low two bits of the kind are the split axis: the first child follows the node, and the link is the word of
+// the second. They are 3 for a leaf: it has kind >> 2 blocks from the link on. A block is six words: its smallest corner, a mask
+// (two words; voxel x + 4z + 16y), and a link: with the top bit set, the material of all its voxels; otherwise the halfword
+// where their materials begin, packed in the order of the mask.
 //
 // The traversal with a stack, near child first, is the classical one (Pharr, Jakob, Humphreys, "Physically Based Rendering", 3rd edition,
-// 4.3.4). The reason that it is exact: a ray never turns, so of two voxels on it the one with the smaller mirrored coordinates is the
-// earlier one, and "is this box behind the hit?" is a comparison of integers. Floating point only skips boxes that the ray misses by more
+// 4.3.4). It is exact because a ray never turns. Of two voxels on a ray, the earlier one has the smaller mirrored
+// coordinates, so integers decide "is this box behind the hit?". Floating point only skips boxes that the ray misses by more
 // than its error; blocks are walked by walk.glsl.
 #include <raxel/internal/walk.glsl>
 
@@ -107,9 +107,9 @@ bool rx_bvh_meets(RxWalk w, uvec3 near, uvec3 far, uvec3 limit, float t_end) {
     return t <= min(leave.x, min(leave.y, leave.z)) * RX_BVH_ROOM && t <= t_end;
 }
 
-// Takes a walk from its frame to the first cell of the block at `near` (mirrored), which the ray may touch. False, and nothing done, if
-// floating point cannot decide which cell that is: an axis whose crossing is nearly as late as the last one is nearly between two cells
-// then.
+// Takes a walk from its frame to the first cell of the block at `near` (mirrored), which the ray may touch. If floating
+// point cannot decide the cell, returns false and does nothing. That happens if an axis is crossed nearly as late as the
+// last one: the ray is then nearly between two cells.
 bool rx_bvh_enter(inout RxWalk w, uvec3 near) {
     bvec3 ahead = greaterThan(near, w.entry);
     precise vec3 times = mix(vec3(-1.0), vec3(near - 1u - w.entry) * w.inv + w.first, ahead);
@@ -144,9 +144,9 @@ bool rx_bvh_cross(inout RxWalk w, uint block, uvec3 near, uvec3 flip, inout uint
 
 // The first solid voxel along a ray, not looked for before `t_free` (in lengths of the direction): until then it passes air only.
 //
-// Rounds of the outer loop do the rare work; each round of the next searches the tree for a block, and walks through it. A group of threads
-// takes as long as its slowest, so they search together and walk together (Aila, Laine, "Understanding the efficiency of ray traversal on
-// GPUs", 2009).
+// Rounds of the outer loop do the rare work; each round of the next searches the tree for a block, and walks through it. A group
+// of threads takes as long as its slowest thread, so all search together and walk together (Aila, Laine, "Understanding the
+// efficiency of ray traversal on GPUs", 2009).
 bool rx_trace_from(RxRay ray, float t_free, out RxHit hit) {
     hit = RxHit(ivec3(0), 0u, 0u, 0.0, vec2(0.0), 0u);
     RxWalk start;

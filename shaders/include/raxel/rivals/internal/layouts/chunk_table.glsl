@@ -43,8 +43,8 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 #ifdef RX_WRITE
 #include "../store.glsl"
 
-// A voxel of a chunk that the copy has. The bit of its 4^3 block stays set when the last voxel in there is taken away: then rays look at
-// the block's voxels one by one, until the copy is filled again.
+// A voxel of a chunk that the copy has. When the last voxel of a 4^3 block is removed, the block's bit stays set: rays look at its
+// voxels one by one until the copy is filled again.
 bool rx_set(ivec3 cell, uint material) {
     if (!rx_in_world(cell)) return false;
     uvec3 c = uvec3(cell) - uvec3(world.origin);

@@ -79,7 +79,7 @@ uint rx_look(ivec3 cell, out uint log2_free) {
 #ifdef RX_WRITE
 #include "../store.glsl"
 
-// A voxel of a chunk that the copy has: nothing but the voxels marks the solid ones.
+// A voxel of a chunk of the copy. Only the voxels themselves mark solid ones.
 bool rx_set(ivec3 cell, uint material) {
     uint voxels = rx_find_chunk(cell >> 5);
     if (voxels == RX_NO_CHUNK) return false;

@@ -1,16 +1,16 @@
-// Layout `svdag`: a sparse octree with leaves of 4^3 voxels in which equal subtrees are stored once, even if their materials differ.
+// Layout `svdag`: a sparse octree with leaves of 4^3 voxels. It stores equal subtrees once, even if their materials differ.
 //
 // Inside 64^3 chunks, a leaf is the 64-bit mask of its voxels (two words). A node is one word, with the mask of its children in bits
 // 0 to 7 (child x + 2y + 4z) and its number of solid voxels above; then the word of each of them in turn. From the root down to the
 // chunks a node has the mask only, and the last nodes lead to instances: the word of a chunk's topmost node, and a link to its
 // materials. A cube of one chunk has an instance for a root.
 //
-// Materials are in the order in which a walk over the chunk meets its voxels. The number of a voxel in that order is the sum of the
-// voxels of all siblings passed on the way down to it, so geometry that is shared can still be made of anything. An instance's link
-// with the top bit set is the one material of the chunk; without, it is where the chunk's blocks are, one word for 64 voxels, from
-// attributes_at. A block's word with the top bit set is again a material. Else its low 28 bits say where the block is packed, from
-// attributes_at, and bits 28 to 30 are k: a palette of 2^(2^k) materials, two a word, and then 2^k bits for each voxel; with
-// k = 4 there is no palette, and the 16 bits are the material. Equal blocks are stored once.
+// Materials are in the order in which a walk over the chunk meets its voxels. A voxel's number in that order is the sum of the voxels
+// of all siblings passed on the way down. So shared geometry can have any materials. An instance's link with the top bit set is the
+// one material of the chunk; without, it is where the chunk's blocks are, one word for 64 voxels, from attributes_at. A block's word
+// with the top bit set is again a material. Otherwise, its low 28 bits are the place of the packed block, from attributes_at, and bits 28 to 30
+// are k. The block has a palette of 2^(2^k) materials, two a word, then 2^k bits for each voxel. With k = 4 there is no palette, and the 16
+// bits are the material. Equal blocks are stored once.
 //
 // Kämpe, Sintorn and Assarsson, "High resolution sparse voxel DAGs" (2013); materials as in Dado, Kol, Bauszat, Thiery and Eisemann,
 // "Geometry and attribute compression for voxel scenes" (2016), and voxel counts in nodes as in Dolonius, Sintorn, Kämpe and

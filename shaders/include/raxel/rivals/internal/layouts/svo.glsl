@@ -29,7 +29,7 @@ layout(std430) readonly buffer RxWorld {
 const uint RX_CHUNK_LEVEL = 6u;
 const uint RX_SOLID = 0x100u;
 
-// The path to the cell that this thread looked at last, as far as cubes of 64^3 and 8^3: most looks begin below one of them.
+// The path to the cell of this thread's last look, down to cubes of 64^3 and 8^3. Most looks begin below one of these cubes.
 uvec3 rx_last_chunk = uvec3(0xffffffffu);
 uint rx_chunk_node = 0u;
 uint rx_chunk_at = 0u;

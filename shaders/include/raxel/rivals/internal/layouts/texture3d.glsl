@@ -1,5 +1,5 @@
-// Layout `texture3d`: the voxels as they are, in a 3-D image whose mips are an octree: texel c of mip k is 0 when the cube of 2^k voxels
-// at c * 2^k is empty, else a material. The buffer `world` has the header and the materials only; a pass binds both,
+// Layout `texture3d`: a 3-D image of the voxels, whose mips are an octree. Texel c of mip k is 0 if the cube of 2^k voxels at c * 2^k is empty,
+// otherwise a material. The buffer `world` has the header and the materials only; a pass binds both,
 //
 //     bind = { world = "world", world_voxels = "voxels" }
 //
