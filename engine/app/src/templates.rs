@@ -47,6 +47,7 @@ const BEAUTY: &[&str] = &[
     "shaders/light/scene.glsl",
     "shaders/light/see.comp",
     "shaders/light/shade.comp",
+    "shaders/light/stirred.glsl",
     "shaders/light/sun_history.comp",
     "shaders/light/watch.comp",
     "worlds/dusk.demo.toml",
