@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, Write};
 use std::path::Path;
 use std::process::{ChildStdin, Stdio};
@@ -726,6 +727,44 @@ fn requests_are_answered_while_every_shader_is_compiled() {
     assert_eq!(first["id"], json!(77), "diagnostics came first: {first}");
     assert_eq!(progress(&mut editor), "end");
     assert!(editor.diagnostics(&shader).iter().any(|found| found["severity"] == json!(1)));
+}
+
+/// Errors that the compiler finds in an edited shader come before its graphs are checked, and the check has them too. All else comes with the check.
+#[test]
+fn the_errors_of_an_edited_shader_come_first() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    // Four graphs run it: the server waits for a quiet moment before it checks them again.
+    let shader = project.path("shaders/light/beauty/gloss.comp");
+    let text = std::fs::read_to_string(&shader).unwrap();
+    let wrong = |text: &str| format!("{text}float wrong = nowhere;\n");
+    let codes = |found: &[Value]| found.iter().map(|found| found["code"].to_string()).collect::<BTreeSet<_>>();
+    let [error, warning] = ["\"RX0210\"", "\"RX0211\""].map(str::to_owned);
+    editor.open(&shader, &wrong(&text));
+    let first = editor.diagnostics(&shader);
+    assert_eq!(codes(&first), BTreeSet::from([error.clone()]), "{first:?}");
+
+    // The error moves, and there is a warning too.
+    let warned = text.replacen("#include", "#extension GL_NV_nothing : warn\n#include", 1);
+    editor.change(&shader, &wrong(&warned));
+    let looked = editor.diagnostics(&shader);
+    assert_eq!(codes(&looked), BTreeSet::from([error.clone()]), "{looked:?}");
+    assert_eq!(looked[0]["message"], first[0]["message"]);
+    assert_ne!(looked[0]["range"], first[0]["range"]);
+    let checked = editor.diagnostics(&shader);
+    assert_eq!(codes(&checked), BTreeSet::from([error, warning.clone()]), "{checked:?}");
+    assert!(checked.contains(&looked[0]), "{looked:?}\n{checked:?}");
+
+    // Errors of the compiler are taken back at once.
+    editor.change(&shader, &wrong(&text));
+    assert_eq!(editor.diagnostics(&shader), first);
+    editor.change(&shader, &warned);
+    assert_eq!(editor.diagnostics(&shader), [json!(null); 0]);
+    let checked = editor.diagnostics(&shader);
+    assert_eq!(codes(&checked), BTreeSet::from([warning]), "{checked:?}");
+    // All else is taken back by the check.
+    editor.change(&shader, &text);
+    assert_eq!(editor.diagnostics(&shader), [json!(null); 0]);
 }
 
 /// A shader that only a graph in a folder runs.

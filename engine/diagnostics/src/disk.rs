@@ -94,7 +94,7 @@ fn settled<R: Read>(limit: u64, open: impl Fn() -> io::Result<(u64, R)>) -> Resu
 
 /// Whether a file holds these bytes, and no more.
 fn holds(mut file: impl Read, mut bytes: &[u8]) -> io::Result<bool> {
-    let mut piece = vec![0; 1 << 16];
+    let mut piece = vec![0; (bytes.len() + 1).min(1 << 16)];
     loop {
         match file.read(&mut piece) {
             Ok(0) => return Ok(bytes.is_empty()),

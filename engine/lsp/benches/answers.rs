@@ -54,10 +54,14 @@ impl Editor {
 
     /// Types something that the text did not have before: a comment, or else a mistake.
     fn change(&mut self, comment: bool) {
-        self.count += 1;
         let is_toml = self.address.path().rsplit('.').next() == Some("toml");
         let of_comment = if is_toml { "#" } else { "//" };
-        let mark = if comment { of_comment } else { "mistake" };
+        self.end_with(if comment { of_comment } else { "mistake" });
+    }
+
+    /// Puts a line at the end of the text.
+    fn end_with(&mut self, mark: &str) {
+        self.count += 1;
         let text = format!("{}{mark} {}\n", self.text, self.count);
         let document = json!({ "uri": self.address, "version": self.count });
         let changed = json!({ "textDocument": document, "contentChanges": [{ "text": text }] });
@@ -117,17 +121,21 @@ fn answers(criterion: &mut Criterion) {
     }
 }
 
+/// The beginning of a line that the compiler warns of. A first look tells errors alone.
+const WARNED: &str = "#extension GL_NV_nothing : warn //";
+
 /// From the key that mends a text to the diagnostics that are taken back. The quiet time that the server waits for is part of the figure.
 fn diagnostics(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("diagnostics after a key");
     group.sample_size(10);
-    for file in [GRAPH, SHADER] {
+    for (file, mistake) in [(GRAPH, "mistake"), (SHADER, "mistake"), (SHADER, WARNED)] {
         let mut editor = Editor::open(file);
-        group.bench_function(file.0, |bencher| {
+        let whole = if mistake == WARNED { ", the whole check" } else { "" };
+        group.bench_function(format!("{}{whole}", file.0), |bencher| {
             bencher.iter_custom(|times| {
                 let mut spent = Duration::ZERO;
                 for _ in 0..times {
-                    editor.change(false);
+                    editor.end_with(mistake);
                     while editor.diagnostics().as_array().is_none_or(Vec::is_empty) {}
                     editor.change(true);
                     let start = Instant::now();

@@ -108,6 +108,17 @@ impl Documents {
         }
     }
 
+    /// Whether a document is open here with the same text.
+    pub fn has(&self, document: &Document) -> bool {
+        let known = self.open.get(&document.project.on_disk(&document.path));
+        known.is_some_and(|known| Arc::ptr_eq(&known.text, &document.text))
+    }
+
+    /// Whether every file that is open there is open here.
+    pub fn has_all_of(&self, others: &Self) -> bool {
+        others.open.keys().all(|file| self.open.contains_key(file))
+    }
+
     /// The projects that texts are open of, each with those texts in front of its files.
     pub fn projects(&self) -> Vec<(Project, Vec<&Document>)> {
         let mut projects: Vec<(Project, Vec<&Document>)> = Vec::new();
@@ -149,7 +160,12 @@ impl Overlay {
 
 impl Files for Overlay {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
-        self.lock().entry(path.to_owned()).or_insert_with(|| self.disk.read(path)).clone()
+        if let Some(known) = self.lock().get(path) {
+            return known.clone();
+        }
+        // Threads read side by side. The first content of a file counts for all of them.
+        let content = self.disk.read(path);
+        self.lock().entry(path.to_owned()).or_insert(content).clone()
     }
 
     fn root(&self) -> Option<&Path> {

@@ -44,7 +44,7 @@ use serde_json::json;
 
 use self::documents::Documents;
 use self::progress::Progress;
-use self::publish::{Checker, Found, Said};
+use self::publish::{Checker, Found, Look, Said};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Failure, Result};
 
@@ -130,10 +130,24 @@ enum Checking {
     Idle(Checker),
     /// The thread sends the checker back, with what it found.
     Busy {
-        done: Receiver<(Checker, Found)>,
+        done: Receiver<(Checker, Answer)>,
         documents: Documents,
         began: Instant,
     },
+}
+
+/// What the thread was asked for.
+#[derive(Clone, Copy)]
+enum Question {
+    /// The errors in shaders that were edited.
+    FirstLook,
+    Check,
+}
+
+/// What the thread found.
+enum Answer {
+    FirstLook(Look),
+    Check(Found),
 }
 
 /// Why a conversation ended early.
@@ -141,12 +155,12 @@ pub type Ended = Box<dyn std::error::Error + Send + Sync>;
 
 impl Server {
     fn serve(mut self) -> std::result::Result<(), Ended> {
-        // When the files that were changed are looked at.
-        let mut due: Option<Instant> = None;
+        // When the files that were changed are checked, and looked at before that.
+        let (mut due, mut first_look): (Option<Instant>, Option<Instant>) = (None, None);
         loop {
             let left = |due: Option<Instant>| due.map(|due| due.saturating_duration_since(Instant::now()));
             let (checked, timer) = match &self.checking {
-                Checking::Idle(_) => (never(), left(due)),
+                Checking::Idle(_) => (never(), left(first_look.or(due))),
                 Checking::Busy { done, began, .. } => (done.clone(), left(self.progress.due(*began))),
             };
             let timer = timer.map_or_else(never, after);
@@ -161,20 +175,27 @@ impl Server {
                     }
                     Ok(Message::Notification(notification)) => {
                         if self.take(notification) {
-                            due = Some(Instant::now() + self.settle);
+                            let now = Instant::now();
+                            due = Some(now + self.settle);
+                            first_look = Some(now + *SETTLE.start()).filter(|first_look| Some(*first_look) < due);
                         }
                     }
                     Ok(Message::Response(_)) => {}
                     Err(_) => return Ok(()),
                 },
                 recv(checked) -> checked => {
-                    let (checker, found) = checked.map_err(|_| "the thread that checks files has ended")?;
-                    self.tell(checker, found)?;
+                    let (checker, answer) = checked.map_err(|_| "the thread that checks files has ended")?;
+                    // After a slow look too, the next key comes before the check: a check would hold up its look.
+                    if let Answer::FirstLook(_) = answer {
+                        due = due.map(|due| due.max(Instant::now() + *SETTLE.start()));
+                    }
+                    self.tell(checker, answer)?;
                 }
                 recv(timer) -> _ => match &self.checking {
+                    Checking::Idle(_) if first_look.take().is_some() => self.begin(Question::FirstLook)?,
                     Checking::Idle(_) => {
                         due = None;
-                        self.check()?;
+                        self.begin(Question::Check)?;
                     }
                     Checking::Busy { .. } => self.progress.begin(&self.connection.sender)?,
                 },
@@ -182,8 +203,8 @@ impl Server {
         }
     }
 
-    /// Begins a check of the texts as they are now.
-    fn check(&mut self) -> std::result::Result<(), Ended> {
+    /// Begins a check of the texts as they are now, or a first look at them.
+    fn begin(&mut self, question: Question) -> std::result::Result<(), Ended> {
         let (sender, receiver) = bounded(1);
         let documents = self.documents.clone();
         let busy = Checking::Busy { done: receiver, documents: documents.clone(), began: Instant::now() };
@@ -193,20 +214,29 @@ impl Server {
             return Ok(());
         };
         std::thread::Builder::new().name("check".to_owned()).spawn(move || {
-            let found = checker.check(&documents);
+            let answer = match question {
+                Question::FirstLook => Answer::FirstLook(checker.first_look(&documents)),
+                Question::Check => Answer::Check(checker.check(&documents)),
+            };
             // Without a server, nobody is told.
-            let _ = sender.send((checker, found));
+            let _ = sender.send((checker, answer));
         })?;
         Ok(())
     }
 
-    /// Tells what a check has found.
-    fn tell(&mut self, checker: Checker, found: Found) -> std::result::Result<(), Ended> {
+    /// Tells what was found.
+    fn tell(&mut self, checker: Checker, answer: Answer) -> std::result::Result<(), Ended> {
         let before = std::mem::replace(&mut self.checking, Checking::Idle(checker));
         self.progress.end(&self.connection.sender)?;
         let Checking::Busy { documents, began, .. } = before else { return Ok(()) };
-        self.settle = began.elapsed().clamp(*SETTLE.start(), *SETTLE.end());
-        for message in self.said.messages(found, &documents, &self.documents) {
+        let messages = match answer {
+            Answer::FirstLook(look) => self.said.first_messages(look, &documents, &self.documents),
+            Answer::Check(found) => {
+                self.settle = began.elapsed().clamp(*SETTLE.start(), *SETTLE.end());
+                self.said.messages(found, &documents, &self.documents)
+            }
+        };
+        for message in messages {
             self.connection.sender.send(Message::Notification(message))?;
         }
         Ok(())

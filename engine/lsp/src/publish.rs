@@ -10,7 +10,7 @@ use lsp_types::{
     Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, PublishDiagnosticsParams,
     Url,
 };
-use raxel_diagnostics::{Severity, SourceMap, Span, each_once};
+use raxel_diagnostics::{Severity, SourceMap, Span, codes, each_once};
 use raxel_runtime::load::Loader;
 use raxel_runtime::project::Project;
 use raxel_terminal::offline::{FileKind, OfflineProject};
@@ -25,30 +25,62 @@ const MOST_GRAPHS: usize = 8;
 /// What is wrong in each file.
 pub(super) type Found = BTreeMap<Url, Vec<Diagnostic>>;
 
-/// Remembers where something was said, so that it can be taken back.
+/// The errors that a first look finds in the shaders that were edited since the last check.
+pub(super) struct Look {
+    /// By file. A file without errors is in it too.
+    found: Found,
+    /// These files have no other errors, as far as the look can tell.
+    is_sure: bool,
+}
+
+/// What an editor was told.
 #[derive(Default)]
-pub(super) struct Said(BTreeSet<Url>);
+pub(super) struct Said {
+    /// Files that something is wrong with.
+    last: Found,
+    /// Files that a first look was about, since the last check.
+    looked: BTreeSet<Url>,
+}
 
 impl Said {
     /// What to tell an editor after a check of `checked`. What was found in a text that has changed since is left out: its places would be wrong,
     /// and the next check is due.
     pub fn messages(&mut self, mut found: Found, checked: &Documents, now: &Documents) -> Vec<Notification> {
         // What was wrong and is right now is said to be right.
-        for url in &self.0 {
+        for url in self.last.keys() {
             found.entry(url.clone()).or_default();
         }
-        found.retain(|url, _| checked.is_current(now, url));
+        let looked = std::mem::take(&mut self.looked);
+        found.retain(|url, found| {
+            let is_known = looked.contains(url) && self.last.get(url) == Some(found);
+            checked.is_current(now, url) && !is_known
+        });
+        found.into_iter().map(|(url, found)| self.message(url, found)).collect()
+    }
+
+    /// What to tell an editor after a first look at `checked`. Errors count at once. Only errors of the compiler are taken back: a look finds no others.
+    pub fn first_messages(&mut self, look: Look, checked: &Documents, now: &Documents) -> Vec<Notification> {
+        let compile = Some(NumberOrString::String(codes::shader::COMPILE.as_str().to_owned()));
+        let of_compiler = |last: &Vec<Diagnostic>| last.iter().all(|found| found.code == compile);
         let mut messages = Vec::new();
-        for (uri, diagnostics) in found {
-            if diagnostics.is_empty() {
-                self.0.remove(&uri);
-            } else {
-                self.0.insert(uri.clone());
+        for (url, found) in look.found {
+            let is_mended = look.is_sure && self.last.get(&url).is_some_and(of_compiler);
+            if checked.is_current(now, &url) && (is_mended || !found.is_empty()) {
+                self.looked.insert(url.clone());
+                messages.push(self.message(url, found));
             }
-            let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
-            messages.push(Notification::new(PublishDiagnostics::METHOD.to_owned(), params));
         }
         messages
+    }
+
+    fn message(&mut self, uri: Url, diagnostics: Vec<Diagnostic>) -> Notification {
+        if diagnostics.is_empty() {
+            self.last.remove(&uri);
+        } else {
+            self.last.insert(uri.clone(), diagnostics.clone());
+        }
+        let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
+        Notification::new(PublishDiagnostics::METHOD.to_owned(), params)
     }
 }
 
@@ -57,19 +89,25 @@ impl Said {
 pub(super) struct Checker {
     /// By their roots. Each keeps what it has compiled and built, since one key changes one file.
     projects: BTreeMap<PathBuf, CheckedProject>,
+    /// The texts of the last check.
+    checked: Documents,
 }
 
 /// A project with the texts that are open in front of its files.
 struct CheckedProject {
     files: Arc<Overlay>,
     offline: OfflineProject,
+    /// Everything that the last check was about.
+    paths: BTreeSet<String>,
+    /// Files in which the last check found errors.
+    wrong: BTreeSet<String>,
 }
 
 impl CheckedProject {
     fn new(project: &Project) -> std::io::Result<Self> {
         let files = Arc::new(Overlay::new(project)?);
         let offline = OfflineProject::new(project.clone(), Loader::with_files(files.clone())).for_checks();
-        Ok(Self { files, offline })
+        Ok(Self { files, offline, paths: BTreeSet::new(), wrong: BTreeSet::new() })
     }
 }
 
@@ -82,69 +120,118 @@ impl Checker {
         for (project, texts) in open {
             let known = self.projects.remove(project.root()).map_or_else(|| CheckedProject::new(&project), Ok);
             // A folder that cannot be read any more has nothing to be checked.
-            let Ok(known) = known else { continue };
-            check_project(&known, documents, &texts, &mut found);
+            let Ok(mut known) = known else { continue };
+            known.check(documents, &texts, &mut found);
             self.projects.insert(project.root().to_owned(), known);
         }
+        self.checked = documents.clone();
         found
+    }
+
+    /// Looks at the shaders that were edited since the last check. If anything else has changed, only a check can tell.
+    pub fn first_look(&self, documents: &Documents) -> Look {
+        let mut look = Look { found: Found::new(), is_sure: true };
+        if documents.has_all_of(&self.checked) {
+            for (project, open) in documents.projects() {
+                let edited = open.iter().copied().filter(|document| !self.checked.has(document));
+                let edited: Vec<&Document> = edited.collect();
+                if let Some(known) = self.projects.get(project.root())
+                    && !edited.iter().any(|document| document.is_toml())
+                {
+                    known.first_look(&open, &edited, &mut look);
+                }
+            }
+        }
+        look
     }
 }
 
-/// Checks the texts of a project that are open, and graphs that run one of them.
-fn check_project(checked: &CheckedProject, documents: &Documents, open: &[&Document], found: &mut Found) {
-    let CheckedProject { files, offline } = checked;
-    let project = &offline.project;
-    files.update(open);
-    offline.forget_changed_worlds();
-    let (graphs, shaders): (Vec<&Document>, Vec<&Document>) =
-        open.iter().copied().partition(|document| document.is_toml());
-    let mut paths: BTreeSet<String> = graphs.iter().map(|document| document.path.clone()).collect();
-    if let Some(first) = shaders.first() {
-        let edited: Vec<&str> = shaders.iter().map(|document| document.path.as_str()).collect();
-        let includers = includers(documents, first, &edited);
-        paths.extend(graphs_that_run(documents, first, &includers, MOST_GRAPHS));
-    }
-    let (mut all, mut texts) = (Vec::new(), SourceMap::default());
-    for path in &paths {
+impl CheckedProject {
+    /// Checks the texts of a project that are open, and graphs that run one of them.
+    fn check(&mut self, documents: &Documents, open: &[&Document], found: &mut Found) {
+        self.files.update(open);
+        self.offline.forget_changed_worlds();
+        let (graphs, shaders): (Vec<&Document>, Vec<&Document>) =
+            open.iter().copied().partition(|document| document.is_toml());
+        self.paths = graphs.iter().map(|document| document.path.clone()).collect();
+        if let Some(first) = shaders.first() {
+            let edited: Vec<&str> = shaders.iter().map(|document| document.path.as_str()).collect();
+            let includers = includers(documents, first, &edited);
+            self.paths.extend(graphs_that_run(documents, first, &includers, MOST_GRAPHS));
+        }
         // A file in another folder is none of raxel's.
-        if FileKind::of(path) == FileKind::Graph && !path.starts_with("graphs/") {
-            continue;
+        self.paths.retain(|path| FileKind::of(path) != FileKind::Graph || path.starts_with("graphs/"));
+        let (mut all, mut texts) = (Vec::new(), SourceMap::default());
+        for path in &self.paths {
+            let checked = self.offline.check(path, None);
+            all.extend(checked.found);
+            texts.extend(&checked.texts);
         }
-        let checked = offline.check(path, None);
-        all.extend(checked.found);
-        texts.extend(&checked.texts);
+        // What was read from disk may be large, such as a video, and the next key may be far away.
+        self.files.update(open);
+        let errors = all.iter().filter(|diagnostic| diagnostic.is_error());
+        self.wrong = errors.filter_map(|error| Some(error.labels.first()?.span.file.to_string())).collect();
+        self.place(all, &texts, found);
     }
-    // What was read from disk may be large, such as a video, and the next key may be far away.
-    files.update(open);
-    for diagnostic in each_once(all) {
-        let Some(first) = diagnostic.labels.first() else { continue };
-        let Some(place) = location(project, &texts, &first.span) else { continue };
-        let mut message = diagnostic.message.clone();
-        if !first.text.is_empty() {
-            message = format!("{message}: {}", first.text);
+
+    /// Looks at shaders that were edited.
+    fn first_look(&self, open: &[&Document], edited: &[&Document], look: &mut Look) {
+        let addresses = edited.iter().filter_map(|document| address(&self.offline.project.on_disk(&document.path)));
+        let addresses: BTreeSet<Url> = addresses.collect();
+        // Behind an error of another file the compiler may find none at all.
+        let whole = edited.iter().map(|document| document.path.clone()).chain(self.wrong.iter().cloned()).collect();
+        self.files.update(open);
+        let first_look = self.offline.loader.first_look(&whole);
+        let (mut all, mut texts) = (Vec::new(), SourceMap::default());
+        for path in self.paths.iter().filter(|path| FileKind::of(path) == FileKind::Graph) {
+            let looked = self.offline.loader.looked_at(path, &first_look);
+            all.extend_from_slice(looked.found());
+            texts.extend(&looked.texts);
         }
-        for more in diagnostic.notes.iter().map(|note| format!("note: {note}")) {
-            message = format!("{message}\n{more}");
+        self.files.update(open);
+        let mut found = Found::new();
+        self.place(all, &texts, &mut found);
+        found.retain(|url, _| addresses.contains(url));
+        for url in addresses {
+            found.entry(url).or_default();
         }
-        for more in diagnostic.help.iter().map(|help| format!("help: {help}")) {
-            message = format!("{message}\n{more}");
+        look.found.extend(found);
+        look.is_sure &= first_look.is_sure();
+    }
+
+    /// Puts diagnostics where an editor shows them.
+    fn place(&self, all: Vec<raxel_diagnostics::Diagnostic>, texts: &SourceMap, found: &mut Found) {
+        let project = &self.offline.project;
+        for diagnostic in each_once(all) {
+            let Some(first) = diagnostic.labels.first() else { continue };
+            let Some(place) = location(project, texts, &first.span) else { continue };
+            let mut message = diagnostic.message.clone();
+            if !first.text.is_empty() {
+                message = format!("{message}: {}", first.text);
+            }
+            for more in diagnostic.notes.iter().map(|note| format!("note: {note}")) {
+                message = format!("{message}\n{more}");
+            }
+            for more in diagnostic.help.iter().map(|help| format!("help: {help}")) {
+                message = format!("{message}\n{more}");
+            }
+            let related = diagnostic.labels[1..].iter().filter_map(|label| {
+                let location = location(project, texts, &label.span)?;
+                Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
+            });
+            found.entry(place.uri).or_default().push(Diagnostic {
+                range: place.range,
+                severity: Some(match diagnostic.severity {
+                    Severity::Error => DiagnosticSeverity::ERROR,
+                    Severity::Warning => DiagnosticSeverity::WARNING,
+                }),
+                code: Some(NumberOrString::String(diagnostic.code.as_str().to_owned())),
+                source: Some("raxel".to_owned()),
+                message,
+                related_information: Some(related.collect()),
+                ..Diagnostic::default()
+            });
         }
-        let related = diagnostic.labels[1..].iter().filter_map(|label| {
-            let location = location(project, &texts, &label.span)?;
-            Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
-        });
-        found.entry(place.uri).or_default().push(Diagnostic {
-            range: place.range,
-            severity: Some(match diagnostic.severity {
-                Severity::Error => DiagnosticSeverity::ERROR,
-                Severity::Warning => DiagnosticSeverity::WARNING,
-            }),
-            code: Some(NumberOrString::String(diagnostic.code.as_str().to_owned())),
-            source: Some("raxel".to_owned()),
-            message,
-            related_information: Some(related.collect()),
-            ..Diagnostic::default()
-        });
     }
 }
 

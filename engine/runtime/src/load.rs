@@ -1,12 +1,12 @@
 //! From files to graphs, worlds and demos, right or wrong. No device is asked.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, DiskFiles, Files, Severity, SourceMap};
 use raxel_graph::checked::Graph;
 use raxel_layouts::Layout;
-use raxel_shader::Compiler;
+use raxel_shader::{Compiler, FirstLook, ShaderProvider};
 use raxel_worldfile::Effort;
 
 use crate::inputs::SoundFile;
@@ -146,13 +146,27 @@ impl Loader {
     /// As [`Self::graph`], with another layout for its world.
     pub fn graph_over(&self, path: &str, layout: Option<Layout>) -> LoadOutcome<Graph> {
         let _span = tracing::debug_span!("load graph", path).entered();
+        self.graph_with(path, layout, &self.compiler)
+    }
+
+    /// A look at files of shaders that were edited, for [`Self::looked_at`].
+    pub fn first_look<'l>(&'l self, edited: &'l BTreeSet<String>) -> FirstLook<'l> {
+        FirstLook::new(&self.compiler, edited)
+    }
+
+    /// The errors that a look finds in the shaders of a graph. Other diagnostics are as if the graph had no shaders.
+    pub fn looked_at(&self, path: &str, look: &FirstLook<'_>) -> LoadOutcome<Graph> {
+        self.graph_with(path, self.layout, look)
+    }
+
+    fn graph_with(&self, path: &str, layout: Option<Layout>, shaders: &dyn ShaderProvider) -> LoadOutcome<Graph> {
         let mut texts = SourceMap::default();
         let replace = |source: &str| {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
         };
         let files = &*self.shader_files;
         let options = raxel_graphfile::Options { replace: &replace, unused: self.unused };
-        let result = raxel_graphfile::compile_with(path, files, &self.compiler, &self.sources, options, &mut texts);
+        let result = raxel_graphfile::compile_with(path, files, shaders, &self.sources, options, &mut texts);
         LoadOutcome::new(result, texts, self.shader_files.take())
     }
 

@@ -1,7 +1,7 @@
 //! The compiler with its caches: a request in, a module and its interface out. Modules of this process are kept in memory, those of earlier
 //! ones on disk.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -68,6 +68,16 @@ impl Compiler {
     /// Texts that were compiled, not found in a cache.
     pub fn compiled(&self) -> u64 {
         self.compiled.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn files(&self) -> &dyn Files {
+        &*self.files
+    }
+
+    /// Whether the newest module of a request was made from one of these files. A module that is not there may be.
+    pub(crate) fn may_depend_on(&self, request: &Request, files: &BTreeSet<String>) -> bool {
+        let newest = self.lock().candidates(request, self.checks_bounds()).into_iter().next();
+        newest.is_none_or(|entry| entry.dependencies.iter().any(|(path, _)| files.contains(path)))
     }
 
     fn compile(&self, request: &Request, checked: bool, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {

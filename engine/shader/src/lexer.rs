@@ -62,14 +62,16 @@ pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
-        let length = if rest.starts_with("//") {
+        let length = if c == '/' && rest.starts_with("//") {
             // A `\` at the end of the line carries the comment on.
             let end = rest.match_indices('\n').find(|(at, _)| !rest[..*at].trim_end_matches('\r').ends_with('\\'));
             end.map_or(rest.len(), |(at, _)| at)
-        } else if let Some(comment) = rest.strip_prefix("/*") {
+        } else if c == '/'
+            && let Some(comment) = rest.strip_prefix("/*")
+        {
             comment.find("*/").map_or(rest.len(), |end| end + 4)
         } else if c.is_ascii_whitespace() {
-            c.len_utf8()
+            rest.find(|c: char| !c.is_ascii_whitespace()).unwrap_or(rest.len())
         } else {
             let number = c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
             let length = if number {

@@ -6,6 +6,7 @@
 mod compile;
 mod compiler;
 mod fatal;
+mod first_look;
 pub mod format;
 mod front_end;
 mod functions;
@@ -19,6 +20,7 @@ mod lexer;
 pub mod library;
 mod limits;
 mod messages;
+mod outline;
 mod places;
 mod print_format;
 pub mod prints;
@@ -29,6 +31,7 @@ mod stripped;
 pub mod worker;
 
 pub use compiler::Compiler;
+pub use first_look::FirstLook;
 pub use graphics::{GraphicsStage, compile_graphics};
 pub use raxel_spirv::bytes_of;
 pub use request::{Request, Shader, ShaderProvider};

@@ -69,7 +69,7 @@ impl TextLimits {
                 if matches!(token.text, ";" | "{" | "}") {
                     *operators = 0;
                 }
-                let weight = self.macros.get(token.text).copied().unwrap_or(u64::from(!token.is_word()));
+                let weight = if token.is_word() { self.macros.get(token.text).copied().unwrap_or(0) } else { 1 };
                 *operators = operators.saturating_add(weight);
                 if *operators > MAX_OPERATORS {
                     return Err((token.range(), format!("a statement has more than {MAX_OPERATORS} operators")));
@@ -152,7 +152,7 @@ impl TextLimits {
                     }
                 }
                 name => {
-                    let size = self.structs.get(name).copied();
+                    let size = if token.is_identifier() { self.structs.get(name).copied() } else { None };
                     match (&mut head, open.last_mut()) {
                         (Some((first @ None, _)), _) if token.is_identifier() => *first = Some(token),
                         (Some((_, inherited)), _) => *inherited = inherited.saturating_add(size.unwrap_or(0)),
@@ -167,7 +167,7 @@ impl TextLimits {
 }
 
 /// The tokens of each line of a text; a line that ends with `\` goes on in the next.
-fn lines<'l, 't>(text: &'t str, tokens: &'l [Token<'t>]) -> impl Iterator<Item = &'l [Token<'t>]> {
+pub(crate) fn lines<'l, 't>(text: &'t str, tokens: &'l [Token<'t>]) -> impl Iterator<Item = &'l [Token<'t>]> {
     tokens.chunk_by(|last, next| last.text == "\\" || !text[last.range().end..next.at].contains('\n'))
 }
 

@@ -1,5 +1,6 @@
 //! The texts of one shader: the file itself and its includes, found inside the project or in the embedded library.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use raxel_diagnostics::files::{self, join};
@@ -7,6 +8,7 @@ use raxel_diagnostics::{Diagnostic, FileError, Files, SourceMap, Span, codes};
 
 use crate::front_end::{Form, Include, Included};
 use crate::limits::TextLimits;
+use crate::outline::outline;
 use crate::request::is_hlsl;
 use crate::{fatal, lexer, library};
 
@@ -51,6 +53,8 @@ pub(crate) struct Sources<'f> {
     refused: Vec<(String, String)>,
     bytes: usize,
     limits: TextLimits,
+    /// The files whose texts go to the compiler whole, and all others as outlines. `None`: every text is whole.
+    whole: Option<&'f BTreeSet<String>>,
 }
 
 impl<'f> Sources<'f> {
@@ -65,7 +69,13 @@ impl<'f> Sources<'f> {
             refused: Vec::new(),
             bytes: 0,
             limits: TextLimits::default(),
+            whole: None,
         }
+    }
+
+    /// Gives the compiler outlines of all texts but these.
+    pub fn with_outlines(files: &'f dyn Files, whole: &'f BTreeSet<String>) -> Self {
+        Self { whole: Some(whole), ..Self::new(files) }
     }
 
     /// Reads the shader itself.
@@ -74,7 +84,7 @@ impl<'f> Sources<'f> {
         self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
         self.found.push(Source { name: path.to_owned(), text: text.clone(), included_at: Vec::new() });
-        Ok(text)
+        Ok(self.for_compiler(path, text))
     }
 
     /// Answers an `#include`: the name and the text to put there. On `None` the reason is in `diagnostics`.
@@ -210,7 +220,13 @@ impl<'f> Sources<'f> {
             Protection::Once => without_once(&text).into(),
             _ => text,
         };
+        let text = self.for_compiler(&name, text);
         Ok((name, text))
+    }
+
+    fn for_compiler(&self, name: &str, text: Arc<str>) -> Arc<str> {
+        let is_whole = self.whole.is_none_or(|whole| whole.contains(name));
+        if is_whole { text } else { outline(&text).into() }
     }
 
     /// Counts a text against the limits of one shader. `place` is where it comes in.
