@@ -9,6 +9,16 @@ pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text)
 }
 
+/// The purpose of a library file: the first sentence of its text, without the full stop.
+pub fn purpose(text: &str) -> String {
+    let comment = text.lines().map_while(|line| line.strip_prefix("// "));
+    let paragraph = comment.collect::<Vec<_>>().join(" ");
+    // A full stop ends a sentence where a capital follows it.
+    let end =
+        paragraph.match_indices(". ").map(|(at, _)| at).find(|at| paragraph[at + 2..].starts_with(char::is_uppercase));
+    paragraph[..end.unwrap_or(paragraph.len())].trim_end_matches(['.', ':']).to_owned()
+}
+
 /// Whether shaders have no business with a file: other files of the library are made of it, and it changes without notice.
 pub fn is_internal(name: &str) -> bool {
     name.split('/').any(|part| part == "internal")
@@ -143,6 +153,22 @@ mod tests {
         assert!(
             super::is_internal("raxel/rivals/internal/store.glsl") && !super::is_internal("raxel/rivals/march.glsl")
         );
+    }
+
+    #[test]
+    fn the_purpose_of_a_file_is_its_first_sentence() {
+        assert_eq!(
+            super::purpose("// One sentence over\n// two lines, e.g. this. Another one.\n#define A\n"),
+            "One sentence over two lines, e.g. this"
+        );
+        assert_eq!(super::purpose("// Declares:\n//\n//     int a;\n"), "Declares");
+        for (name, text) in super::FILES.iter().filter(|(name, _)| !super::is_internal(name)) {
+            let purpose = super::purpose(text);
+            assert!(
+                purpose.len() > 10 && purpose.matches('(').count() == purpose.matches(')').count(),
+                "{name}: {purpose}"
+            );
+        }
     }
 
     #[test]

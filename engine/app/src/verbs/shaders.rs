@@ -88,9 +88,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 fn print_library(files: &[String]) -> Result {
     if files.is_empty() {
         for (name, text) in library::FILES.iter().filter(|(name, _)| !library::is_internal(name)) {
-            // The first sentence of a file gives its purpose.
-            let about = text.lines().find_map(|line| line.strip_prefix("// ")).unwrap_or_default();
-            console::data(&format!("{name:40} {}\n", about.trim_end_matches('.')));
+            console::data(&format!("{name:40} {}\n", library::purpose(text)));
         }
         return Ok(());
     }
