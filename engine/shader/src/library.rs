@@ -13,9 +13,11 @@ pub fn text(name: &str) -> Option<&'static str> {
 pub fn purpose(text: &str) -> String {
     let comment = text.lines().map_while(|line| line.strip_prefix("// "));
     let paragraph = comment.collect::<Vec<_>>().join(" ");
-    // A full stop ends a sentence where a capital follows it.
-    let end =
-        paragraph.match_indices(". ").map(|(at, _)| at).find(|at| paragraph[at + 2..].starts_with(char::is_uppercase));
+    // A full stop ends a sentence where a capital or a name follows it.
+    let end = paragraph
+        .match_indices(". ")
+        .map(|(at, _)| at)
+        .find(|at| paragraph[at + 2..].starts_with(|c: char| c.is_uppercase() || c == '`'));
     paragraph[..end.unwrap_or(paragraph.len())].trim_end_matches(['.', ':']).to_owned()
 }
 
