@@ -156,6 +156,7 @@ fn lit_mist_is_as_bright_in_motion_as_at_rest() {
         frames(&mut session, 1);
     }
     let [moving, hits] = ["seen", "hit"].map(|target| session.read_target(target).unwrap().floats());
+    let grain_in_motion = grain(&mut session);
     let rest = after(&mut session, "seen", 200);
     let beside = |texels: &[[f32; 4]]| {
         texels.iter().zip(&hits).filter(|(_, hit)| hit[3] < 0.0).map(|(texel, _)| luminance(texel)).sum::<f64>()
@@ -163,6 +164,46 @@ fn lit_mist_is_as_bright_in_motion_as_at_rest() {
     let ratio = beside(&moving) / beside(&rest);
     // 0.62 with eight frames in the mean of all slices, 1.67 where the mean takes over what a wall hid.
     assert!((ratio - 1.0).abs() < 0.25, "before the sky, the mist is {ratio} times as bright in motion as at rest");
+    // Slices share their noise while they have few frames, and each shows its own light in the end.
+    assert!(grain_in_motion < 0.75, "of the grain of the air, {grain_in_motion} is left in motion");
+    let grain_at_rest = grain(&mut session);
+    assert!((grain_at_rest - 1.0).abs() < 0.02, "of the grain of the air, {grain_at_rest} is left at rest");
+}
+
+/// The differences between columns of the first eight slices of lit air, with shared noise over those without.
+fn grain(session: &mut Session) -> f64 {
+    let [own, soft] = ["air_lamps", "air_lamps_soft"].map(|target| {
+        session.pin(target).unwrap();
+        let texels = layers(session, target, 8);
+        let rows = texels.chunks(40).flat_map(|row| row.windows(2));
+        rows.map(|pair| (luminance(&pair[0]) - luminance(&pair[1])).powi(2)).sum::<f64>()
+    });
+    (soft / own).sqrt()
+}
+
+/// The mean of earlier frames has a range around the light of the present ones. At a lamp, which is many times as bright as what is around it, this range has an end too.
+#[test]
+fn lamps_do_not_flare_in_motion() {
+    let project = Project::shipped();
+    let lamps = (0..3).map(|i| cuboid("lamp", [9 * i - 12, 5, -20], [9 * i - 9, 9, -19], ""));
+    let build: Vec<String> = std::iter::once(cuboid("stone", [-40, 0, -40], [40, 3, 40], "")).chain(lamps).collect();
+    world(&project, MATERIALS, &build, [0.5, 6.5, 0.5], [0.5, 6.5, -20.0], 60.0);
+    let mut session = open(&project, BEAUTY, SIZE, &[DARK[0], DARK[1], ("lamp_strength", 4.0)]);
+    for target in ["seen", "average"] {
+        session.pin(target).unwrap();
+    }
+    let mut camera = *session.camera();
+    for _ in 0..16 {
+        camera.translate(glam::DVec3::new(0.13, 0.07, 0.0));
+        session.set_camera(camera);
+        frames(&mut session, 1);
+        let mut brightest = |target: &str| {
+            let texels = session.read_target(target).unwrap().floats();
+            texels.iter().flat_map(|texel| texel[..3].to_vec()).fold(0.0, f32::max)
+        };
+        let (now, mean) = (brightest("seen"), brightest("average"));
+        assert!(now > 50.0 && mean < 2.05 * now, "{mean} in the mean, {now} now");
+    }
 }
 
 /// Behind a wall, the mist of a picture has the light from right before the wall. This light does not stay where the wall gives the view free.

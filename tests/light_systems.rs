@@ -449,12 +449,42 @@ fn faces_that_know_their_light_take_their_turn_less_often() {
     };
     let [first, all] = listed(&mut session, 1);
     assert!(first >= all && all > 100, "{first} of {all}");
+    let seen = u32::from_le_bytes(session.read_buffer("queue", 12..16).unwrap().try_into().unwrap());
+    assert!(all > 3 * seen / 2, "{seen} faces, most of them wide, would have {all} samples");
     let [later, all] = listed(&mut session, 47);
     assert!(later > 0 && later < all / 4, "{later} of {all}");
     // Their cached light is stale.
     session.set_param("lamp_strength", Value::F32(0.25)).unwrap();
     let [changed, all] = listed(&mut session, 1);
     assert!(changed >= all, "{changed} of {all}");
+}
+
+/// The light that sunny faces send on changes fast near a shadow that moves. So old samples of faces there hardly count, and those of all others do.
+#[test]
+fn faces_near_a_moving_shadow_forget_sooner() {
+    let project = Project::shipped();
+    let build = [cuboid("wall", [-60, 0, -60], [60, 3, 60], ""), cuboid("wall", [0, 3, 0], [2, 12, 2], "")];
+    world(&project, "wall = { albedo = [0.7, 0.6, 0.5] }", &build, [1.5, 20.5, 30.5], [0.0, 3.0, 0.0], 60.0);
+    let mut session = open(&project, "graphs/light/face_cache.toml", [64, 36], &[("sun_elevation", 30.0)]);
+    session.pin("queue").unwrap();
+    // Entries of the list, and those of faces that are late.
+    let late = |session: &mut Session, degrees: f32| {
+        for step in 0..12u8 {
+            session.set_param("sun_azimuth", Value::F32(200.0 + degrees * f32::from(step))).unwrap();
+            frames(session, 1);
+        }
+        let mut words = |from: u64, count: u64| {
+            let bytes = session.read_buffer("queue", from..from + 4 * count).unwrap();
+            bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect::<Vec<_>>()
+        };
+        let count = words(0, 1)[0];
+        let entries = words(60, u64::from(count));
+        (entries.len(), entries.iter().filter(|entry| *entry >> 28 & 1 != 0).count())
+    };
+    let (entries, still) = late(&mut session, 0.0);
+    assert!(entries > 0 && still == 0, "{still} of {entries} under a sun that stands still");
+    let (entries, moving) = late(&mut session, 0.5);
+    assert!(moving > 0 && moving < entries / 2, "{moving} of {entries} under a sun that moves");
 }
 
 #[test]

@@ -26,7 +26,7 @@ layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
 
 const float MOST_IN_MOTION = 4.0, MOST_ON_WATER = 3.0;
-const float BRIGHTER = 2.0;
+const float BRIGHTER = 2.0;   // than the light around a pixel now may its mean be
 const uint STALE = 32u;   // frames at rest in which light from before a change may still be in the mean
 
 // Bright colours count less, so that one bright sample in a mean does not flicker.
@@ -39,7 +39,7 @@ vec3 released(vec3 light) {
 }
 
 // The range of the light around a pixel now: `deviations` standard deviations around the mean, and at most
-// BRIGHTER times as bright as all of it.
+// BRIGHTER times as bright as the brightest.
 void range_around(ivec2 pixel, ivec2 size, float deviations, out vec3 low, out vec3 high) {
     vec3 mean = vec3(0.0), square = vec3(0.0), most = vec3(0.0);
     for (int i = 0; i < 9; ++i) {

@@ -37,6 +37,8 @@ uint queue_entry(uint slot, uint number, uint of, bool late) {
     return slot | number << 20 | of - 1u << 24 | (late ? 1u << 28 : 0u);
 }
 
+const float LATE_SAMPLES = 8.0;   // old samples of a late face that count in any case
+
 bool entry_is_late(uint entry) {
     return (entry >> 28 & 1u) != 0u;
 }

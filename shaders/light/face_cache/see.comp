@@ -29,7 +29,8 @@ layout(std430) readonly buffer Stirred { uint stirred[]; };
 #include "moves.glsl"
 #endif
 
-const float ENTRIES_MOST = 16.0, LATE_SAMPLES = 8.0, KNOWN_FROM = 8.0;
+const float ENTRIES_MOST = 16.0;
+const float KNOWN_FROM = 8.0;   // samples of a face that may wait for its turn
 
 // The hit of a pixel's ray in the world.
 bool first_of(uvec2 first, RxRay ray, out RxHit hit) {
