@@ -1,4 +1,4 @@
-// Ends the list of faces: it has as many entries as fit.
+// Cuts the list to the entries that fit, and notes how many lamps there are.
 #version 460
 #include <raxel/light/lights.glsl>
 

@@ -17,7 +17,7 @@ layout(push_constant) uniform Push { int history; } push;
 #endif
 
 const float JUDGES_FROM = 8.0;   // samples of a mean that others are held against
-const float LATE_TIMES = 3.0;    // new samples of a late face that its old ones count as, at most
+const float LATE_TIMES = 3.0;    // old samples of a late face count at most as many times the new ones
 const float JUDGED_MOST = 8.0;   // samples of a frame that are compared with the kept mean, so that wide faces count like others
 const float SPREAD_MOST = 64.0;  // so that the sum over all faces fits
 
