@@ -57,7 +57,9 @@ void main() {
     ivec3 voxel;
     uint face, part;
     cell_of_key(key, voxel, face, part);
-    RxSampler numbers = rx_sampler(frame.index * entries_of_face(entry) + entry_number(entry), scene_seed(rx_hash(key.home) ^ key.rest));
+    // Each count of entries has a sequence of its own: in one sequence, a face whose count changes would take numbers twice.
+    uint entries = entries_of_face(entry);
+    RxSampler numbers = rx_sampler(frame.index * entries + entry_number(entry), scene_seed(rx_hash(key.home + entries) ^ key.rest));
     vec3 corner = vec3(0.0, 0.0, 1.0);
     if (part < CELL_PARTS) {
         corner = rx_face_part(part);
