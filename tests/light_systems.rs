@@ -391,7 +391,7 @@ fn lamps_that_are_found_among_thousands_are_known_to_a_region() {
         (outcome.mean / references.about.mean - 1.0, outcome.still.last().unwrap().judged)
     });
     assert_eq!(bench.complaints(), &[] as &[String]);
-    assert!(both.0.abs() < 0.03, "{both:?}");
+    assert!(both.0.abs() < 0.04, "{both:?}");
     assert!(both.1.error < 0.8 * no_regions.1.error, "{both:?} {no_regions:?}");
     assert!(both.1.error < 0.3 * neither.1.error, "{both:?} {neither:?}");
 }
@@ -435,6 +435,29 @@ fn shadows_keep_their_edges_while_the_camera_moves() {
     assert!(still.noise < 0.5 * brute.still[0].judged.noise, "{still:?} {:?}", brute.still[0]);
 }
 
+/// While lamps change a little in each frame, old samples count less, so faces get twice as many new ones.
+#[test]
+fn faces_get_more_samples_while_light_changes() {
+    let project = Project::shipped();
+    room(&project);
+    let mut session = open(&project, "graphs/light/face_cache.toml", [64, 36], &DARK);
+    session.set_param("paths", Value::F32(0.1)).unwrap();
+    session.pin("queue").unwrap();
+    let mut listed = |change: f32| {
+        let mut sum = 0;
+        for frame in 0..24_u8 {
+            session.set_param("lamp_strength", Value::F32(1.0 + change * f32::from(frame))).unwrap();
+            frames(&mut session, 1);
+            let bytes = session.read_buffer("queue", 0..4).unwrap();
+            // The number of faces in sight is known from the second frame on.
+            sum += if frame < 8 { 0 } else { u32::from_le_bytes(bytes.try_into().unwrap()) };
+        }
+        sum
+    };
+    let [changing, still] = [listed(0.02), listed(0.0)];
+    assert!(changing > 3 * still / 2, "{changing} and {still}");
+}
+
 #[test]
 fn faces_that_know_their_light_take_their_turn_less_often() {
     let project = Project::shipped();
@@ -452,7 +475,7 @@ fn faces_that_know_their_light_take_their_turn_less_often() {
     let seen = u32::from_le_bytes(session.read_buffer("queue", 12..16).unwrap().try_into().unwrap());
     assert!(all > 3 * seen / 2, "{seen} faces, most of them wide, would have {all} samples");
     let [later, all] = listed(&mut session, 47);
-    assert!(later > 0 && later < all / 4, "{later} of {all}");
+    assert!(later > 0 && later < all / 2, "{later} of {all}");
     // Their cached light is stale.
     session.set_param("lamp_strength", Value::F32(0.25)).unwrap();
     let [changed, all] = listed(&mut session, 1);

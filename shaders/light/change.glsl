@@ -1,6 +1,7 @@
 // The changes of the light since the last frame, from watch.comp. The shader that writes it defines `STATE_WRITES`; to all others it is a
 // uniform block, which leaves them a storage buffer more. It has the same places in both.
 const float SLIGHT = 4.0;   // frames that still count after a change that begins no new generation, at least
+const float LOADED = 16.0;  // frames that still count after land was loaded
 
 #ifdef STATE_WRITES
 layout(std430) buffer State {

@@ -8,9 +8,6 @@
 layout(local_size_x = 1) in;
 layout(push_constant) uniform Push { uint world_serial; uint world_edited; } push;
 
-// Frames that still count after a change of land that is loaded.
-const float LOADED = 16.0;
-
 float ratio(float a, float b) {
     return abs(a - b) / max(max(abs(a), abs(b)), 1e-6);
 }

@@ -10,9 +10,11 @@ layout(local_size_x = 64) in;
 #define CACHE_ACCESS
 #include "cache.glsl"
 #include "goes_on.glsl"
+#include "../change.glsl"
 layout(push_constant) uniform Push { ivec2 size; float paths; float grain; float quarters; } push;
 
-const float ENTRIES_MORE = 8.0;                      // entries for each pixel of a face's width, at most, where there is a path for each pixel
+const float ENTRIES_MORE = 4.0;                      // entries for each pixel of a face's width, at most, where there is a path for each pixel
+const float MOVING_MORE = 2.0;                       // times as many paths while sun, sky or lamps change, because old samples count less
 const uint EACH = 16u;                               // slots that a thread looks through
 const uint AGE[4] = uint[4](600u, 16u, 4u, 1u);      // frames, by pressure
 
@@ -68,7 +70,8 @@ void choose_grain() {
 
 void begin() {
     // As many faces are in sight as in the last frame, about. One in `every` is listed; while that leaves paths over, each gets more.
-    float budget = max(push.paths * float(pixels()), 1.0), most = max(ENTRIES_MORE * push.paths, 1.0), wanted = max(float(queue.wanted), 1.0);
+    float paths = min(push.paths * (state.changed != 0u && state.cap < LOADED ? MOVING_MORE : 1.0), 2.0);
+    float budget = max(paths * float(pixels()), 1.0), most = max(ENTRIES_MORE * paths, 1.0), wanted = max(float(queue.wanted), 1.0);
     queue.every = uint(clamp(ceil(wanted / budget), 1.0, 16.0));
     if (queue.count > 0u) queue.per_width *= 0.9 * budget / float(queue.count);
     queue.per_width = queue.per_width > 0.0 ? clamp(queue.per_width, 1.0, most) : min(most, 2.0);
