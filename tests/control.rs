@@ -244,6 +244,31 @@ fn a_full_queue_is_an_event_and_a_diagnostic() {
     assert!(talk.child.finish().success());
 }
 
+/// A pause is a look at one moment: frames go on, so that a graph that averages over frames gives the picture of `--settle`, bit by bit.
+#[test]
+fn a_picture_settles_during_a_pause() {
+    let project = Project::shipped();
+    let scene = ["graphs/beauty.toml", "--world", "worlds/menger.toml", "--size", "48x27", "--fps", "30"];
+    let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
+    talk.ask(json!({ "do": "step", "frames": 4 }));
+    talk.ask(json!({ "do": "pause" }));
+    for (frames, frame) in [(1, 4), (15, 19)] {
+        let now = talk.ask(json!({ "do": "step", "frames": frames }));
+        assert_eq!((&now["frame"], &now["seconds"]), (&json!(frame), &json!(0.1)));
+    }
+    talk.ask(json!({ "do": "screenshot", "path": "paused.png" }));
+    talk.ask(json!({ "do": "pause", "paused": false }));
+    assert_eq!(talk.ask(json!({ "do": "step" }))["seconds"], json!(4.0 / 30.0), "the pause was no time");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+
+    let render = [&["render"][..], &scene, &["--frames", "4", "--settle", "16", "-o", "settled.png"]].concat();
+    project.raxel(&render).exits(0);
+    let [paused, settled] =
+        ["paused.png", "settled.png"].map(|path| image::open(project.path(path)).unwrap().into_rgba8());
+    assert!(paused == settled, "a pause shows another picture than `--settle`");
+}
+
 /// A take of a program is rendered again, byte by byte, with the strokes on the canvas that earlier frames have left.
 #[test]
 fn a_take_of_a_program_renders_the_same() {

@@ -175,6 +175,12 @@ fn a_picture_settles_while_time_stands_still() {
     for frame in 0..4 {
         is(told(&format!("f/{frame:02}.exr")), 0.1 * f64::from(frame), 2.0);
     }
+    // Pictures that are averaged are pictures of one frame.
+    project.write("graphs/told.toml", graph.replace("frame.still", "frame.index"));
+    render(&["--frames", "4", "--samples", "3", "-o", "s/%02d.exr"]);
+    for frame in 0..4 {
+        is(told(&format!("s/{frame:02}.exr")), 0.1 * f64::from(frame), f64::from(frame));
+    }
 }
 
 #[test]

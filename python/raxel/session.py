@@ -211,7 +211,7 @@ class Session:
         return self.ask("step", frames=frames)
 
     def pause(self, paused=True):
-        """Stops or starts the clock."""
+        """Stops or starts the clock. While it is paused, frames run at the same time, and graphs that average over frames go on."""
         self.ask("pause", paused=paused)
 
     def seek(self, seconds):

@@ -210,7 +210,7 @@ impl Shoot {
         Ok(())
     }
 
-    /// The average of several pictures of the next moment: the clock stands still between them.
+    /// The average of several pictures of the next frame: its time and its index are the same in all of them.
     fn sampled<E: From<OutputError> + From<ReadError>>(
         &self,
         session: &mut Session,
@@ -220,13 +220,14 @@ impl Shoot {
         let mut last = None;
         for sample in 0..self.samples {
             session.set_subpixel(offset(sample, self.samples));
+            if sample > 0 {
+                session.repeat();
+            }
             frame_of(session)?;
-            session.pause(true);
             let shot = self.layers.request(session)?.redeem(session)?;
             sum.add(&shot)?;
             last = Some(shot);
         }
-        session.pause(false);
         session.set_subpixel([0.0; 2]);
         match last {
             Some(last) => Ok(sum.average(last)),

@@ -36,12 +36,16 @@ fn the_clock_stops_steps_and_starts_over() {
     for sum in [0.0, 1.0, 3.0] {
         assert_eq!(project::red_after_frame(&mut session), sum);
     }
+    // While the time stands, frames are counted: 3 + 3, then 6 + 4.
+    let before = session.clock().now().unwrap();
     session.pause(true);
-    session.frame().unwrap();
-    assert_eq!(session.clock().now().unwrap().index, 2);
+    assert_eq!(project::red_after_frame(&mut session), 6.0);
+    let held = session.clock().now().unwrap();
+    assert_eq!((held.index, held.time, held.delta), (3, before.time, 0.0));
     session.step();
-    session.frame().unwrap();
-    assert_eq!(session.clock().now().unwrap().index, 3);
+    assert_eq!(project::red_after_frame(&mut session), 10.0);
+    let stepped = session.clock().now().unwrap();
+    assert_eq!((stepped.index, stepped.time > held.time), (4, true));
     session.pause(false);
     session.reset();
     for sum in [0.0, 1.0] {

@@ -25,8 +25,20 @@ pub struct FrameTime {
     pub time: Moment,
     /// Seconds since the frame before; 0 on frame 0 and while paused.
     pub delta: f64,
-    /// Whether this is a new frame: false when the clock is paused and the same time is drawn again.
+    /// Whether this is a new frame: false when the last one is drawn again ([`Clock::repeat`]).
     pub advanced: bool,
+}
+
+/// How the next frame follows the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Next {
+    /// Time passes, unless the clock is paused.
+    #[default]
+    Follows,
+    /// It has the time of the last one, and the next index.
+    SameMoment,
+    /// It has the time and the index of the last one.
+    SameFrame,
 }
 
 /// Counts frames and seconds.
@@ -36,8 +48,7 @@ pub struct Clock {
     now: Option<FrameTime>,
     paused: bool,
     steps: u32,
-    /// The next frame has the time of the last one.
-    again: bool,
+    next: Next,
     woken: Option<Instant>,
     /// A frame and its time; the times of other frames count from it. It is frame 0 at the start, until a seek.
     origin: (u64, Moment),
@@ -59,7 +70,7 @@ impl Clock {
             now: None,
             paused: false,
             steps: 0,
-            again: false,
+            next: Next::default(),
             woken: None,
             origin: (0, Moment::START),
             first: 0,
@@ -84,9 +95,7 @@ impl Clock {
         if let Some(now) = &mut self.now {
             now.time = time;
         }
-        if self.paused {
-            self.steps = self.steps.max(1);
-        }
+        self.next = Next::SameMoment;
     }
 
     /// Whether the clock stands still.
@@ -94,14 +103,14 @@ impl Clock {
         self.paused
     }
 
-    /// Stops or starts the clock.
+    /// Stops or starts the clock. While it is paused, each frame is another one of the same moment, as after [`Self::again`].
     pub fn set_paused(&mut self, paused: bool) {
         self.paused = paused;
         self.steps = 0;
         self.woken = None;
     }
 
-    /// While paused: lets one more frame pass.
+    /// While paused: time passes for one frame.
     pub fn step(&mut self) {
         if self.paused {
             self.steps = self.steps.saturating_add(1);
@@ -110,7 +119,12 @@ impl Clock {
 
     /// The next frame is another one of the moment of the last: its index is one higher, its time is the same.
     pub fn again(&mut self) {
-        self.again = true;
+        self.next = Next::SameMoment;
+    }
+
+    /// The next frame is the last one, drawn again: its index and its time are the same.
+    pub fn repeat(&mut self) {
+        self.next = Next::SameFrame;
     }
 
     /// The time of the last frame.
@@ -134,7 +148,7 @@ impl Clock {
     /// The time of the next frame, which begins at `wall`.
     pub fn tick(&mut self, wall: Instant) -> FrameTime {
         let stepped = self.steps > 0;
-        let again = std::mem::take(&mut self.again);
+        let next = std::mem::take(&mut self.next);
         let (known, origin) = self.origin;
         let time = match self.now {
             None => {
@@ -148,12 +162,12 @@ impl Clock {
                 };
                 FrameTime { index, time, delta, advanced: true }
             }
-            Some(now) if again => {
+            Some(now) if next == Next::SameFrame => FrameTime { delta: 0.0, advanced: false, ..now },
+            Some(now) if next == Next::SameMoment || self.paused && !stepped => {
                 // At a fixed pace, the frame after it follows a step later.
                 self.origin = (now.index + 1, now.time);
                 FrameTime { index: now.index + 1, delta: 0.0, advanced: true, ..now }
             }
-            Some(now) if self.paused && !stepped => FrameTime { delta: 0.0, advanced: false, ..now },
             Some(now) => {
                 let index = now.index + 1;
                 let time = match self.pace {
@@ -208,16 +222,69 @@ mod tests {
         assert_eq!(running.time, Moment::from(0.02));
         clock.set_paused(true);
         let held = clock.tick(at(40));
-        assert_eq!((held.index, held.time, held.advanced), (1, running.time, false));
+        assert_eq!(held, FrameTime { index: 2, delta: 0.0, ..running });
         clock.step();
         let stepped = clock.tick(at(60));
-        assert_eq!((stepped.index, stepped.advanced), (2, true));
-        assert!(!clock.tick(at(80)).advanced);
+        assert_eq!((stepped.index, stepped.time), (3, running.time + LIVE_STEP));
+        assert_eq!(clock.tick(at(80)), FrameTime { index: 4, delta: 0.0, ..stepped });
         clock.set_paused(false);
         // The pause itself is no time.
         assert_eq!(clock.tick(at(9000)).time, stepped.time);
         // A frame that hung does not count in full either.
         assert_eq!(clock.tick(at(19_000)).delta, LONGEST_FRAME.as_secs_f64());
+    }
+
+    #[test]
+    fn frames_of_a_pause_are_counted_and_time_goes_on_after_it() {
+        let step = 1.0 / 60.0;
+        let mut clock = fixed(step);
+        let wall = Instant::now();
+        let moment = (0..4).map(|_| clock.tick(wall)).last().unwrap();
+        clock.set_paused(true);
+        for index in 4..104 {
+            assert_eq!(clock.tick(wall), FrameTime { index, delta: 0.0, ..moment });
+        }
+        clock.step();
+        let stepped = clock.tick(wall);
+        assert_eq!(stepped, FrameTime { index: 104, time: Moment::from(4.0 / 60.0), delta: step, advanced: true });
+        assert_eq!(clock.tick(wall), FrameTime { index: 105, delta: 0.0, ..stepped });
+        clock.set_paused(false);
+        for (index, frame) in [(106, 5.0), (107, 6.0)] {
+            let time = clock.tick(wall);
+            assert_eq!((time.index, time.time, time.delta), (index, Moment::from(frame / 60.0), step));
+        }
+    }
+
+    #[test]
+    fn a_seek_during_a_pause_gives_its_very_moment() {
+        for pace in [Pace::Fixed(Fraction::of(0.5)), Pace::Live] {
+            let mut clock = Clock::new(pace);
+            let wall = Instant::now();
+            clock.tick(wall);
+            clock.set_paused(true);
+            clock.tick(wall);
+            for (seconds, index) in [(3.0, 2), (1.0, 4)] {
+                clock.seek(Moment::from(seconds));
+                for index in [index, index + 1] {
+                    let time = Moment::from(seconds);
+                    assert_eq!(clock.tick(wall), FrameTime { index, time, delta: 0.0, advanced: true });
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_repeated_frame_keeps_its_index() {
+        let mut clock = fixed(0.5);
+        let wall = Instant::now();
+        clock.tick(wall);
+        let frame = clock.tick(wall);
+        for _ in 0..3 {
+            clock.repeat();
+            assert_eq!(clock.tick(wall), FrameTime { delta: 0.0, advanced: false, ..frame });
+        }
+        let next = clock.tick(wall);
+        assert_eq!((next.index, next.time), (2, Moment::from(1.0)));
     }
 
     #[test]

@@ -281,19 +281,24 @@ impl Session {
         &self.playback.clock
     }
 
-    /// Pauses or resumes the clock. While it is paused, frames still run, all at the same time.
+    /// Pauses or resumes the clock. While it is paused, frames still run, all at the same time, as after [`Self::again`].
     pub fn pause(&mut self, paused: bool) {
         self.playback.clock.set_paused(paused);
     }
 
-    /// While paused, advances the time by one frame.
+    /// While paused, lets time pass for one frame.
     pub fn step(&mut self) {
         self.playback.clock.step();
     }
 
-    /// Runs the next frame at the time of the last one. Passes that accumulate over frames go on.
+    /// Runs the next frame at the time of the last one. `frame.index` goes on, and so do passes that accumulate over frames.
     pub fn again(&mut self) {
         self.playback.clock.again();
+    }
+
+    /// Runs the next frame as the last one again: its time and its `frame.index` are the same.
+    pub fn repeat(&mut self) {
+        self.playback.clock.repeat();
     }
 
     /// Sets the time of the next frame, in seconds. A float stands for the fraction that it was rounded from, so that `62.0 / 60.0` is

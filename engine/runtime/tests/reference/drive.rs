@@ -127,6 +127,7 @@ impl Run {
         let (per, of) = exact(self.fps);
         let step: Exact = (of, per);
         let (mut origin, mut since) = ((0, 1), 0);
+        self.session.pause(false);
         let (n, flag) = (graph.n, graph.flag);
         for name in ["n", "flag"] {
             self.session.unset_param(name).expect("the graph has it");
@@ -134,6 +135,7 @@ impl Run {
         let mut given = Given { output: self.session.size(), time: (0, 1), salt: self.salt, n, flag };
         let mut shown = (graph.present, 0, 0);
         for frame in 0..FRAMES {
+            let mut stepped = false;
             match r.below(24) {
                 _ if frame == 0 => {}
                 0 => {
@@ -195,10 +197,23 @@ impl Run {
                     self.load(&mut graph, &mut r);
                     machine.edited(false);
                 }
+                12 | 13 => {
+                    let paused = !self.session.clock().paused();
+                    self.log.push(format!("{frame}: pause {paused}"));
+                    self.session.pause(paused);
+                }
+                14..=16 if self.session.clock().paused() => {
+                    self.log.push(format!("{frame}: step"));
+                    self.session.step();
+                    stepped = true;
+                }
                 _ => {}
             }
-            given.time = (origin.0 * step.1 + since * step.0 * origin.1, origin.1 * step.1);
-            since += 1;
+            // The first frame after a seek or a reset has its own time, also during a pause.
+            if since == 0 || stepped || !self.session.clock().paused() {
+                given.time = (origin.0 * step.1 + since * step.0 * origin.1, origin.1 * step.1);
+                since += 1;
+            }
             machine.frame(&graph, &given);
             if let Err(error) = self.session.frame() {
                 self.fail(&format!("frame {frame}: {error:?}"));

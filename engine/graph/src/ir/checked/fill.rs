@@ -111,7 +111,7 @@ builtins! {
     CameraPreviousFrac = "camera.previous.frac", F32, (3, 1), "`camera.frac` of the last frame.";
     CameraPreviousViewToWorld = "camera.previous.view_to_world", F32, (4, 4), "`camera.view_to_world` of the last frame.";
     CameraPreviousWorldToView = "camera.previous.world_to_view", F32, (4, 4), "`camera.world_to_view` of the last frame.";
-    FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset.";
+    FrameIndex = "frame.index", U32, (1, 1), "Frames since the last reset. Frames during a pause count.";
     FrameTime = "frame.time", F32, (1, 1), "Seconds since the last reset.";
     FrameDelta = "frame.delta", F32, (1, 1), "Seconds since the last frame.";
     FrameStill = "frame.still", U32, (1, 1), "Frames since something other than time changed: camera, params, graph, world, size, cursor, or an input that the graph reads. 0 in the frame of a change, 65,535 at most.";
