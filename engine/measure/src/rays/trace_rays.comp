@@ -278,8 +278,8 @@ void main() {
     // So slowly that few voxels are beside the camera: each of those is a candidate of all pixels, and software drivers end loops after 65,535 rounds.
     float extent = 2.0 + 7.0 * sqrt(max(uu, vv));
     closer = w < 2.0 && extent > 4.0 ? 0.0 : closer / extent;
-    // Of the small ones one in four is seen from a voxel away, or three: voxels reach to the camera and behind it.
-    if (extent < 4.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / ((pick & 0x00800000u) != 0u ? 1.0 : 3.0);
+    // Of the small ones one in four is seen from one to three voxels away: voxels reach to the camera and behind it.
+    if (extent < 8.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / float[](3.0, 1.25, 1.0, 1.0)[(pick >> 22) & 3u];
     vec3 normal = cross(u, v) / sqrt(area), at_w = normal * closer, right = (u * vv - v * uv) / area, below = (v * uu - u * uv) / area;
     vec4 view[3] = vec4[](vec4(right * w + normal * aslant + at_w * first.x, first.x * w), vec4(below * w - normal * aslant + at_w * first.y, first.y * w), vec4(at_w, w));
     begin_tile();

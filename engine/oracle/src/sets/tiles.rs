@@ -345,6 +345,50 @@ pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray;
     })
 }
 
+/// The first column or row meets a solid voxel less than 1/250 voxel inside of a face that is parallel to it. Its pixels are on the other side of the face: these rays begin up to
+/// 1/60 pixel beside them. The others pass the voxel. In a steep view, one end of the voxel is several times as large as the other one, and the smaller
+/// scale decides how far beside its pixel a ray may begin.
+pub(super) fn parallel_beside(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let across = random.index(3);
+    let [along, third] = [[1, 2], [2, 1]][random.index(2)].map(|turn| (across + turn) % 3);
+    let outwards = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let mut dir = random.direction();
+    dir[third] *= [0.0, 0.0, 1e-2, 1.0][random.index(4)];
+    dir[across] *= [0.0, 1e-5, 1e-4, 1e-2][random.index(4)];
+    let ahead = Vec3::from_array(dir).try_normalize().unwrap_or(Vec3::AXES[along]);
+    let apart = [0.25, 0.8, 0.8][random.index(3)];
+    // In pixels, with a margin of a sixty-fourth of one and bounds of a hundred and twenty-eighth.
+    let beside = match random.below(4) {
+        0 => 0.016 * f64::from(random.unit()),
+        _ => 0.006 + 0.0018 * f64::from(random.unit()),
+    };
+    let distance = [2.0, 10.0, 30.0, 300.0][random.index(4)];
+    let mut aim = fraction(random).map(f64::from);
+    // Close to an end of the face, more often than not.
+    let near = [0.02, 0.1, 0.3, 1.0][random.index(4)] * aim[third];
+    aim[third] = if random.below(2) == 0 { near } else { 1.0 - near };
+    aim[across] = if outwards > 0.0 { 1.0 } else { 0.0 };
+    let (mut columns, mut rows) = ([0.0; 3], [0.0; 3]);
+    columns[across] = outwards * apart;
+    rows[along] = [0.5, 1.0][random.index(2)] * apart;
+    rows[third] = [0.0, f64::from(random.signed())][random.index(2)] * rows[along];
+    let row = random.below(8) as f64;
+    let first = std::array::from_fn(|a| aim[a] - distance * f64::from(ahead[a]) + beside * columns[a] - row * rows[a]);
+    let turned = random.below(2) == 0;
+    let mut number = 0;
+    grid(target, first, if turned { [rows, columns] } else { [columns, rows] }).map(|(cell, frac)| {
+        let (x, y) = (number % Tile::SIDE, number / Tile::SIDE);
+        number += 1;
+        let (column, row) = if turned { (y, x) } else { (x, y) };
+        // The rays at the corners say where pixels are.
+        let moves = column == 0 && (1..Tile::SIDE - 1).contains(&row);
+        let by = if moves { beside + [1e-5, 1e-4, 1e-3][random.index(3)] } else { 0.0 };
+        let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) - by * columns[a]));
+        Ray::new(clamped(cell), frac, ahead.to_array())
+    })
+}
+
 /// In any direction; or to the place of another ray of its row or column, or by as much of the way to the next one as is just allowed, or just not.
 fn elsewhere(random: &mut Random, along: &[[f64; 3]; 2]) -> [f64; 3] {
     if random.below(2) == 0 {
