@@ -209,7 +209,8 @@ void main() {
 // A subgroup traces 64 rays in a row, those of them that have the direction of the first, as 8 x 8 pixels of a tile of 16 x 16.
 #define RX_PARALLEL_NEAR 1.0e9
 #define RX_PARALLEL_AREA 1.0e9
-#define RX_PARALLEL_LEAVES 256u
+// Software drivers end the loops of a function after 65,535 rounds. So many leaves have 7,168 voxels, which an invocation tests for eight pixels.
+#define RX_PARALLEL_LEAVES 112u
 #include <raxel/parallel.glsl>
 #ifdef RX_TILE_ANY_HIT
 #include <raxel/box.glsl>
