@@ -209,8 +209,13 @@ void main() {
 // A subgroup traces 64 rays in a row, those of them that have the direction of the first, as 8 x 8 pixels of a tile of 16 x 16.
 #define RX_PARALLEL_NEAR 1.0e9
 #define RX_PARALLEL_AREA 1.0e9
-// Software drivers end the loops of a function after 65,535 rounds. So many leaves have 7,168 voxels, which an invocation tests for eight pixels.
+// Software drivers end the loops of a shader after 65,535 rounds. An invocation tests the voxels of a leaf for eight pixels, in 512 rounds at most; and where any hit will do, it
+// traces each ray that hits as well.
+#ifdef RX_TILE_ANY_HIT
+#define RX_PARALLEL_LEAVES 32u
+#else
 #define RX_PARALLEL_LEAVES 112u
+#endif
 #include <raxel/parallel.glsl>
 #ifdef RX_TILE_ANY_HIT
 #include <raxel/box.glsl>
