@@ -235,6 +235,22 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
+/// Rays that begin where the pixel of another ray is, and are traced with the voxels of their own.
+#[test]
+fn a_tile_that_takes_rays_of_other_pixels_is_caught() {
+    let project = Project::empty();
+    let tile = std::fs::read_to_string(repository().join("shaders/include/raxel/parallel.glsl")).unwrap();
+    let (right, wrong) = ("abs(16.0 * x - float(pixel.x) * w) <= near", "abs(16.0 * x + float(pixel.x) * w) <= near");
+    assert!(tile.contains(right));
+    project.write("shaders/include/raxel/parallel.glsl", tile.replace(right, wrong));
+    let scope = ["stress", "--scenes", "gravel,corners", "--sets", "parallel-moved", "--rays", "2e4"];
+    let layouts = ["--layouts", "tree64:parallel", "--format", "json"];
+    let run = project.raxel(&[&scope[..], &layouts].concat()).exits(1);
+    let total = &rows(&run)["tree64:parallel"]["total"];
+    assert!(total["wrong"].as_u64().unwrap() > 40, "{total}");
+    raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
 /// Further answers of tracers are judged, too: whether they find anything, and the voxels around a hit.
 #[test]
 fn a_tracer_that_is_wrong_beside_its_hits_is_caught() {

@@ -394,7 +394,7 @@ pub(super) fn parallel_beside(targets: &RayTargets, random: &mut Random) -> [Ray
 pub(super) fn parallel_moved(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
     let target = targets.solid(random);
     let dir = random.direction();
-    let apart = [0.3, 1.0, 2.7][random.index(3)];
+    let apart = [0.3, 0.8, 2.7][random.index(3)];
     let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
     let distance = [2.0, 10.0, 60.0][random.index(3)];
     // Rows or columns, in one of the quarters of a tile; w is that of the views in trace_rays.comp.
