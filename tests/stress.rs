@@ -17,7 +17,7 @@ fn rows(run: &Run) -> BTreeMap<String, Value> {
 fn every_tracer_that_claims_to_be_exact_is() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();
-    let run = raxel(&["stress", "--rays", "5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
+    let run = raxel(&["stress", "--rays", "5.5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
     let rows = rows(&run);
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
