@@ -470,9 +470,9 @@ fn the_same_seed_counts_the_same_on_any_number_of_threads() {
 #[test]
 fn what_is_named_twice_is_traced_once() {
     let scope = ["stress", "--scenes", "menger@far,menger@far", "--sets", "zeros,zeros", "--layouts", "svo,svo"];
-    let run = raxel(&[&scope[..], &["--rays", "1000", "--format", "json"]].concat()).exits(0);
+    let run = raxel(&[&scope[..], &["--rays", "1024", "--format", "json"]].concat()).exits(0);
     assert_eq!(run.json().iter().filter(|value| value["reason"] == "stressed").count(), 1);
-    assert_eq!(rows(&run)["svo"]["total"]["rays"], 1000);
+    assert_eq!(rows(&run)["svo"]["total"]["rays"], 1024);
 }
 
 #[test]
