@@ -17,7 +17,7 @@ fn rows(run: &Run) -> BTreeMap<String, Value> {
 fn every_tracer_that_claims_to_be_exact_is() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().display().to_string();
-    let run = raxel(&["stress", "--rays", "5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
+    let run = raxel(&["stress", "--rays", "5.5e5", "--validate", "--format", "json", "-o", &folder]).exits(0);
     let rows = rows(&run);
     let count = |row: &Value, name: &str| row["total"][name].as_u64().unwrap();
     let exact: Vec<_> = rows.values().filter(|row| row["exact"] == true).collect();
@@ -60,7 +60,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
         assert_eq!(count(row, "rays"), of_sets.iter().sum::<u64>(), "{row}");
     }
     for row in ["tree64:parallel", "tree64:parallel_any"].map(|name| &rows[name]) {
-        let mut grids = ["parallel", "parallel-edges", "parallel-ties"].iter();
+        let mut grids = ["parallel", "parallel-edges", "parallel-beside", "parallel-ties"].iter();
         assert!(row["exact"] == true && grids.all(|set| row["sets"][set]["rays"].as_u64().unwrap() > 300), "{row}");
     }
     // Publications are for all sets, near and far.
@@ -232,6 +232,22 @@ fn a_tile_that_stops_rays_beside_voxels_is_caught() {
     let count = |row: &str, name: &str| found[row]["total"][name].as_u64().unwrap();
     assert_eq!(count("tree64", "wrong") + count("tree64", "wrong_t"), 0);
     assert!(count("tree64:parallel", "wrong") > 100, "{}", found["tree64:parallel"]);
+    raxel(&[&scope[..], &layouts].concat()).exits(0);
+}
+
+/// Rays that begin where the pixel of another ray is, and are traced with the voxels of their own.
+#[test]
+fn a_tile_that_takes_rays_of_other_pixels_is_caught() {
+    let project = Project::empty();
+    let tile = std::fs::read_to_string(repository().join("shaders/include/raxel/parallel.glsl")).unwrap();
+    let (right, wrong) = ("abs(16.0 * x - float(pixel.x) * w) <= near", "abs(16.0 * x + float(pixel.x) * w) <= near");
+    assert!(tile.contains(right));
+    project.write("shaders/include/raxel/parallel.glsl", tile.replace(right, wrong));
+    let scope = ["stress", "--scenes", "gravel,corners", "--sets", "parallel-moved", "--rays", "2e4"];
+    let layouts = ["--layouts", "tree64:parallel", "--format", "json"];
+    let run = project.raxel(&[&scope[..], &layouts].concat()).exits(1);
+    let total = &rows(&run)["tree64:parallel"]["total"];
+    assert!(total["wrong"].as_u64().unwrap() > 40, "{total}");
     raxel(&[&scope[..], &layouts].concat()).exits(0);
 }
 
@@ -454,9 +470,9 @@ fn the_same_seed_counts_the_same_on_any_number_of_threads() {
 #[test]
 fn what_is_named_twice_is_traced_once() {
     let scope = ["stress", "--scenes", "menger@far,menger@far", "--sets", "zeros,zeros", "--layouts", "svo,svo"];
-    let run = raxel(&[&scope[..], &["--rays", "1000", "--format", "json"]].concat()).exits(0);
+    let run = raxel(&[&scope[..], &["--rays", "1024", "--format", "json"]].concat()).exits(0);
     assert_eq!(run.json().iter().filter(|value| value["reason"] == "stressed").count(), 1);
-    assert_eq!(rows(&run)["svo"]["total"]["rays"], 1000);
+    assert_eq!(rows(&run)["svo"]["total"]["rays"], 1024);
 }
 
 #[test]

@@ -222,6 +222,16 @@ pub const ALL: &[RaySet] = &[
         make: Make::Grids(tiles::parallel_edges),
     },
     RaySet {
+        name: "parallel-beside",
+        about: "8 × 8 rays of one direction; the first column or row meets a voxel just inside a face, and begins beside its pixels",
+        make: Make::Grids(tiles::parallel_beside),
+    },
+    RaySet {
+        name: "parallel-moved",
+        about: "8 × 8 rays of one direction; some begin elsewhere along a row or a column, where a wrong projection would look for them",
+        make: Make::Grids(tiles::parallel_moved),
+    },
+    RaySet {
         name: "unit-ties",
         about: "two planes that are crossed one unit of the lattice apart, or 2^-1 to 2^-14 of one, beside a solid",
         make: Make::Rays(rays::unit_ties),

@@ -209,7 +209,13 @@ void main() {
 // A subgroup traces 64 rays in a row, those of them that have the direction of the first, as 8 x 8 pixels of a tile of 16 x 16.
 #define RX_PARALLEL_NEAR 1.0e9
 #define RX_PARALLEL_AREA 1.0e9
-#define RX_PARALLEL_LEAVES 256u
+// Software drivers end the loops of a shader after 65,535 rounds. An invocation tests the voxels of a leaf for eight pixels, in 512 rounds at most; and where any hit will do, it
+// traces each ray that hits as well.
+#ifdef RX_TILE_ANY_HIT
+#define RX_PARALLEL_LEAVES 32u
+#else
+#define RX_PARALLEL_LEAVES 112u
+#endif
 #include <raxel/parallel.glsl>
 #ifdef RX_TILE_ANY_HIT
 #include <raxel/box.glsl>
@@ -278,8 +284,8 @@ void main() {
     // So slowly that few voxels are beside the camera: each of those is a candidate of all pixels, and software drivers end loops after 65,535 rounds.
     float extent = 2.0 + 7.0 * sqrt(max(uu, vv));
     closer = w < 2.0 && extent > 4.0 ? 0.0 : closer / extent;
-    // Of the small ones one in four is seen from a voxel away, or three: voxels reach to the camera and behind it.
-    if (extent < 4.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / ((pick & 0x00800000u) != 0u ? 1.0 : 3.0);
+    // Of the small ones one in four is seen from one to three voxels away: voxels reach to the camera and behind it.
+    if (extent < 8.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / float[](3.0, 1.25, 1.0, 1.0)[(pick >> 22) & 3u];
     vec3 normal = cross(u, v) / sqrt(area), at_w = normal * closer, right = (u * vv - v * uv) / area, below = (v * uu - u * uv) / area;
     vec4 view[3] = vec4[](vec4(right * w + normal * aslant + at_w * first.x, first.x * w), vec4(below * w - normal * aslant + at_w * first.y, first.y * w), vec4(at_w, w));
     begin_tile();

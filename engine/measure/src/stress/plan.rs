@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::IVec3;
 use raxel_layouts::Layout;
+use raxel_oracle::camera::Tile;
 use raxel_oracle::metrics::most_steps;
 use raxel_oracle::scenes::Scene;
 use raxel_oracle::sets::RaySet;
@@ -250,10 +251,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Rays of each combination of row, set and site.
+    /// Rays of each combination of row, set and site. From a tile on, whole tiles: the rays of a list are traced 64 at a time, so a part of a tile
+    /// would put the tiles of all later sets across two groups.
     pub fn rays_each(&self) -> u64 {
         let combinations = (self.rows.len() * self.sets.len() * self.sites.len()).max(1) as u64;
-        self.rays.div_ceil(combinations).max(1)
+        let each = self.rays.div_ceil(combinations).max(1);
+        let tile = Tile::RAYS as u64;
+        if each < tile { each } else { each.next_multiple_of(tile) }
     }
 
     /// Rays of each row and site, of all sets.

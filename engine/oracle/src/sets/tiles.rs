@@ -345,6 +345,97 @@ pub(super) fn parallel_edges(targets: &RayTargets, random: &mut Random) -> [Ray;
     })
 }
 
+/// The first column or row meets a solid voxel less than 1/250 voxel inside of a face that is parallel to it. Its pixels are on the other side of the face: these rays begin up to
+/// 1/60 pixel beside them. The others pass the voxel. In a steep view, one end of the voxel is several times as large as the other one, and the smaller
+/// scale decides how far beside its pixel a ray may begin.
+pub(super) fn parallel_beside(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let across = random.index(3);
+    let [along, third] = [[1, 2], [2, 1]][random.index(2)].map(|turn| (across + turn) % 3);
+    let outwards = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let mut dir = random.direction();
+    dir[third] *= [0.0, 0.0, 1e-2, 1.0][random.index(4)];
+    dir[across] *= [0.0, 1e-5, 1e-4, 1e-2][random.index(4)];
+    let ahead = Vec3::from_array(dir).try_normalize().unwrap_or(Vec3::AXES[along]);
+    let apart = [0.25, 0.8, 0.8][random.index(3)];
+    // In pixels, with a margin of a sixty-fourth of one and bounds of a hundred and twenty-eighth.
+    let beside = match random.below(4) {
+        0 => 0.016 * f64::from(random.unit()),
+        _ => 0.006 + 0.0018 * f64::from(random.unit()),
+    };
+    let distance = [2.0, 10.0, 30.0, 300.0][random.index(4)];
+    let mut aim = fraction(random).map(f64::from);
+    // Close to an end of the face, more often than not.
+    let near = [0.02, 0.1, 0.3, 1.0][random.index(4)] * aim[third];
+    aim[third] = if random.below(2) == 0 { near } else { 1.0 - near };
+    aim[across] = if outwards > 0.0 { 1.0 } else { 0.0 };
+    let (mut columns, mut rows) = ([0.0; 3], [0.0; 3]);
+    columns[across] = outwards * apart;
+    rows[along] = [0.5, 1.0][random.index(2)] * apart;
+    rows[third] = [0.0, f64::from(random.signed())][random.index(2)] * rows[along];
+    let row = random.below(8) as f64;
+    let first = std::array::from_fn(|a| aim[a] - distance * f64::from(ahead[a]) + beside * columns[a] - row * rows[a]);
+    let turned = random.below(2) == 0;
+    let mut number = 0;
+    grid(target, first, if turned { [rows, columns] } else { [columns, rows] }).map(|(cell, frac)| {
+        let (x, y) = (number % Tile::SIDE, number / Tile::SIDE);
+        number += 1;
+        let (column, row) = if turned { (y, x) } else { (x, y) };
+        // The rays at the corners say where pixels are.
+        let moves = column == 0 && (1..Tile::SIDE - 1).contains(&row);
+        let by = if moves { beside + [1e-5, 1e-4, 1e-3][random.index(3)] } else { 0.0 };
+        let (cell, frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) - by * columns[a]));
+        Ray::new(clamped(cell), frac, ahead.to_array())
+    })
+}
+
+/// Some rays of a row or a column begin elsewhere along it: where the pixel of the other coordinate is, those of the first pixels anywhere, or where a tracer looks for them that
+/// confuses products and quotients of w, or has a sign or a factor wrong. The grid lies so that one of them meets a solid voxel.
+pub(super) fn parallel_moved(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let dir = random.direction();
+    let apart = [0.3, 0.8, 2.7][random.index(3)];
+    let along = [0, 1].map(|_| random.direction().map(|v| apart * f64::from(v)));
+    let distance = [2.0, 10.0, 60.0][random.index(3)];
+    // Rows or columns, in one of the quarters of a tile; w is that of the views in trace_rays.comp.
+    let (axis, rule) = (random.index(2), random.below(6));
+    let [quarter, other] = [0, 1].map(|_| 8.0 * random.below(2) as f64);
+    let w = [1.0, 2.0, 5.0, 40.0][random.index(4)];
+    let anywhere = random.below(33) as f64 - 8.0;
+    // From the places of a ray in its row and its column, in pixels of its 8 × 8.
+    let moved = |place: [f64; 2]| {
+        let (from, beside) = (place[axis] + quarter, place[1 - axis] + other);
+        let to = match rule {
+            0 if from == 0.0 => anywhere,
+            1 => beside,
+            2 => from / (w * w),
+            3 => (256.0 / (from * w * w)).min(64.0),
+            4 => 0.5 * from,
+            5 => -from,
+            _ => from,
+        };
+        let mut place = place;
+        place[axis] = to - quarter;
+        place
+    };
+    // Not the corners, which say where pixels are.
+    let first_pixel = if rule == 0 { 0.0 } else { 1.0 };
+    let mut chosen = [0, 1].map(|_| 1.0 + random.below(6) as f64);
+    chosen[axis] *= first_pixel;
+    let there = moved(chosen);
+    let aim: [f64; 3] = fraction(random).map(f64::from);
+    let origin: [f64; 3] = std::array::from_fn(|a| {
+        aim[a] - distance * f64::from(dir[a]) - there[0] * along[0][a] - there[1] * along[1][a]
+    });
+    std::array::from_fn(|i| {
+        let place = [i as u32 % Tile::SIDE, i as u32 / Tile::SIDE].map(f64::from);
+        let stays = place.iter().all(|&at| at == 0.0 || at == f64::from(Tile::SIDE - 1)) || random.below(2) == 0;
+        let [x, y] = if stays && place != chosen { place } else { moved(place) };
+        let (cell, frac) = at_place(target, std::array::from_fn(|a| origin[a] + x * along[0][a] + y * along[1][a]));
+        Ray::new(clamped(cell), frac, dir)
+    })
+}
+
 /// In any direction; or to the place of another ray of its row or column, or by as much of the way to the next one as is just allowed, or just not.
 fn elsewhere(random: &mut Random, along: &[[f64; 3]; 2]) -> [f64; 3] {
     if random.below(2) == 0 {
