@@ -140,7 +140,7 @@ fn face_cache_lights_instances_as_the_reference_does() {
         session.set_param("paths", Value::I32(16)).unwrap();
         frames(&mut session, 12)
     };
-    let cached = frames(&mut open(&project, "graphs/light/face_cache.toml", SIZE, &[]), 96);
+    let cached = frames(&mut open(&project, "graphs/light/face_cache.toml", SIZE, &[]), 160);
     let off = error(&cached, &truth);
     assert!(off < 0.05, "{off}");
 }
