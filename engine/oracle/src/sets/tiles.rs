@@ -391,6 +391,7 @@ pub(super) fn parallel_beside(targets: &RayTargets, random: &mut Random) -> [Ray
 
 /// Some rays of a row or a column begin elsewhere along it: where the pixel of the other coordinate is, those of the first pixels anywhere, or where a tracer looks for them that
 /// confuses products and quotients of w, or has a sign or a factor wrong. The grid lies so that one of them meets a solid voxel.
+#[allow(clippy::float_cmp, reason = "these places are whole numbers")]
 pub(super) fn parallel_moved(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
     let target = targets.solid(random);
     let dir = random.direction();
