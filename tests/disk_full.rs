@@ -5,10 +5,9 @@
 mod common;
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use common::{Project, Run, command, output, shared_library};
+use common::{FullDisk, Project, Run, command, output};
 
 /// The verbs that write, and the path that the message names.
 const WRITERS: &[(&[&str], &str)] = &[
@@ -45,49 +44,16 @@ fn project() -> Project {
     project
 }
 
-/// Answers each write to a file as a full disk does.
-const FULL: &str = r#"
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <errno.h>
-#include <stdio.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <sys/uio.h>
-#include <unistd.h>
-static int full(int to) {
-    struct stat about;
-    char link[64], name[512] = "";
-    if (fstat(to, &about) || !S_ISREG(about.st_mode)) return 0;
-    snprintf(link, sizeof link, "/proc/self/fd/%d", to);
-    if (readlink(link, name, sizeof name - 1) < 0 || !strncmp(name, "/memfd:", 7)) return 0;
-    errno = ENOSPC;
-    return 1;
-}
-#define REAL(function) ((__typeof__(&function))dlsym(RTLD_NEXT, #function))
-ssize_t write(int to, const void *from, size_t size) { return size && full(to) ? -1 : REAL(write)(to, from, size); }
-ssize_t writev(int to, const struct iovec *from, int count) { return full(to) ? -1 : REAL(writev)(to, from, count); }
-ssize_t pwrite64(int to, const void *from, size_t size, off64_t at) { return full(to) ? -1 : REAL(pwrite64)(to, from, size, at); }
-ssize_t copy_file_range(int from, off64_t *at, int to, off64_t *place, size_t size, unsigned flags) {
-    return full(to) ? -1 : REAL(copy_file_range)(from, at, to, place, size, flags);
-}
-"#;
-
-fn full_disk(project: &Project) -> PathBuf {
-    shared_library(project, "libfull.so", FULL)
-}
-
-fn on_a_full_disk(project: &Project, full: &Path, arguments: &[&str]) -> Run {
-    output(command(project.root(), arguments).env("LD_PRELOAD", full).env("RAXEL_CACHE", "off")).into()
+fn on_a_full_disk(project: &Project, arguments: &[&str]) -> Run {
+    output(FullDisk::with_room(0).under(&mut command(project.root(), arguments)).env("RAXEL_CACHE", "off")).into()
 }
 
 #[test]
 fn a_full_disk_is_said_with_the_path_and_leaves_nothing_half_written() {
     for (arguments, path) in WRITERS {
         let project = project();
-        let full = full_disk(&project);
         let before = project.files();
-        let run = on_a_full_disk(&project, &full, arguments);
+        let run = on_a_full_disk(&project, arguments);
         assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
         assert!(run.stderr.contains(path) && run.stderr.contains("cannot be written"), "{arguments:?}\n{}", run.stderr);
         assert!(run.stderr.contains("No space left on device"), "{arguments:?}: the reason\n{}", run.stderr);
@@ -102,7 +68,7 @@ fn a_full_disk_leaves_what_was_there() {
     for (arguments, path) in WRITERS.iter().filter(|(_, path)| path.starts_with("a.")) {
         let project = project();
         project.write(path, "old");
-        let run = on_a_full_disk(&project, &full_disk(&project), arguments).exits(2);
+        let run = on_a_full_disk(&project, arguments).exits(2);
         assert!(run.stderr.contains("cannot be written"), "{}", run.stderr);
         assert_eq!(fs::read(project.path(path)).unwrap(), b"old", "{arguments:?}");
     }
@@ -112,15 +78,17 @@ fn a_full_disk_leaves_what_was_there() {
 fn a_cache_on_a_full_disk_is_no_reason_to_stop() {
     let project = project();
     let cache = project.path("cache");
-    let full = full_disk(&project);
-    let picture = |before: Option<&Path>| {
+    let picture = |full: Option<&FullDisk>| {
         // The picture goes to a pipe, so that only the cache meets the full disk.
         let mut command = command(project.root(), &["render", "-o", "-"]);
-        let run = output(command.env("RAXEL_CACHE", &cache).envs(before.map(|library| ("LD_PRELOAD", library))));
+        if let Some(full) = full {
+            full.under(&mut command);
+        }
+        let run = output(command.env("RAXEL_CACHE", &cache));
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
         run.stdout
     };
-    let without_room = picture(Some(&full));
+    let without_room = picture(Some(&FullDisk::with_room(0)));
     assert!(!without_room.is_empty());
     // Twice: what the full disk has left behind is not taken for a shader.
     assert!(picture(None) == without_room && picture(None) == without_room);

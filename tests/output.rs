@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Project, Run, Running, command, output, raxel};
+use common::{FullDisk, Project, Run, Running, command, output, raxel};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
@@ -23,13 +23,10 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The same command where no file may become larger than 32 KiB: for who writes, a disk that is full.
+/// The same command where no file may become larger than 32 KiB.
 fn with_small_files(arguments: &[&str]) -> Run {
-    let mut shell = Command::new("sh");
-    let limited = "ulimit -f 64; trap '' XFSZ; exec \"$0\" \"$@\"";
-    shell.args(["-c", limited, env!("CARGO_BIN_EXE_raxel")]).args(arguments).current_dir(common::repository());
-    shell.env("RAXEL_CACHE", "off");
-    output(shell.stdin(Stdio::null()).env("NO_COLOR", "1")).into()
+    let mut raxel = command(&common::repository(), arguments);
+    output(FullDisk::with_room(32 << 10).under(&mut raxel).env("RAXEL_CACHE", "off")).into()
 }
 
 #[test]
@@ -40,7 +37,7 @@ fn a_film_that_does_not_fit_is_no_film() {
         let demo = ["render", "worlds/valley.demo.toml", "--size", "320x180", "--frames", "60", "-o"];
         let run = with_small_files(&[&demo[..], &[path.to_str().unwrap()]].concat()).exits(2);
         assert!(
-            run.stderr.contains("error: ffmpeg gave up: ") && run.stderr.contains("File too large"),
+            run.stderr.contains("error: ffmpeg gave up: ") && run.stderr.contains("No space left on device"),
             "{}",
             run.stderr
         );
@@ -94,7 +91,7 @@ fn a_picture_that_does_not_fit_is_no_picture() {
     let path = folder.path().join("a.exr");
     let picture = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "640x360", "-o"];
     let run = with_small_files(&[&picture[..], &[path.to_str().unwrap()]].concat()).exits(2);
-    assert!(run.stderr.contains("a.exr` cannot be written: File too large"), "{}", run.stderr);
+    assert!(run.stderr.contains("a.exr` cannot be written: No space left on device"), "{}", run.stderr);
     assert_eq!(names(folder.path()), [""; 0]);
 }
 
@@ -231,11 +228,9 @@ fn refusals_leave_no_folder() {
 #[test]
 fn half_a_project_does_not_stay() {
     let folder = tempfile::tempdir().unwrap();
-    let mut shell = Command::new("sh");
-    let limited = "ulimit -f 16; trap '' XFSZ; exec \"$0\" \"$@\"";
-    shell.args(["-c", limited, env!("CARGO_BIN_EXE_raxel"), "new", "a/b/voxels"]).current_dir(folder.path());
-    let run = Run::from(output(&mut shell)).exits(2);
-    assert!(run.stderr.contains("cannot be written: File too large"), "{}", run.stderr);
+    let mut raxel = command(folder.path(), &["new", "a/b/voxels"]);
+    let run = Run::from(output(FullDisk::with_room(8 << 10).under(&mut raxel))).exits(2);
+    assert!(run.stderr.contains("cannot be written: No space left on device"), "{}", run.stderr);
     assert_eq!(names(folder.path()), [""; 0]);
 }
 

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
+mod disk;
 mod faults;
 mod lesser;
 pub mod markdown;
@@ -11,6 +12,7 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+pub use disk::FullDisk;
 pub use faults::{CALLS, Fault, Faults};
 pub use lesser::*;
 pub use raxel_testing::{

@@ -128,6 +128,12 @@ impl Loader {
         self.compiler.checks_bounds()
     }
 
+    /// Texts of shaders that were compiled, not found in a cache.
+    #[cfg(test)]
+    pub(crate) fn compiled(&self) -> u64 {
+        self.compiler.compiled()
+    }
+
     /// The files of the project.
     pub fn files(&self) -> &Arc<dyn Files> {
         &self.files

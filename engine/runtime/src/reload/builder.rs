@@ -10,6 +10,7 @@ use raxel_diagnostics::Diagnostic;
 use raxel_execute::{ExecuteError, Prepared};
 
 use super::debounce::{Debounce, FileActivity};
+use super::early::Early;
 use super::event::{Failed, Rebuilt, Stages};
 use super::project_state::{BuildSettings, ProjectFile, ProjectState};
 use super::watch::{Notice, Tell, Watcher};
@@ -117,6 +118,7 @@ impl Reloader {
             without_device: None,
             held: None,
             tidy: None,
+            early: Early::default(),
             waker,
         };
         builder.running = builder.shader_modules();
@@ -196,6 +198,7 @@ struct Builder {
     held: Option<(Instant, Failed)>,
     /// The time at which freed memory is released.
     tidy: Option<Instant>,
+    early: Early,
     waker: Option<Waker>,
 }
 
@@ -224,6 +227,8 @@ impl Builder {
                 self.without_device = None;
                 self.unfinished = Some(Instant::now());
                 self.load(changed);
+            } else if self.unfinished.is_none() {
+                self.early.compile(&self.debounce, &self.loader, &self.state.graph_path, &self.state.graph);
             }
             if let Some(since) = self.unfinished {
                 match self.superseded() {

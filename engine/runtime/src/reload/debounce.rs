@@ -57,6 +57,8 @@ pub struct Debounce {
 struct ActiveFile {
     first: Instant,
     due: Instant,
+    /// Whether the last that happened to it ended a step of a save.
+    is_closed: bool,
 }
 
 impl Debounce {
@@ -76,7 +78,8 @@ impl Debounce {
         if self.matters(path) {
             let first = self.touched.get(path).map_or(now, |touched| touched.first);
             let due = (now + activity.quiet()).min(first + LONGEST_WAIT);
-            self.touched.insert(path.to_owned(), ActiveFile { first, due });
+            let is_closed = activity == FileActivity::Finished;
+            self.touched.insert(path.to_owned(), ActiveFile { first, due, is_closed });
         }
     }
 
@@ -88,6 +91,20 @@ impl Debounce {
     /// Whether a touched file already differs from the used one, even if its edit is not finished.
     pub fn differs(&self, read: impl Fn(&str) -> Content) -> bool {
         self.touched.keys().any(|path| self.known.get(path) != Some(&read(path)))
+    }
+
+    /// The files that differ from the used ones, with their contents, if all touched files are whole already: each is closed and none is gone. Only
+    /// the other files of the same save are still waited for.
+    pub fn whole(&self, read: impl Fn(&str) -> Content) -> Vec<(String, Content)> {
+        if self.touched.values().any(|touched| !touched.is_closed) {
+            return Vec::new();
+        }
+        let mut contents: Vec<(String, Content)> = self.touched.keys().map(|path| (path.clone(), read(path))).collect();
+        if contents.iter().any(|(_, content)| matches!(content, Content::Missing | Content::Empty)) {
+            return Vec::new();
+        }
+        contents.retain(|(path, content)| self.known.get(path) != Some(content));
+        contents
     }
 
     /// Once all touched files are quiet: those whose contents differ from the used ones. They count as used from then on.
@@ -221,6 +238,27 @@ mod tests {
         folder.write(10, "b", "2", FileActivity::Finished);
         assert!(folder.changed(16).is_empty());
         assert_eq!(folder.changed(26), ["a", "b"]);
+    }
+
+    #[test]
+    fn a_closed_file_is_whole_before_it_is_quiet() {
+        let mut folder = Folder::new(&[("a", "1"), ("b", "1")]);
+        let whole = |folder: &Folder| {
+            let read =
+                |path: &str| folder.files.borrow().get(path).map_or(Content::Missing, |bytes| Content::of(bytes));
+            folder.debounce.whole(read).into_iter().map(|(path, _)| path).collect::<Vec<_>>()
+        };
+        folder.write(0, "a", "2", FileActivity::Open);
+        assert!(whole(&folder).is_empty());
+        folder.write(1, "a", "2", FileActivity::Finished);
+        assert_eq!(whole(&folder), ["a"]);
+        assert!(folder.changed(2).is_empty(), "others of the same save may follow");
+        folder.write(3, "b", "2", FileActivity::Unknown);
+        assert!(whole(&folder).is_empty(), "nobody says that it is closed");
+        folder.write(4, "b", "1", FileActivity::Finished);
+        assert_eq!(whole(&folder), ["a"], "the other one is as it was");
+        folder.remove(5, "b");
+        assert!(whole(&folder).is_empty(), "it may come back");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub(crate) mod builder;
 mod debounce;
+mod early;
 mod event;
 pub(crate) mod mend;
 pub(crate) mod project_state;
