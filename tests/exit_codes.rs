@@ -121,16 +121,11 @@ fn a_software_device_is_not_given_up_for_the_time_in_which_its_process_was_stopp
     let (whole, limit) = (started.elapsed(), started.elapsed().mul_f64(1.5));
     let watchdog = (limit.as_secs_f64() / 6.0).to_string();
     let mut child = Running::start(&mut command(project.root(), &[&picture[..], &[&watchdog]].concat()));
-    let signal = |name: &str| {
-        let kill = format!("kill {name} {}", child.0.id());
-        let told = Command::new("sh").args(["-c", &kill]).status().expect("a shell");
-        assert!(told.success());
-    };
     for _ in 0..3 {
         std::thread::sleep(whole / 4);
-        signal("-STOP");
+        child.signal("STOP");
         std::thread::sleep(limit.mul_f64(1.2));
-        signal("-CONT");
+        child.signal("CONT");
     }
     assert_eq!(child.finish().code(), Some(0));
 }

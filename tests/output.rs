@@ -114,8 +114,7 @@ fn stopped_by(signal: &str, project: &Project, to: &str) -> Option<i32> {
     }
     // Long enough for ffmpeg to have opened its file.
     std::thread::sleep(Duration::from_millis(300));
-    let id = child.0.id().to_string();
-    assert!(output(Command::new("sh").args(["-c", &format!("kill -s {signal} {id}")])).status.success());
+    child.signal(signal);
     let status = child.finish();
     assert_eq!(names(&folder), [""; 0], "{signal} leaves something of {to}");
     fs::remove_dir(&folder).unwrap();
@@ -148,7 +147,7 @@ fn a_signal_removes_the_copy_that_a_bench_edits() {
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(500));
-    assert!(output(Command::new("sh").args(["-c", &format!("kill -s TERM {}", child.0.id())])).status.success());
+    child.signal("TERM");
     assert_eq!(child.finish().signal(), Some(15));
     let copies: Vec<String> = names(temporary.path()).into_iter().filter(|name| name.starts_with("raxel-")).collect();
     assert_eq!(copies, [""; 0]);

@@ -227,6 +227,29 @@ fn the_map_has_every_crate_behind_those_it_uses() {
     fails_with(&faults);
 }
 
+/// Lines of a source that are no tests.
+fn lines_without_tests(text: &str) -> usize {
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().lines().count()
+}
+
+/// A crate that grows beyond this is several, and is split by what belongs together.
+#[test]
+fn no_crate_is_larger_than_a_reader_can_know() {
+    const MOST: usize = 9000;
+    let mut faults = Faults::new();
+    for package in packages().values() {
+        let sources = texts(&[package.folder.join("src")]);
+        let tests = |path: &Path| path.iter().any(|part| part == "tests" || part == "tests.rs");
+        let lines: usize =
+            sources.iter().filter(|(path, _)| !tests(path)).map(|(_, text)| lines_without_tests(text)).sum();
+        if lines > MOST {
+            faults.push(format!("`{}` has {lines} lines that are no tests, and at most {MOST} are allowed", package.name));
+        }
+    }
+    fails_with(&faults);
+    assert_eq!(lines_without_tests("fn a() {}\n\n#[cfg(test)]\nmod tests {\n    fn b() {}\n}\n"), 2);
+}
+
 /// Every command of the pages, with its place.
 fn commands() -> Vec<(String, Vec<String>)> {
     let mut found = Vec::new();

@@ -47,9 +47,9 @@ pub struct SaveLatency {
 /// The stages of the time of each edit of a shader, one after the other.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ShaderStages {
-    /// Until the edit was seen, and known to be whole.
+    /// Until the edit was seen, and known to be finished. Shaders of files that are whole are compiled meanwhile.
     pub notice: Times,
-    /// The text was compiled to a module and reflected, the graph checked.
+    /// The rest of compiling and reflecting, the graph checked.
     pub compile: Times,
     /// The graph was planned, and the driver made pipelines of new modules.
     pub plan: Times,

@@ -97,6 +97,15 @@ impl Running {
         ended.unwrap_or_else(|| panic!("process {} has not ended within {} s", self.0.id(), LIMIT.as_secs()))
     }
 
+    /// Sends it a signal by its name, such as `TERM`. The shell has a `kill` of its own, so that no package is needed.
+    #[cfg(unix)]
+    #[track_caller]
+    pub fn signal(&self, name: &str) {
+        let kill = format!("kill -s {name} {}", self.0.id());
+        let told = Command::new("sh").args(["-c", &kill]).status().expect("a shell");
+        assert!(told.success(), "{kill}");
+    }
+
     /// Whether it has ended.
     pub fn ended(&mut self) -> bool {
         self.0.try_wait().expect("a child can be asked").is_some()

@@ -103,6 +103,9 @@ pub enum Plays {
     Sound(Sound),
 }
 
+/// Samples of a second of every sound.
+pub const SAMPLE_RATE: u32 = 48_000;
+
 /// A sound file, decoded, or the microphone.
 #[derive(Clone, PartialEq)]
 pub struct Sound {

@@ -61,8 +61,8 @@ pub struct Reloaded {
 /// that lavapipe makes when it first dispatches a shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stages {
-    /// Milliseconds to load the dependents of the changed files: shaders are compiled to modules and reflected, graphs checked, worlds
-    /// built.
+    /// Milliseconds to load the dependents of the changed files once the edit is finished: shaders that were not compiled while it was waited for are
+    /// compiled to modules and reflected, graphs checked, worlds built.
     pub load: f64,
     /// Milliseconds for a plan with its sources and pipelines.
     pub plan: f64,

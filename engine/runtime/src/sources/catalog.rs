@@ -7,11 +7,11 @@ use raxel_edit::records;
 use raxel_graph::{Catalog, FileContents, ImageRequest, Refusal, SourceLayout};
 use raxel_layouts::BlockMember;
 use raxel_layouts::instances::{InstanceBuffer, records as poses};
+use raxel_media::FileSources;
 use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 use super::SourceName;
-use super::file::FileSources;
 
 /// The name under which graphs declare their edits of the world.
 pub const EDITS: &str = "world.edits";

@@ -3,7 +3,6 @@
 
 mod catalog;
 mod check;
-mod file;
 mod instances;
 mod name;
 mod on_device;
@@ -13,8 +12,6 @@ mod video;
 pub(crate) use catalog::{EDITS, POSES};
 pub use catalog::{SourceCatalog, VOXEL_FORMAT};
 pub use check::{check, unseen_instances};
-pub use file::has_texels;
-pub(crate) use file::sound::read as read_sound;
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;

@@ -6,18 +6,12 @@ use std::sync::Arc;
 
 use raxel_execute::ExternalResource;
 use raxel_graph::Sound;
+use raxel_media::sound::{TEXELS, silence, texels};
 use raxel_timeline::inputs::{HISTORY, Heard, SAMPLE_RATE, samples_before};
 use realfft::num_complex::Complex;
 use realfft::{RealFftPlanner, RealToComplex};
 
-use super::file::sound::texels;
 use super::on_device::write_image;
-
-/// Texels of a row: frequencies of the spectrum, samples of the waveform.
-pub(super) const TEXELS: u32 = 512;
-
-/// Spectrum, then waveform.
-pub(super) const ROWS: u32 = 2;
 
 /// Samples that one spectrum is made of. Its frequencies are `SAMPLE_RATE / WINDOW` apart, and a row has the lower half of them.
 const WINDOW: usize = 2048;
@@ -33,11 +27,6 @@ const FADE: f32 = 0.8;
 
 /// A frame asks for no older sample than there is.
 const _: () = assert!(WINDOW as u64 + (STEPS as u64 - 1) * STEP <= HISTORY as u64);
-
-/// A row of silence in each.
-pub(super) fn silence() -> Vec<f32> {
-    [[0.0; TEXELS as usize], [0.5; TEXELS as usize]].concat()
-}
 
 /// A sound that plays into a source.
 pub(super) struct Listener {

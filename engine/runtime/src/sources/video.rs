@@ -7,8 +7,8 @@ use std::time::Duration;
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_execute::ExternalResource;
 use raxel_graph::{FileImage, Video};
+use raxel_media::video::{Frames, frame};
 
-use super::file::video::{Frames, frame};
 use super::on_device::write_image;
 
 /// Frames that are decoded before they are asked for.

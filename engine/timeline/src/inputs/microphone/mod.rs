@@ -9,9 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use line::{Feed, Line};
-
-/// Samples of a second.
-pub const SAMPLE_RATE: u32 = 48_000;
+pub use raxel_graph::supply::SAMPLE_RATE;
 
 /// How many samples before its time a frame may ask for.
 pub const HISTORY: usize = SAMPLE_RATE as usize / 2;

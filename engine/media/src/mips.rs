@@ -12,7 +12,7 @@ struct Level {
 /// Appends the mips below `mips[0]` until there are `count` of them. The numbers are averaged as they are stored: colours should be in
 /// linear light.
 #[expect(clippy::cast_possible_truncation, reason = "texels are 32-bit floats")]
-pub(super) fn append(mips: &mut Vec<Vec<u8>>, extent: [u32; 3], channel: Channel, channels: usize, count: u32) {
+pub(crate) fn append(mips: &mut Vec<Vec<u8>>, extent: [u32; 3], channel: Channel, channels: usize, count: u32) {
     let mut extent = extent.map(|side| side as usize);
     let mut above: Option<Level> = None;
     for _ in 1..count {

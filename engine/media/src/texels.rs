@@ -5,7 +5,7 @@ use raxel_shader::format::Format;
 
 /// How one channel of a format that files can have is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Channel {
+pub(crate) enum Channel {
     Unorm8,
     Unorm16,
     Half,
@@ -28,7 +28,7 @@ const FORMATS: [(Channel, [Format; 3]); 7] = [
 
 impl Channel {
     /// The format of `channels` of these channels; three are four with 1 as the last.
-    pub(super) fn format(self, channels: usize) -> Format {
+    pub(crate) fn format(self, channels: usize) -> Format {
         let index = match channels {
             1 => 0,
             2 => 1,
@@ -38,17 +38,17 @@ impl Channel {
     }
 
     /// The channel of a format; `None` of one that files are not brought into.
-    pub(super) fn of(format: Format) -> Option<Self> {
+    pub(crate) fn of(format: Format) -> Option<Self> {
         FORMATS.iter().find(|(_, formats)| formats.contains(&format)).map(|(channel, _)| *channel)
     }
 
     /// Whether it holds whole numbers rather than amounts, so that nothing lies between two of them.
-    pub(super) fn is_integer(self) -> bool {
+    pub(crate) fn is_integer(self) -> bool {
         matches!(self, Self::Uint8 | Self::Uint16 | Self::Uint32)
     }
 
     /// Bytes.
-    pub(super) fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         match self {
             Self::Unorm8 | Self::Uint8 => 1,
             Self::Unorm16 | Self::Half | Self::Uint16 => 2,
@@ -62,7 +62,7 @@ impl Channel {
         clippy::cast_sign_loss,
         reason = "casts of floats saturate: what a channel cannot hold is clamped"
     )]
-    pub(super) fn put(self, value: f64, to: &mut Vec<u8>) {
+    pub(crate) fn put(self, value: f64, to: &mut Vec<u8>) {
         match self {
             Self::Unorm8 => to.push((value.clamp(0.0, 1.0) * 255.0).round() as u8),
             Self::Unorm16 => to.extend(((value.clamp(0.0, 1.0) * 65535.0).round() as u16).to_le_bytes()),
@@ -76,7 +76,7 @@ impl Channel {
 
     /// The number that `put` would take for the channel at an index.
     #[expect(clippy::cast_possible_truncation, reason = "a half has 16 bits")]
-    pub(super) fn get(self, bytes: &[u8], index: usize) -> f64 {
+    pub(crate) fn get(self, bytes: &[u8], index: usize) -> f64 {
         let at = index * self.bytes();
         let word =
             |count: usize| bytes[at..at + count].iter().rev().fold(0_u32, |word, byte| word << 8 | u32::from(*byte));
@@ -93,7 +93,7 @@ impl Channel {
 }
 
 /// Linear light of an sRGB value in 0…1 (IEC 61966-2-1).
-pub(super) fn linear(encoded: f64) -> f64 {
+pub(crate) fn linear(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -13,7 +13,7 @@ use super::{Picture, check_extent};
 /// Which channels a picture may have, in their order.
 const CHANNELS: [&[&str]; 5] = [&["R"], &["R", "G"], &["R", "G", "B"], &["R", "G", "B", "A"], &["Y"]];
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(crate) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let text = |error: exr::error::Error| error.to_string();
     // The header first: it has the size of the rest.
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(text)?;

@@ -13,11 +13,11 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const MOST_SAID: u64 = 1 << 16;
 
 /// Options that read a file: no file leads to another one or to the network, as a list of files would.
-pub(super) const LOCAL: [&str; 4] =
+pub(crate) const LOCAL: [&str; 4] =
     ["-protocol_whitelist", "file", "-format_whitelist", "mov,matroska,avi,gif,wav,w64,mp3,ogg,flac,aac,aiff,asf"];
 
 /// ffprobe's answer about a stream, a line for each entry: `name=value`.
-pub(super) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> Result<String, String> {
+pub(crate) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> Result<String, String> {
     let mut command = Command::new("ffprobe");
     command.args(["-v", "error"]).args(LOCAL).args(["-select_streams", stream]).args(more);
     command.args(["-show_entries", entries, "-of", "default=noprint_wrappers=1"]).arg(disk);
@@ -30,7 +30,7 @@ pub(super) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> 
 }
 
 /// The output of ffmpeg for a file, at most this number of bytes.
-pub(super) fn decode(disk: &Path, form: &[&str], most: u64) -> Result<Vec<u8>, String> {
+pub(crate) fn decode(disk: &Path, form: &[&str], most: u64) -> Result<Vec<u8>, String> {
     let mut command = Command::new("ffmpeg");
     command.args(["-hide_banner", "-v", "error", "-nostdin"]).args(LOCAL).arg("-i").arg(disk).args(form).arg("-");
     let output = run("ffmpeg", command, most, PATIENCE)?;
@@ -41,7 +41,7 @@ pub(super) fn decode(disk: &Path, form: &[&str], most: u64) -> Result<Vec<u8>, S
 }
 
 /// Why a program cannot be started.
-pub(super) fn missing(program: &str, error: &std::io::Error) -> String {
+pub(crate) fn missing(program: &str, error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => format!("{program} is not installed; `apt-get install ffmpeg`"),
         _ => format!("{program} cannot be started: {error}"),

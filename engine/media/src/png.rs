@@ -10,7 +10,7 @@ use super::texels::Channel;
 use super::{MOST_BYTES, Picture, check_extent};
 
 #[expect(clippy::cast_possible_truncation, reason = "`MOST_BYTES` is far below 2⁶³")]
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(crate) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let text = |error: DecodingError| error.to_string();
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 2 * MOST_BYTES as usize });
     decoder.set_transformations(Transformations::EXPAND);

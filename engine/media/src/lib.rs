@@ -1,13 +1,15 @@
-//! Files as sources: PNG, OpenEXR, videos and sounds become texels of a target, everything else bytes of a buffer. Decoded contents are kept as long as a
-//! graph uses them, so that an edit of something else does not decode them again.
+//! Files that targets and buffers are filled from: PNG, OpenEXR, videos and sounds become texels of a target, everything else bytes of a buffer. Decoded
+//! contents are kept as long as a graph uses them, so that an edit of something else does not decode them again.
+
+#![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod exr;
 mod ffmpeg;
 mod mips;
 mod png;
-pub(super) mod sound;
+pub mod sound;
 mod texels;
-pub(super) mod video;
+pub mod video;
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -25,7 +27,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// Reads files as sources.
 #[derive(Debug, Default)]
-pub(super) struct FileSources {
+pub struct FileSources {
     decoded: Mutex<Vec<Decoded>>,
 }
 
@@ -39,7 +41,7 @@ struct Decoded {
 
 impl FileSources {
     /// The contents of a file; those that are still in use somewhere if the file has not changed.
-    pub(super) fn read(
+    pub fn read(
         &self,
         project: &dyn Files,
         path: &str,
@@ -58,7 +60,7 @@ impl FileSources {
     }
 
     /// The texels of a microphone; the same each time.
-    pub(super) fn microphone(&self, request: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
+    pub fn microphone(&self, request: &ImageRequest) -> Result<Arc<FileContents>, Refusal> {
         self.kept(MICROPHONE, Some(request), blake3::hash(b""), || sound::microphone(request).map(FileContents::Image))
     }
 

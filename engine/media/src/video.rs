@@ -6,9 +6,9 @@ use std::process::{Child, Command, Stdio};
 
 use raxel_graph::{Plays, Video};
 
-use super::ffmpeg::{LOCAL, missing, probe as probe_stream};
-use super::{FileImage, Picture, Refusal, check_extent, refused, shape};
-use crate::sources::file::texels::Channel;
+use crate::ffmpeg::{LOCAL, missing, probe as probe_stream};
+use crate::texels::Channel;
+use crate::{FileImage, Picture, Refusal, check_extent, refused, shape};
 
 /// Names that end so are videos.
 const EXTENSIONS: [&str; 6] = ["mp4", "mkv", "mov", "webm", "avi", "gif"];
@@ -17,13 +17,13 @@ const EXTENSIONS: [&str; 6] = ["mp4", "mkv", "mov", "webm", "avi", "gif"];
 const MOST_FRAMES: u64 = 1 << 24;
 
 /// Whether a file is a video, by its name.
-pub(super) fn is_video(path: &str) -> bool {
+pub(crate) fn is_video(path: &str) -> bool {
     let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
     extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
 }
 
 /// A video with its first frame. `disk` is where the file lies.
-pub(super) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest) -> Result<FileImage, Refusal> {
+pub(crate) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest) -> Result<FileImage, Refusal> {
     let cannot = |reason: String| refused("source", format!("`{path}` cannot be read: {reason}"));
     let (extent, rate, frames) = probe(disk).map_err(cannot)?;
     let video = Video { path: path.to_owned(), disk: disk.to_owned(), extent, rate, frames, request: request.clone() };
@@ -35,7 +35,7 @@ pub(super) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest)
 }
 
 /// A frame as the graph wants it: bytes of red, green, blue and alpha.
-pub(in crate::sources) fn frame(video: &Video, rgba: Vec<u8>) -> Result<FileImage, Refusal> {
+pub fn frame(video: &Video, rgba: Vec<u8>) -> Result<FileImage, Refusal> {
     let picture = Picture { extent: video.extent, channel: Channel::Unorm8, channels: 4, bytes: rgba };
     shape(&video.path, &picture, &video.request)
 }
@@ -60,13 +60,13 @@ fn probe(disk: &Path) -> Result<([u32; 2], f64, u64), String> {
 }
 
 /// Frames of a video from its beginning, as bytes of red, green, blue and alpha.
-pub(in crate::sources) struct Frames {
+pub struct Frames {
     ffmpeg: Child,
     bytes: usize,
 }
 
 impl Frames {
-    pub(in crate::sources) fn decode(video: &Video) -> Result<Self, String> {
+    pub fn decode(video: &Video) -> Result<Self, String> {
         let mut command = Command::new("ffmpeg");
         command.args(["-hide_banner", "-loglevel", "quiet", "-nostdin", "-noautorotate"]).args(LOCAL);
         command.arg("-i").arg(&video.disk).args(["-map", "0:v:0", "-fps_mode", "passthrough"]);
@@ -78,7 +78,7 @@ impl Frames {
     }
 
     /// The next frame; `None` after the last.
-    pub(in crate::sources) fn next(&mut self) -> Result<Option<Vec<u8>>, String> {
+    pub fn next(&mut self) -> Result<Option<Vec<u8>>, String> {
         let mut frame = vec![0; self.bytes];
         let Some(pipe) = &mut self.ffmpeg.stdout else { return Ok(None) };
         match pipe.read_exact(&mut frame) {

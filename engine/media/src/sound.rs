@@ -4,14 +4,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::Files;
-use raxel_graph::supply::MICROPHONE;
+use raxel_graph::supply::{MICROPHONE, SAMPLE_RATE};
 use raxel_graph::{ImageRequest, Plays, Sound};
 use raxel_shader::format::Format;
-use raxel_timeline::inputs::{SAMPLE_RATE, SoundFile};
 
-use super::{FileImage, Picture, Refusal, bytes, ffmpeg, no_disk, refused, shape};
-use crate::sources::file::texels::Channel;
-use crate::sources::sound::{ROWS, TEXELS, silence};
+use crate::texels::Channel;
+use crate::{FileImage, Picture, Refusal, bytes, ffmpeg, no_disk, refused, shape};
+
+/// Texels of a row: frequencies of the spectrum, samples of the waveform.
+pub const TEXELS: u32 = 512;
+
+/// Spectrum, then waveform.
+const ROWS: u32 = 2;
 
 /// Names that end so are sounds.
 const EXTENSIONS: [&str; 12] = ["wav", "mp3", "ogg", "oga", "opus", "flac", "m4a", "aac", "aif", "aiff", "wma", "mka"];
@@ -20,27 +24,32 @@ const EXTENSIONS: [&str; 12] = ["wav", "mp3", "ogg", "oga", "opus", "flac", "m4a
 const MOST_SECONDS: u64 = 2700;
 
 /// Whether a file is a sound, by its name.
-pub(super) fn is_sound(path: &str) -> bool {
+pub(crate) fn is_sound(path: &str) -> bool {
     let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
     extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
 }
 
 /// A sound. `disk` is where the file lies.
-pub(super) fn open(path: &str, disk: &Path, request: &ImageRequest) -> Result<FileImage, Refusal> {
+pub(crate) fn open(path: &str, disk: &Path, request: &ImageRequest) -> Result<FileImage, Refusal> {
     plays(path, request, || samples(path, disk).map(Some))
 }
 
 /// What a microphone brings.
-pub(super) fn microphone(request: &ImageRequest) -> Result<FileImage, Refusal> {
+pub(crate) fn microphone(request: &ImageRequest) -> Result<FileImage, Refusal> {
     plays(MICROPHONE, request, || Ok(None))
 }
 
-/// Reads a sound that a microphone hears in place of a device. What named it counts from the folder `from`.
-pub(crate) fn read(files: &dyn Files, path: &str, from: &str) -> Result<SoundFile, Refusal> {
+/// A row of silence in each.
+pub fn silence() -> Vec<f32> {
+    [[0.0; TEXELS as usize], [0.5; TEXELS as usize]].concat()
+}
+
+/// All samples of a file, as one channel. What named it counts from the folder `from`.
+pub fn read(files: &dyn Files, path: &str, from: &str) -> Result<Arc<[i16]>, Refusal> {
     // Reading it tells who watches the files that this one counts.
     bytes(files, path, from)?;
     let root = files.root().ok_or_else(|| no_disk(path))?;
-    Ok(SoundFile { path: path.to_owned(), samples: samples(path, &root.join(path))? })
+    samples(path, &root.join(path))
 }
 
 fn plays(
@@ -81,7 +90,7 @@ fn decode(disk: &Path) -> Result<Arc<[i16]>, String> {
 }
 
 /// Spectrum and waveform as the graph wants them.
-pub(in crate::sources) fn texels(sound: &Sound, values: &[f32]) -> Result<FileImage, Refusal> {
+pub fn texels(sound: &Sound, values: &[f32]) -> Result<FileImage, Refusal> {
     let bytes = bytemuck::cast_slice(values).to_vec();
     let picture = Picture { extent: [TEXELS, ROWS], channel: Channel::Float, channels: 1, bytes };
     shape(&sound.path, &picture, &sound.request)
