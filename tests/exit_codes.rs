@@ -2,7 +2,6 @@
 
 mod common;
 
-use std::process::Command;
 use std::time::Instant;
 
 use common::{Project, Run, Running, command, output, raxel, repository};

@@ -9,6 +9,8 @@
 mod common;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -267,8 +269,27 @@ fn chosen(count: usize, all: bool) -> BTreeSet<usize> {
     if count <= most { (0..count).collect() } else { (0..most).map(|i| i * (count - 1) / (most - 1)).collect() }
 }
 
-/// The child process; it prints each fault in a line.
+/// What the child process reports, a line each. Layers print to stdout, and in the middle of lines.
+struct Report(PathBuf);
+
+impl Report {
+    fn of(root: &Path) -> Self {
+        Self(root.join("report.txt"))
+    }
+
+    fn say(&self, line: &str) {
+        let mut file = OpenOptions::new().create(true).append(true).open(&self.0).expect("a file can be made");
+        writeln!(file, "{line}").expect("a file can be written");
+    }
+
+    fn read(&self) -> String {
+        std::fs::read_to_string(&self.0).unwrap_or_default()
+    }
+}
+
+/// The child process; it reports each fault.
 fn try_all(root: &Path) {
+    let report = Report::of(root);
     std::panic::set_hook(Box::new(|info| {
         PANICKED.store(true, Ordering::Relaxed);
         println!("PANIC {info}");
@@ -294,7 +315,7 @@ fn try_all(root: &Path) {
         *counts.entry(name).or_default() += 1;
     }
     let (mut tried, mut reached, mut known) = (0, 0, validation().len());
-    println!("CALLS {counts:?}");
+    report.say(&format!("CALLS {counts:?}"));
     for (call, answers) in CALLS {
         for (turn, skip) in chosen(counts.get(*call).copied().unwrap_or(0), all).into_iter().enumerate() {
             let turns = if all { (0..answers.len()).collect() } else { vec![turn % answers.len()] };
@@ -307,8 +328,8 @@ fn try_all(root: &Path) {
                 drop(limit);
                 (tried, reached) = (tried + 1, reached + usize::from(failed));
                 match result {
-                    Err(_) => println!("WRONG {what}: a panic"),
-                    Ok(Err(error)) => println!("WRONG {what}: {error}"),
+                    Err(_) => report.say(&format!("WRONG {what}: a panic")),
+                    Ok(Err(error)) => report.say(&format!("WRONG {what}: {error}")),
                     Ok(Ok(outcome)) => {
                         let lost = fault == Fault::DeviceLost;
                         let same = outcome.part == whole.part
@@ -320,22 +341,22 @@ fn try_all(root: &Path) {
                         let no = fault == Fault::FormatNotSupported
                             && outcome.refused.iter().any(|text| text.contains("RX0410"));
                         if !same && !no {
-                            println!("WRONG {what}: other texels; refused {:?}", outcome.refused);
+                            report.say(&format!("WRONG {what}: other texels; refused {:?}", outcome.refused));
                         }
                     }
                 }
                 if PANICKED.swap(false, Ordering::Relaxed) {
-                    println!("WRONG {what}: a panic on some thread");
+                    report.say(&format!("WRONG {what}: a panic on some thread"));
                 }
                 let messages = validation();
                 if messages.len() > known {
-                    println!("WRONG {what}: the validation layer says {}", &messages[known..]);
+                    report.say(&format!("WRONG {what}: the validation layer says {}", &messages[known..]));
                     known = messages.len();
                 }
             }
         }
     }
-    println!("TRIED {tried} REACHED {reached}");
+    report.say(&format!("TRIED {tried} REACHED {reached}"));
 }
 
 #[test]
@@ -365,9 +386,10 @@ fn a_session_goes_on_after_any_call_of_vulkan_has_failed() {
     command.envs(faults.variables()).env("FAULTS_ROOT", project.root()).env("VK_LAYER_SETTINGS_PATH", &settings);
     command.env("RAXEL_CACHE", project.path("cache"));
     let run = Run::from(output(&mut command));
-    let wrong: Vec<&str> = run.stdout.lines().filter(|line| line.starts_with("WRONG")).collect();
-    assert!(wrong.is_empty() && run.code == 0, "{}\n{}\n{}", wrong.len(), run.stdout, run.stderr);
-    let done = run.stdout.lines().find(|line| line.starts_with("TRIED"));
-    let done = done.unwrap_or_else(|| panic!("it does not come to its end\n{}\n{}", run.stdout, run.stderr));
+    let report = Report::of(project.root()).read();
+    let wrong = report.lines().filter(|line| line.starts_with("WRONG")).count();
+    assert!(wrong == 0 && run.code == 0, "{wrong}\n{report}\n{}\n{}", run.stdout, run.stderr);
+    let done = report.lines().find(|line| line.starts_with("TRIED"));
+    let done = done.unwrap_or_else(|| panic!("it does not come to its end\n{report}\n{}\n{}", run.stdout, run.stderr));
     println!("{done}");
 }

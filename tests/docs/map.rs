@@ -243,7 +243,10 @@ fn no_crate_is_larger_than_a_reader_can_know() {
         let lines: usize =
             sources.iter().filter(|(path, _)| !tests(path)).map(|(_, text)| lines_without_tests(text)).sum();
         if lines > MOST {
-            faults.push(format!("`{}` has {lines} lines that are no tests, and at most {MOST} are allowed", package.name));
+            faults.push(format!(
+                "`{}` has {lines} lines that are no tests, and at most {MOST} are allowed",
+                package.name
+            ));
         }
     }
     fails_with(&faults);

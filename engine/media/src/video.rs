@@ -66,6 +66,7 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// Starts ffmpeg. The error says why it does not start.
     pub fn decode(video: &Video) -> Result<Self, String> {
         let mut command = Command::new("ffmpeg");
         command.args(["-hide_banner", "-loglevel", "quiet", "-nostdin", "-noautorotate"]).args(LOCAL);
