@@ -170,11 +170,16 @@ fn a_folder_that_takes_no_files_is_no_riddle() {
     // Not everybody may look into the folder of the build.
     let binary = user.path("raxel");
     fs::copy(&user.binary, &binary).unwrap();
+    // Nor write where the tests keep their temporary files.
+    let temporary = user.path("temporary");
+    fs::create_dir(&temporary).unwrap();
+    fs::set_permissions(&temporary, fs::Permissions::from_mode(0o777)).unwrap();
     let closed = |arguments: &[&str]| -> Run {
         let mut command = Command::new("setpriv");
         command.args(["--reuid=65534", "--regid=65534", "--clear-groups"]).arg(&binary).args(arguments);
         command.current_dir(&mine).stdin(Stdio::null()).env("NO_COLOR", "1").env("RAXEL_CACHE", "off");
-        output(command.env_remove("HOME").env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY")).into()
+        output(command.env("TMPDIR", &temporary).env_remove("HOME").env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY"))
+            .into()
     };
     let is_root = fs::metadata("/proc/self").is_ok_and(|process| std::os::unix::fs::MetadataExt::uid(&process) == 0);
     if !is_root || !open_to_all(user.home.path()) {
