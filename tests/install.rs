@@ -163,6 +163,7 @@ fn a_folder_of_any_name_does() {
 /// In a folder without write access, each verb that writes reports the error, and leaves nothing behind.
 #[test]
 fn a_folder_that_takes_no_files_is_no_riddle() {
+    use std::os::unix::fs::PermissionsExt;
     // Nothing is closed to root: a user without rights runs it.
     let user = User::with(binary());
     user.raxel(&["new", "mine"]).exits(0);
