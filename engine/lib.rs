@@ -1,4 +1,9 @@
 #![doc = include_str!("../README.md")]
+//!
+//! ## Versions
+//!
+//! The version of this crate follows its items and those of its modules. The crates that they come from promise nothing by themselves, so a program
+//! depends on `raxel` alone.
 
 pub use raxel_diagnostics::{Diagnostic, SourceMap, render};
 pub use raxel_execute::{FrameReport, PassTime, Picture, ReadTicket, SwapReport, Texels};

@@ -77,6 +77,17 @@ fn no_crate_includes_a_file_from_outside() {
 }
 
 #[test]
+fn every_crate_but_raxel_says_that_it_is_a_part() {
+    for (folder, manifest) in crates().into_iter().filter(|(folder, _)| folder != repository()) {
+        let text = fs::read_to_string(folder.join("src/lib.rs")).unwrap();
+        let docs = text.lines().take_while(|line| line.starts_with("//!"));
+        let says =
+            docs.into_iter().any(|line| line.starts_with("//! A part of raxel. Programs use the crate `raxel`;"));
+        assert!(says, "{} does not say what is promised", manifest["package"]["name"]);
+    }
+}
+
+#[test]
 fn every_crate_says_what_a_registry_asks_for() {
     let workspace: toml::Table = fs::read_to_string(repository().join("Cargo.toml")).unwrap().parse().unwrap();
     let version = workspace["workspace"]["package"]["version"].as_str().unwrap();

@@ -1,4 +1,6 @@
 //! The raxel command line: one file a verb. Results go to stdout, messages to stderr.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,5 +1,7 @@
 //! Worlds in Zarr stores.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! [`bake`] makes the tiles of any [`raxel_world::ChunkProvider`] and writes them as arrays of [Zarr v3](https://zarr-specs.readthedocs.io),
 //! one object a shard, to a [`Store`]. The bytes of a shard depend only on the world and the place of the shard. So any machine can make
 //! shards, in any order, and repeat them after an interruption. [`ZarrSource`] is the way back: a store as the source of a streamed world.

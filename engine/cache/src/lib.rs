@@ -1,5 +1,7 @@
 //! A cache on disk, from one run of the program to the next: compiled shaders, and what drivers make of them.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! An entry is a file of bytes under a name that covers everything they follow from. So an entry is never stale: it is found under its
 //! name, or made again. raxel writes a file whole under another name and renames it, so other programs never read half a file. Nothing
 //! depends on the cache: an unusable folder only costs time. A damaged file is removed, with one warning for each process.

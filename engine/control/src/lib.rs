@@ -1,5 +1,7 @@
 //! Control by program: requests as lines of JSON on stdin, one answer each on stdout. `raxel control` has no window and runs a frame on request;
 //! `raxel run --control` is a window that a program drives too. docs/control.md describes the protocol.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,4 +1,6 @@
 //! Diagnostics as plain data, their codes and their rendering; and the two readers that produce most of them: of project files and of TOML tables.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 mod code;
 pub mod codes;

@@ -1,6 +1,8 @@
 //! Edits of voxel worlds: what an edit is, the chunks that edits have changed, undo and redo, questions about the newest voxels, the tiles
 //! of a streamed world with its edits, and the save that keeps all of it.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! Everything here is exact and repeatable. Operations carry integers only, so the same operations in the same order give the same
 //! bytes on every machine.
 

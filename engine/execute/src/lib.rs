@@ -1,5 +1,7 @@
 //! Executes a plan on a device, without a session. It prepares the plan off to the side, and swaps it in at a frame boundary. Each frame walks the
 //! plan up to the picture of the debug target, and anything can be read back.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,5 +1,7 @@
 //! Generators of voxels. Operations are plain data, applied chunk by chunk in the order of the file: [`build`] makes a bounded world of
 //! them, a [`Generator`] makes any tile of a world without end.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

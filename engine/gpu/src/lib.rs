@@ -1,6 +1,8 @@
 //! Vulkan for raxel, with the `unsafe` that takes: a device with one queue, memory, images, buffers, compute pipelines, command
 //! buffers, timestamps, windows, triangles over a picture, and bytes to the device and back.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! Objects hold their device and their parts. An object that is dropped while the device may still use it is destroyed when the device's
 //! timeline has passed it (`retire`), so a handle that the device sees is alive. The host writes a buffer only while no submitted work uses
 //! it (`last_use`), or word by word ([`SharedWords`]). Commands check that the parts they name exist.

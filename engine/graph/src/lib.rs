@@ -1,5 +1,7 @@
 //! From a checked graph to an immutable plan. No GPU, no I/O; `raxel-graphfile` makes checked graphs from files.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! - `ir` holds the data: the checked graph ([`checked`]) and the plan ([`plan`](mod@plan)).
 //! - `back` makes the plan: sizes → unroll → cull → order → lifetimes → varies → alias → barriers.
 //! - [`print`](mod@print) shows a plan as text, JSON, DOT or Mermaid.

@@ -1,5 +1,7 @@
 //! Graph files: TOML and its shaders in, a checked graph or every mistake out. No I/O but the files it is given. [`compile_with`] is its six
 //! calls: extends, which parses each file → variants → resolve → reflect → layout images → check.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,5 +1,7 @@
 //! File languages whose keys are declared once. A struct with doc comments and attributes is the declaration of a table; from it come
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! * the reader, which reports everything that is wrong with a file at once, each mistake at its place;
 //! * the keys as data ([`Form`], [`Key`]): type, unit, range, default and meaning of each, and the JSON schema made from them;
 //! * the merge of a file with the file that it `extends` ([`Layer`]).

@@ -1,6 +1,8 @@
 //! GPU encodings of a world: one file a layout, each the twin of its file in `shaders/include/raxel/internal/layouts`. An encoding is the
 //! content of one storage buffer in 32-bit words: a header, the materials, then the voxels.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! The layouts here are those that raxel uses. `raxel-rivals` has their rivals, made of the same parts.
 
 #![expect(

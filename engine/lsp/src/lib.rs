@@ -1,4 +1,6 @@
 //! `raxel lsp`: a language server for graphs, worlds, demos and their shaders. docs/editors.md has the lines that each editor needs.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,5 +1,7 @@
 //! Run time against error: the only crate above the runtime that needs the oracle. Nothing that draws a frame depends on it.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! * [`mod@bench`]: graphs × layouts × worlds × cameras, each timed on the device and judged ray by ray: `raxel bench`
 //! * [`stress`]: tracers held to the exact one, in as many rays as one likes: `raxel stress`
 //! * [`light`]: lighting systems held to a converged path tracer: `raxel bench light`

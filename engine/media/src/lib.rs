@@ -1,5 +1,7 @@
 //! Files that targets and buffers are filled from: PNG, OpenEXR, videos and sounds become texels of a target, everything else bytes of a buffer. Decoded
 //! contents are kept as long as a graph uses them, so that an edit of something else does not decode them again.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

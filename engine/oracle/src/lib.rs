@@ -1,5 +1,7 @@
 //! The exact ray caster that every layout is judged by.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! # The ray
 //! A shader traces a [`Ray`]: an integer cell, a fraction and a direction in `f32`. It traces *exactly* that ray put on a lattice
 //! ([`Lattice`]): the fraction rounded down to multiples of 2⁻²⁴, and each direction component cut to 31 bits below the exponent of the

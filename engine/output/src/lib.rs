@@ -1,6 +1,8 @@
 //! Writes pictures: one file, numbered frames, a film, or stdout. Checks whether the place can be written before anything is rendered. A
 //! file appears under its name only when it is complete.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! ```no_run
 //! use raxel_output::{Coding, Compression, Layers, Mode, Output, Destination, Shoot};
 //! use raxel_runtime::{Options, Session};

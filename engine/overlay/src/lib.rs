@@ -1,4 +1,6 @@
 //! egui's drawings, in the form that the overlay of a window takes: textures by number, triangles in points. Nothing is copied.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 use egui::epaint::{ClippedPrimitive, ImageData, ImageDelta, Primitive, Vertex};
 use egui::{TextureFilter, TextureId};

@@ -1,5 +1,7 @@
 //! The panels of the window: an egui interface as a function of plain data. [`Panels::show`] draws a [`View`] and gives the [`Action`]s that
 //! the user asks for. Knows nothing of sessions, devices and windows, so that it is built and tested by itself.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

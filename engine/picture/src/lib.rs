@@ -1,4 +1,6 @@
 //! Pictures in files, and how far two of them are apart: FLIP, root mean square, largest difference.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -2,6 +2,8 @@
 //! file in `shaders/include/raxel/rivals/internal/layouts`. They are judged like raxel's own, by the same tests, `raxel bench` and
 //! `raxel stress`.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! This crate has the list of all layouts, since it is the one that knows all. `docs/rivals/README.md` has an overview.
 
 #![expect(

@@ -1,5 +1,7 @@
 //! Sessions: open a project, run its graph over its world, drive it by params and demos, and swap in every edit while it runs.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! ```no_run
 //! use raxel_graph::checked::Value;
 //! use raxel_runtime::{Options, Session};

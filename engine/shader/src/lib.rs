@@ -1,5 +1,7 @@
 //! Shaders: GLSL, HLSL and SPIR-V in; a module and its interface out.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! A [`Compiler`] compiles in its own process, with limits on the size of texts, macros and types, unless the program has called
 //! [`worker::isolate`]: child processes compile from then on, with limits on time and memory, so that no text can end or stop the program.
 

@@ -1,5 +1,7 @@
 //! The files that raxel ships: graphs, shaders, worlds and textures, as bytes in the binary. The shader library is embedded by
 //! `raxel-shader`.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 /// Every file: its path in a project, with `/` separators, and its bytes. Sorted by path.
 pub const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/files.rs"));

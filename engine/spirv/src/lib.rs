@@ -2,6 +2,8 @@
 //! own for each binding, bounds on arrays in shared memory, records of prints and of accesses out of bounds, uniform values that drivers do
 //! not fold in). A module from a file may be anything, and no reflector and no driver copes with a damaged one. Numbers and layouts are
 //! those of the SPIR-V 1.6 specification, sections 2.3 (physical layout) and 3 (binary form).
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 mod accesses;
 mod additions;

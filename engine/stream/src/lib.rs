@@ -1,5 +1,7 @@
 //! Worlds that are loaded around a camera.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! A [`Streamer`] asks a [`raxel_world::ChunkProvider`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
 //! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
 //! `tree64`. A frame takes the newest publication by writing the header. Words that a header can reach are never overwritten. Unreached

@@ -1,5 +1,7 @@
 //! Pieces that the verbs of the command line share: arguments, the console, failures and their exit codes, sessions as the command line
 //! asks for them, and projects that are read without a device.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,6 +1,8 @@
 //! The state that a session shows at each moment: its clock, its camera, its params, its inputs, its debug target, and demos, which set all
 //! of these.
 //!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
+//!
 //! A demo is a world, a graph and a timeline of camera keys, param tracks, inputs, changes of graph and debug target, edits of the world,
 //! captions and checks. It is a function of the time alone, so that a window, a headless run and any part of a sharded run agree.
 

@@ -1,4 +1,6 @@
 //! The window: winit's events drive a session, and its frames are presented. Messages go to stderr.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,4 +1,6 @@
 //! Voxels: chunks of them, their materials, tiles of worlds without end, and models as .vox files.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

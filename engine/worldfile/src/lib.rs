@@ -1,4 +1,6 @@
 //! World files: `worlds/*.toml`, and .vox scenes as worlds of their own.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 

@@ -1,5 +1,7 @@
 //! `#[derive(Keys)]`: a struct becomes the declaration of a table of a file, an enum that of words or of forms of a table. `raxel-language`
 //! documents the attributes.
+//!
+//! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
 mod attributes;
 mod fields;
