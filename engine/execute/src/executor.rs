@@ -20,6 +20,7 @@ use super::readback::ReadTicket;
 use super::report::{GpuTimes, PassOutcome, PassTime, SwapReport};
 use super::shared::{Running, Shared, lock};
 use super::slot::FrameSlot;
+use super::texel_trace::{TexelTrace, TracedTexel};
 use super::thumbnails::Thumbnails;
 use super::times::Times;
 use super::told::Told;
@@ -72,6 +73,8 @@ pub struct Executor {
     /// The next frame copies the shown resource; of a buffer, these bytes.
     pub(super) capture: Option<Range<u64>>,
     pub(super) captured: Option<ReadTicket<Captured>>,
+    pub(super) traced: Option<TracedTexel>,
+    pub(super) trace: Option<ReadTicket<TexelTrace>>,
     pub(super) wants_thumbnails: bool,
     pub(super) thumbnails: Option<Thumbnails>,
     /// Reports of passes in finished frames.
@@ -126,6 +129,8 @@ impl Executor {
             lens: Lens::default(),
             capture: None,
             captured: None,
+            traced: None,
+            trace: None,
             wants_thumbnails: false,
             thumbnails: None,
             told: Told::default(),

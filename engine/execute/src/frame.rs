@@ -17,6 +17,7 @@ use super::record::{DeviceRecorder, initialize_resources};
 use super::replay::{Counts, Recorder};
 use super::report::FrameReport;
 use super::slot::FrameSlot;
+use super::texel_trace::Tracing;
 use super::thumbnails::{Making, Thumbnails};
 use super::upload::Uploads;
 
@@ -42,6 +43,7 @@ struct DecidedFrame<'a, 't> {
     look: Look<'a>,
     capture: Option<&'a Capture>,
     making: Option<&'a mut Making<'t>>,
+    tracing: Option<&'a mut Tracing>,
 }
 
 impl Executor {
@@ -80,6 +82,7 @@ impl Executor {
         let start = Instant::now();
         self.note_sources()?;
         let capture = self.prepare_views()?;
+        let mut tracing = self.begin_trace()?;
         let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
         let moves = self.dispatched > 0;
         let look = self.lens.look(&device, &running.display, (capture.is_some(), moves))?;
@@ -104,7 +107,8 @@ impl Executor {
                 (false, false) => Before::Nothing,
             };
             let (capture, making, uploads) = (capture.as_ref(), making.as_mut(), &self.uploads);
-            let frame = DecidedFrame { number, slot, running, before, uploads, look, capture, making };
+            let tracing = tracing.as_mut();
+            let frame = DecidedFrame { number, slot, running, before, uploads, look, capture, making, tracing };
             let (counts, submitted) = frame.submit(&mut self.slots[slot])?;
             self.progress.begin(&device);
             self.uploads.submitted();
@@ -118,6 +122,7 @@ impl Executor {
         if let (Some(capture), Some(submitted), true) = (capture, submitted, counts.displayed) {
             self.captured = Some(capture.ticket(&device, submitted));
         }
+        self.trace = tracing.zip(submitted).and_then(|(tracing, submitted)| tracing.ticket(&device, submitted, number));
         note_filled(running, &self.copies);
         if uninitialized {
             running.resources.iter().for_each(|physical| physical.initialized.store(true, Ordering::Relaxed));
@@ -174,7 +179,7 @@ impl Executor {
 impl DecidedFrame<'_, '_> {
     /// Records the frame and hands it to the device.
     fn submit(self, slot: &mut FrameSlot) -> Result<(Counts, TimelineValue), ExecuteError> {
-        let Self { number, slot: index, running, before, uploads, look, capture, making } = self;
+        let Self { number, slot: index, running, before, uploads, look, capture, making, tracing } = self;
         slot.begin(number, &running.instrumentation);
         let mut recording = slot.commands.begin()?;
         match before {
@@ -198,6 +203,7 @@ impl DecidedFrame<'_, '_> {
             filler: look.filler,
             capture,
             thumbnails: making,
+            tracing,
             failed: None,
         };
         let counts = running.replay.walk(&mut recorder);

@@ -36,6 +36,7 @@ mod shared;
 mod slot;
 mod source;
 mod texel;
+mod texel_trace;
 mod thumbnails;
 mod ticks;
 mod times;
@@ -59,6 +60,7 @@ pub use readback::ReadTicket;
 pub use replay::{Counts, Recorder, Replay};
 pub use report::{FrameReport, GpuTimes, PassOutcome, PassTime, Picture, SwapReport, Texels};
 pub use source::{ExternalResource, Sources, WriteError};
+pub use texel_trace::{TexelTrace, TexelWrite, TracedTexel};
 pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
 

@@ -12,6 +12,7 @@ use super::physical::{Copies, Physical};
 use super::prepare::{Groups, Prepared};
 use super::replay::Recorder;
 use super::rotations::copy_of;
+use super::texel_trace::Tracing;
 use super::thumbnails::Making;
 
 /// Records the steps of one frame.
@@ -34,6 +35,8 @@ pub(super) struct DeviceRecorder<'a, 'r, 't> {
     pub(super) capture: Option<&'a Capture>,
     /// Thumbnails of the outputs of passes.
     pub(super) thumbnails: Option<&'a mut Making<'t>>,
+    /// A texel that is followed.
+    pub(super) tracing: Option<&'a mut Tracing>,
     /// Why the uniform blocks could not be written: then the frame must not be submitted.
     pub(super) failed: Option<raxel_gpu::Error>,
 }
@@ -129,6 +132,10 @@ impl Recorder for DeviceRecorder<'_, '_, '_> {
         if let Some(making) = &mut self.thumbnails {
             let ticks = &self.prepared.replay.ticks;
             making.record(self.recording, self.prepared, pass, |selector| ticks.rotation(self.frame, selector));
+        }
+        if let Some(tracing) = &mut self.tracing {
+            let ticks = &self.prepared.replay.ticks;
+            tracing.record(self.recording, self.prepared, pass, |selector| ticks.rotation(self.frame, selector));
         }
     }
 

@@ -377,6 +377,34 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_copy_image_to_buffer(self.raw(), image.raw, layout, to.raw, &[region]) };
     }
 
+    /// Copies one texel of one mip of one layer, or of one slice of a 3-D image, to an offset of a buffer, a multiple of 4 and of the texel's bytes. The
+    /// image is in `GENERAL`.
+    ///
+    /// # Panics
+    /// If the image has no such texel, or the buffer no room for it there.
+    pub fn copy_texel_to_buffer(
+        &mut self,
+        image: &Image,
+        (mip, layer): (u32, u32),
+        [x, y]: [u32; 2],
+        (to, buffer_offset): (&Buffer, u64),
+    ) {
+        let volume = image.info().volume;
+        let (slice, layer) = if volume { (layer, 0) } else { (0, layer) };
+        to.require(buffer_offset, image.require(mip, [x, y, slice], [1; 3], layer.saturating_add(1)), 1);
+        self.uses(to);
+        let region = vk::BufferImageCopy {
+            buffer_offset,
+            image_subresource: subresource(mip, layer),
+            image_offset: vk::Offset3D { x: x as i32, y: y as i32, z: slice as i32 },
+            image_extent: vk::Extent3D { width: 1, height: 1, depth: 1 },
+            ..Default::default()
+        };
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: as in `clear_image`.
+        unsafe { self.device().raw.cmd_copy_image_to_buffer(self.raw(), image.raw, layout, to.raw, &[region]) };
+    }
+
     /// Copies texels without padding from an offset of a buffer, a multiple of 4 and of the texel's bytes, into a box of one mip of an
     /// image in `GENERAL`, at the first layer.
     ///

@@ -10,7 +10,7 @@ use crate::action::Action;
 use crate::bar::{RED, text_of};
 use crate::docks::caption;
 use crate::statistics::{BINS, Statistics};
-use crate::view::{Inspected, Magnified, Map, Shown, Sought, Table, Texel, View, Zoom};
+use crate::view::{Inspected, Magnified, Map, Shown, Sought, Table, Texel, TexelHistory, View, Zoom};
 
 /// Points between columns of numbers, and between their rows.
 const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
@@ -194,6 +194,10 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     });
     if let Some(pinned) = &found.pinned {
         texel(ui, "pinned texel", found, pinned);
+        if let Some(history) = &found.history {
+            over_passes(ui, found, history);
+            over_frames(ui, found, &history.frames);
+        }
     }
     match &found.cursor {
         Some(cursor) => {
@@ -219,6 +223,55 @@ fn texel(ui: &mut Ui, id: &str, found: &Inspected, texel: &Texel) {
             ui.end_row();
         }
     });
+}
+
+/// The pinned texel as each pass of the newest frame left it.
+fn over_passes(ui: &mut Ui, found: &Inspected, history: &TexelHistory) {
+    Grid::new("over passes").num_columns(found.channels.len() + 1).spacing(COLUMNS).show(ui, |ui| {
+        ui.weak("after pass");
+        for name in &found.channels {
+            ui.weak(*name);
+        }
+        ui.end_row();
+        for write in &history.writes {
+            ui.monospace(&write.pass);
+            for value in &write.values {
+                ui.monospace(value);
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// The chosen channel of the pinned texel over frames, from its smallest value to its largest.
+fn over_frames(ui: &mut Ui, found: &Inspected, values: &[Option<f32>]) {
+    if values.len() < 2 {
+        return;
+    }
+    let map = found.map.or(found.used);
+    let channel = map.and_then(|map| found.channels.get(map.channel as usize)).copied().unwrap_or_default();
+    ui.weak(format!("{channel} in the last {} frames that wrote it", values.len()));
+    let size = vec2(ui.available_width().clamp(100.0, 400.0), 48.0);
+    let (response, painter) = ui.allocate_painter(size, Sense::hover());
+    let area = response.rect;
+    painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
+    let finite = || values.iter().copied().flatten();
+    let (low, high) = (finite().fold(f32::INFINITY, f32::min), finite().fold(f32::NEG_INFINITY, f32::max));
+    if low > high {
+        return;
+    }
+    let inner = area.shrink2(vec2(2.0, 12.0));
+    let point = |index: usize| {
+        let share = if high > low { (values[index]? - low) / (high - low) } else { 0.5 };
+        let along = index as f32 / (values.len() - 1) as f32;
+        Some(pos2(inner.left() + along * inner.width(), inner.bottom() - share * inner.height()))
+    };
+    // A value that is no finite number leaves a gap.
+    for ends in (1..values.len()).filter_map(|index| Some([point(index - 1)?, point(index)?])) {
+        painter.line_segment(ends, Stroke::new(1.5, Color32::from_rgb(120, 170, 250)));
+    }
+    caption(ui, area.left_top() + vec2(3.0, 0.0), Align2::LEFT_TOP, &high.to_string());
+    caption(ui, area.left_bottom() + vec2(3.0, 0.0), Align2::LEFT_BOTTOM, &low.to_string());
 }
 
 /// Texels as squares, the central one framed.

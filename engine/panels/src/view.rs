@@ -497,6 +497,8 @@ pub struct Inspected {
     pub cursor: Option<Texel>,
     /// The texel that the user has pinned, in what is shown now.
     pub pinned: Option<Texel>,
+    /// The pinned texel over the passes of a frame, and over frames.
+    pub history: Option<TexelHistory>,
     /// The texels around the pinned one, or else around the one under the cursor.
     pub zoom: Option<Zoom>,
     /// Rows of a buffer.
@@ -510,6 +512,24 @@ pub struct Texel {
     pub at: [u32; 2],
     /// Of each channel its value, as an integer where it is one, and its bits.
     pub values: Vec<[String; 2]>,
+}
+
+/// A texel over the passes of a frame, and over frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TexelHistory {
+    /// The dispatches of the newest frame that may have written it, in their order.
+    pub writes: Vec<PassTexel>,
+    /// The chosen channel after each of the last frames that wrote it, oldest first; `None` if it is no finite number.
+    pub frames: Vec<Option<f32>>,
+}
+
+/// A texel as a pass left it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PassTexel {
+    /// Name of the pass.
+    pub pass: String,
+    /// Of each channel its value, as an integer where it is one.
+    pub values: Vec<String>,
 }
 
 /// A square of texels around one.

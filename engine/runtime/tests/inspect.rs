@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use project::{TestProject, assert_silent};
-use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels};
+use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels, TracedTexel};
 use raxel_graph::checked::{Display, DisplayMap, Value};
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::{Observe, Options, Session};
@@ -115,6 +115,49 @@ fn a_copy_is_of_the_point_of_the_frame_that_is_shown() {
     let (floats, bits) = texels(&mut session).texel([0, 0]).unwrap();
     assert_eq!((floats[0], bits[0]), (f32::INFINITY, 0x7f80_0000), "its double is not a finite number");
     assert_eq!(texels(&mut session).texel([99, 0]), None);
+    assert_silent(&session);
+}
+
+/// A texel is seen as each pass leaves it, in each frame in which one writes it.
+#[test]
+fn a_texel_is_followed_over_the_passes_of_a_frame() {
+    let (_project, mut session) = open();
+    let traced = TracedTexel { target: "color".to_owned(), mip: 0, layer: 0, at: [3, 2] };
+    let trace = |session: &mut Session| {
+        session.frame().unwrap();
+        session.wait().unwrap();
+        let trace = session.texel_trace()?.poll().unwrap().expect("the frame is over");
+        let write = |write: &raxel_execute::TexelWrite| (write.pass.clone(), write.texel.floats()[0]);
+        Some(trace.writes.iter().map(write).collect::<Vec<_>>())
+    };
+    let writes = |first: f32| {
+        let write = |pass: &str, by: f32| (pass.to_owned(), [by * first, by * 3.0, 0.0, 1.0]);
+        Some(vec![write("first", 1.0), write("second", 2.0)])
+    };
+    assert_eq!(trace(&mut session), None, "nobody has asked");
+    session.trace_texel(Some(traced.clone()));
+    assert_eq!(trace(&mut session), None, "no pass runs again for it");
+    for value in [1.0, 0.125] {
+        session.set_param("value", Value::F32(value)).unwrap();
+        assert_eq!(trace(&mut session), writes(value));
+    }
+    // There is no such texel, or nothing writes it.
+    let wrong = [
+        TracedTexel { target: "none".to_owned(), ..traced.clone() },
+        TracedTexel { target: "numbers".to_owned(), ..traced.clone() },
+        TracedTexel { target: "unseen".to_owned(), ..traced.clone() },
+        TracedTexel { mip: 1, at: [0, 0], ..traced.clone() },
+        TracedTexel { layer: 1, ..traced.clone() },
+        TracedTexel { at: [0, 1 << 20], ..traced },
+    ];
+    for (texel, value) in wrong.into_iter().zip([2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) {
+        session.trace_texel(Some(texel));
+        session.set_param("value", Value::F32(value)).unwrap();
+        assert_eq!(trace(&mut session), None);
+    }
+    session.trace_texel(None);
+    session.set_param("value", Value::F32(0.75)).unwrap();
+    assert_eq!(trace(&mut session), None);
     assert_silent(&session);
 }
 

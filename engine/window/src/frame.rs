@@ -116,7 +116,7 @@ impl Viewer<'_> {
             self.write_table();
             self.take_copy();
         } else {
-            self.inspector.rest();
+            self.inspector.rest(&mut self.session);
         }
         let still = !report.displayed && report.dispatched == 0;
         let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());

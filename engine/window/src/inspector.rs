@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, display_of};
+use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, TracedTexel, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
 use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel, WrittenTexel};
 use raxel_panels::{NotFinite, Statistics, not_finite, view};
@@ -10,6 +10,7 @@ use raxel_runtime::Session;
 use raxel_shader::interface::ScalarKind;
 
 use super::elements::Elements;
+use super::texel_history::TexelHistory;
 use super::{locate, panel_data};
 
 /// Shortest time between two copies of something that changes.
@@ -54,6 +55,8 @@ pub struct Inspector {
     copying: Option<CopiedFor>,
     copied: Option<(CopiedFor, Shown)>,
     pinned: Option<Pin>,
+    /// The pinned texel over passes and frames.
+    history: TexelHistory,
     seen: Inspected,
 }
 
@@ -113,9 +116,10 @@ impl Inspector {
         Some(Copy { purpose, shown, texels })
     }
 
-    /// No panel shows it: the known contents are stale from here on.
-    pub fn rest(&mut self) {
+    /// No panel shows it: the known contents are stale from here on, and no texel is followed.
+    pub fn rest(&mut self, session: &mut Session) {
         self.stale = true;
+        self.history.follow(session, None);
     }
 
     /// The values of the texels in a region of the shown target, as far as they are known.
@@ -134,6 +138,7 @@ impl Inspector {
     /// Before a frame: asks for a copy when there is something new to copy.
     pub fn ask(&mut self, session: &mut Session) {
         let shown = panel_data::shown(session.debug_target(), session.graph());
+        self.history.follow(session, self.traced(&shown));
         let new = self.of.as_ref() != Some(&shown);
         if new {
             (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
@@ -144,6 +149,14 @@ impl Inspector {
         }
         (self.of, self.asked, self.stale) = (Some(shown), Some(Instant::now()), false);
         session.capture_shown(self.part(session));
+    }
+
+    /// The pinned texel of the shown target, if its values are those of the present frame.
+    fn traced(&self, shown: &Shown) -> Option<TracedTexel> {
+        let found = self.found.as_ref().filter(|found| found.shown == *shown && shown.age == 0)?;
+        let Captured::Texels(texels) = &found.captured else { return None };
+        let at = self.pinned_in(texels)?;
+        Some(TracedTexel { target: shown.resource.clone(), mip: shown.mip, layer: shown.layer, at })
     }
 
     /// The bytes of a buffer that are wanted: its head, or the rows that are looked at.
@@ -173,6 +186,7 @@ impl Inspector {
                 Err(_) => self.stale = true,
             }
         }
+        self.history.take(session);
         self.judge(session.graph());
         let display = self.map.map(|map| self.display(session.graph(), map));
         session.set_display(display);
@@ -318,6 +332,8 @@ impl Inspector {
                 seen.cursor = under.and_then(|at| texel(texels, at));
                 let pinned = self.pinned_in(texels);
                 seen.pinned = pinned.and_then(|at| texel(texels, at));
+                let channel = seen.used.map_or(0, |used| used.channel);
+                seen.history = seen.pinned.as_ref().and_then(|_| self.history.view(channel));
                 let display = seen.used.map(|used| self.display(graph, used));
                 seen.zoom = pinned.or(under).zip(display).map(|(at, display)| locate::zoom(texels, at, &display));
             }
@@ -378,7 +394,7 @@ fn texel_under(texels: &Texels, pixel: [i32; 2], output: [u32; 2], region: &Regi
 }
 
 /// A texel: its channels, and their bits in hexadecimal.
-fn texel(texels: &Texels, at: [u32; 2]) -> Option<Texel> {
+pub(super) fn texel(texels: &Texels, at: [u32; 2]) -> Option<Texel> {
     let (floats, bits) = texels.texel(at)?;
     let channels = texels.format.channels() as usize;
     let integers = texels.integer(at);

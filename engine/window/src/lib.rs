@@ -33,6 +33,7 @@ mod problem_log;
 mod recording;
 mod reload_log;
 mod switching;
+mod texel_history;
 mod title;
 mod undoing;
 mod waiting;

@@ -145,15 +145,22 @@ impl Plan {
     /// A pass that writes this mip and layer (or slice) of a resource and was culled because nothing shown depends on it: the resource does
     /// not hold the graph's result.
     pub fn culled_writer(&self, resource: ResourceId, mip: u32, layer: u32) -> Option<PassId> {
+        let unused = self.culled.iter().filter(|culled| culled.reason == CullReason::Unused);
+        unused.map(|culled| culled.pass).find(|&pass| self.may_write(pass, resource, mip, layer))
+    }
+
+    /// Whether a pass has write access to this mip and layer (or slice) of a resource.
+    pub fn may_write(&self, pass: PassId, resource: ResourceId, mip: u32, layer: u32) -> bool {
         let size = &self.sizes[resource.0 as usize];
         // The slices of a volume are one subresource.
         let layer = if matches!(size, Size::Image { volume: true, .. }) { 0 } else { layer };
-        let read = SubresourceRange::one(mip, layer);
+        let sought = SubresourceRange::one(mip, layer);
         let writes = |access: &BoundAccess| {
-            access.resource == resource && access.access.writes() && SubresourceRange::of(access, size).overlaps(&read)
+            access.resource == resource
+                && access.access.writes()
+                && SubresourceRange::of(access, size).overlaps(&sought)
         };
-        let unused = self.culled.iter().filter(|culled| culled.reason == CullReason::Unused);
-        unused.map(|culled| culled.pass).find(|&pass| self.graph.pass(pass).accesses.iter().any(writes))
+        self.graph.pass(pass).accesses.iter().any(writes)
     }
 
     /// Whether lists of passes show this one: of the cases of a name, the one that the plan runs, else the first.

@@ -3,9 +3,9 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use raxel_panels::view::{
-    Brush, Compare, ComponentKind, Editing, FileKind, Frame, Inspected, Magnified, Map, Param, Pass, PassState, Preset,
-    Problem, ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, Thumbnail, Timeline, Use, World,
-    WorldExtent, WorldStatistics, Zoom,
+    Brush, Compare, ComponentKind, Editing, FileKind, Frame, Inspected, Magnified, Map, Param, Pass, PassState,
+    PassTexel, Preset, Problem, ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, TexelHistory,
+    Thumbnail, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
 
@@ -200,6 +200,12 @@ pub fn inspected() -> Inspected {
             values: vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]],
         }),
         pinned: Some(Texel { at: [20, 30], values: vec![["NaN".to_owned(), "0x7e00".to_owned()]; 2] }),
+        history: Some(TexelHistory {
+            writes: [("clear", "0"), ("shade", "NaN")]
+                .map(|(pass, value)| PassTexel { pass: pass.to_owned(), values: vec![value.to_owned(); 2] })
+                .into(),
+            frames: (0..60).map(|frame| (frame != 20).then_some((frame % 30) as f32)).collect(),
+        }),
         zoom: Some(Zoom {
             colors: (0..Zoom::SIDE * Zoom::SIDE)
                 .map(|index| (index % Zoom::SIDE > 1).then_some([90, 160, 220]))

@@ -40,7 +40,7 @@ mod tests {
     use super::super::debounce::FileActivity;
     use super::*;
 
-    const GRAPH: &str = "name = 'a'\npresent = 'color'\n[targets.color]\nformat = 'rgba8_unorm'\n[[passes]]\nname = 'draw'\n\
+    const GRAPH: &str = "name = 'a'\npresent = 'color'\n[targets.color]\nformat = 'rgba8'\n[[passes]]\nname = 'draw'\n\
         shader = 'draw.comp'\ndispatch = { threads = 'color' }\nbind = { color = 'color' }\n";
 
     fn shader(red: &str) -> String {

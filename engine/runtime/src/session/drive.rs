@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use raxel_diagnostics::files::join;
 use raxel_execute::moment::Moment;
-use raxel_execute::{Builder, Comparison, ExternalResource, Mismatch, Reference, Region, Thumbnail, WriteError};
+use raxel_execute::{
+    Builder, Comparison, ExternalResource, Mismatch, ReadTicket, Reference, Region, TexelTrace, Thumbnail, TracedTexel,
+    WriteError,
+};
 use raxel_graph::checked::{Display, Param, Value};
 use raxel_graph::supply::MICROPHONE;
 
@@ -140,6 +143,16 @@ impl Session {
     /// The small pictures that have arrived since the last call.
     pub fn take_thumbnails(&mut self) -> Vec<Thumbnail> {
         self.renderer.executor.take_thumbnails()
+    }
+
+    /// Follows a texel of a target from the next frame on, or none: each dispatch that may write it is followed by a copy of it.
+    pub fn trace_texel(&mut self, texel: Option<TracedTexel>) {
+        self.renderer.executor.trace_texel(texel);
+    }
+
+    /// The followed texel in the last frame, once; `None` if no pass wrote it.
+    pub fn texel_trace(&mut self) -> Option<ReadTicket<TexelTrace>> {
+        self.renderer.executor.texel_trace()
     }
 
     /// Compares the debug target with a reference from the next frame on, while [`Self::mismatch`] returns `None`. A loss of the device
