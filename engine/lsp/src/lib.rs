@@ -136,7 +136,7 @@ enum Checking {
     },
 }
 
-/// What the thread was asked for.
+/// The task of the thread.
 #[derive(Clone, Copy)]
 enum Question {
     /// The errors in shaders that were edited.
@@ -144,7 +144,7 @@ enum Question {
     Check,
 }
 
-/// What the thread found.
+/// The result of the thread.
 enum Answer {
     FirstLook(Look),
     Check(Found),
