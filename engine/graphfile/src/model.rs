@@ -174,8 +174,8 @@ pub struct Target {
     /// Number of array layers.
     #[keys(range = 1..=MOST_LAYERS, told = 1)]
     pub layers: Option<Spanned<u32>>,
-    /// How many earlier frames are kept.
-    #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
+    /// How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …
+    #[keys(range = 0..=LONGEST_HISTORY, told = 0)]
     pub history: Option<Spanned<u32>>,
     /// Fills it at the start of each frame: one number, or one for each channel. Nothing when left out.
     #[keys(excludes("init", why = "`clear` fills the target each frame, `init` once"))]
@@ -297,8 +297,8 @@ pub struct Buffer {
     /// 32-bit pattern that fills it at creation and on reset. Contents then stay from frame to frame. Nothing when left out.
     #[keys(shape = i64::shape(&NumberRange::default()))]
     pub init: Option<Literal>,
-    /// How many earlier frames are kept.
-    #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
+    /// How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …
+    #[keys(range = 0..=LONGEST_HISTORY, told = 0)]
     pub history: Option<Spanned<u32>>,
     /// Gives it its own memory, and keeps contents from frame to frame; with `clear`, until the next frame clears it.
     #[keys(told = false)]

@@ -12,7 +12,7 @@ use crate::model::{
     Bind, Buffer, BufferSize, Choices, Clock, Dispatch, Display, Elements, Every, File, Literal, Loop, Member, Mip,
     MipSteps, Param, Pass, RelativeSize, Rhythm, Rounds, Scale, Size, Target, Warning,
 };
-use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
+use crate::parse::resources::{LONGEST_AXIS, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::resolve::FACTS;
 
@@ -35,13 +35,6 @@ pub fn schema() -> Value {
         "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array. Instead of `from`.", &Literal::shape(&())),
         "counts": counts("One, two or three numbers: x, y, z."),
         "remove": flag("Removes it from the graph that `extends` names.", false),
-        "history": {
-            "description": "How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …",
-            "type": "integer",
-            "minimum": 0,
-            "maximum": LONGEST_HISTORY,
-            "default": 0,
-        },
     }));
     schema
 }
