@@ -454,10 +454,11 @@ pub struct Member {
     /// Type, such as `vec3`, or an array such as `vec4[8]`. Needed in this form.
     #[keys(rename = "type", shape = member_types())]
     pub ty: Option<Spanned<String>>,
-    /// Where the value comes from, instead of `value`: the whole value when it is a string.
+    /// Source of the value, instead of `value`. A member that is only a string is its source.
     #[keys(shape = reference("from"), excludes("value", why = "a member has one value"))]
     pub from: Option<Spanned<String>>,
-    /// The value, instead of `from`: the whole value when it is no string and no table.
+    /// The value, instead of `from`: a number, a boolean, or an array, of the components of a vector, the columns of a matrix, or the elements
+    /// of an array. A member that is only one of these is its value.
     #[keys(shape = reference("literal"))]
     pub value: Option<Literal>,
     /// Offset in bytes, checked against the shader. Not checked when left out.

@@ -32,7 +32,7 @@ pub fn schema() -> Value {
         "fills": described("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".", &Shape::by_name(reference("member"))),
         "member": member(),
         "from": from(),
-        "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array. Instead of `from`.", &Literal::shape(&())),
+        "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array.", &Literal::shape(&())),
         "counts": counts("One, two or three numbers: x, y, z."),
         "remove": flag("Removes it from the graph that `extends` names.", false),
     }));
@@ -250,7 +250,7 @@ fn from() -> Value {
         RoundIndex::ALL
             .map(|index| json!({ "const": index.name(), "description": format!("`u32`: {}", index.about()) })),
     );
-    json!({ "description": "Source of the value. Instead of `value`.", "anyOf": any })
+    json!({ "description": "Source of the value.", "anyOf": any })
 }
 
 /// Conditions that ask about the world.
