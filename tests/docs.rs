@@ -13,6 +13,8 @@ mod map;
 mod pieces;
 #[path = "docs/reference.rs"]
 mod reference;
+#[path = "docs/rivals_apart.rs"]
+mod rivals_apart;
 #[path = "docs/rust_api.rs"]
 mod rust_api;
 

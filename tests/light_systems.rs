@@ -887,11 +887,7 @@ fn texels_that_faces_in_sight_take_from_each_other_are_said() {
         full(&mut session, 6)
     };
     assert!(said().is_empty());
-    project.edit(
-        "shaders/rivals/light/surface/unwrapped.glsl",
-        "const uint BLOCKS = 65536u;",
-        "const uint BLOCKS = 2u;",
-    );
+    project.edit("shaders/light/unwrapped.glsl", "const uint BLOCKS = 65536u;", "const uint BLOCKS = 2u;");
     let said = said();
     let says = "RX0411: faces in sight lost their texels to others in sight, and begin anew: ";
     assert!(matches!(&said[..], [one] if one.starts_with(says)), "{said:?}");

@@ -221,6 +221,12 @@ fn names_are_completed_and_explained() {
     let place = editor.place(&graph, "[targets.a]\nhist|ory = 1\n");
     let said = editor.ask("textDocument/hover", place);
     assert!(said["contents"]["value"].as_str().unwrap().starts_with("`history`: "), "{said}");
+    let place = editor.place(&graph, "[[passes]]\naf|ter = \"color\"\n");
+    let said = editor.ask("textDocument/hover", place);
+    assert!(
+        said["contents"]["value"].as_str().unwrap().contains("Not beside `before`: a pass has one place."),
+        "{said}"
+    );
     let place = editor.place(&graph, &format!("{text}bind = {{ out = \"col|or\" }}\n"));
     let found = editor.ask("textDocument/definition", place);
     assert_eq!(found["range"]["start"]["line"], json!(3));

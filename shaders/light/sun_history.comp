@@ -3,7 +3,7 @@
 // neighbours or its last frame found something else. It gets `rays` more rays at once. The pixel's position in the last frame is exact, and a
 // value there counts only for the same face of the same voxel. With JITTER, whose frames are averaged, pixels in doubt share the results of
 // their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS,
-// a face that has texels (surface/unwrapped.glsl) knows its sunlight by itself. With PANES, rays go through clear bodies of at most PANES
+// a face that has texels (unwrapped.glsl) knows its sunlight by itself. With PANES, rays go through clear bodies of at most PANES
 // voxels, with one ray a pixel, too. Their light is kept apart, with its colours and without a history.
 #version 460
 #if defined(PANES) && !defined(ONE_RAY)
@@ -30,7 +30,7 @@ layout(rgba16f) uniform writeonly image2D outStained;   // share of the sun time
 #ifdef SUN_TEXELS
 layout(r32ui) uniform readonly uimage2D slots;
 layout(std430) readonly buffer SunTexels { vec2 sun_texels[]; };
-#include "rivals/light/surface/unwrapped.glsl"
+#include "unwrapped.glsl"
 #endif
 #include "change.glsl"
 #ifdef STIRS

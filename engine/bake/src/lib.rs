@@ -9,7 +9,7 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod bake;
-mod directory;
+mod folder_store;
 mod metadata;
 #[cfg(feature = "cloud")]
 mod object;
@@ -22,7 +22,7 @@ mod source;
 mod store;
 
 pub use bake::{BakeError, Report, bake};
-pub use directory::Directory;
+pub use folder_store::FolderStore;
 #[cfg(feature = "cloud")]
 pub use object::{ObjectStore, Patience};
 pub use part::BakePart;

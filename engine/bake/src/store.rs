@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::directory::Directory;
+use crate::folder_store::FolderStore;
 
 /// Most bytes of a JSON document: that of a world with all materials that there may be has a quarter of it.
 pub(crate) const DOCUMENT: u64 = 64 << 20;
@@ -77,10 +77,10 @@ pub fn open(address: &str, root: &Path) -> Result<Arc<dyn Store>, OpenError> {
         if address.is_empty() || address.contains('\0') {
             return Err(OpenError::Unknown(address.to_owned()));
         }
-        return Ok(Arc::new(Directory::new(root.join(address))));
+        return Ok(Arc::new(FolderStore::new(root.join(address))));
     };
     match scheme {
-        "file" if rest.starts_with('/') => Ok(Arc::new(Directory::new(Path::new(rest).to_owned()))),
+        "file" if rest.starts_with('/') => Ok(Arc::new(FolderStore::new(Path::new(rest).to_owned()))),
         "s3" | "http" | "https" => open_remote(address),
         _ => Err(OpenError::Unknown(address.to_owned())),
     }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use common::python::Python;
 use common::{LEVELS, cells, expected, land, plan, tiles};
-use raxel_bake::{BakePart, Directory, ObjectStore, Patience, Store as _, Wanted, ZarrSource, bake};
+use raxel_bake::{BakePart, FolderStore, ObjectStore, Patience, Store as _, Wanted, ZarrSource, bake};
 use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
@@ -118,7 +118,7 @@ fn shards_go_to_s3_and_come_back() {
     let store = server.open("s3://worlds/land");
     let again = bake(&*land, &plan, BakePart::Whole, &store, &mut |_, _| {}).unwrap();
     assert_eq!((again.written, again.skipped), (0, 16));
-    bake(&*land, &plan, BakePart::Whole, &Directory::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &FolderStore::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
     for (name, bytes) in files(&folder.path().join("store")) {
         assert!(store.get(&name, Wanted::Whole).unwrap() == Some(bytes), "{name}");
     }

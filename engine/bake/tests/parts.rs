@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use common::{expected, land, plan, solid_tile};
-use raxel_bake::{BakeError, BakePart, Directory, Plan, Store, StoreError, Wanted, ZarrSource, bake};
+use raxel_bake::{BakeError, BakePart, FolderStore, Plan, Store, StoreError, Wanted, ZarrSource, bake};
 use raxel_testing::files;
 use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 fn bake_to(folder: &Path, land: &dyn ChunkProvider, plan: &Plan, part: &str) -> raxel_bake::Report {
     let part = if part.is_empty() { BakePart::Whole } else { part.parse().unwrap() };
-    bake(land, plan, part, &Directory::new(folder.to_owned()), &mut |_, _| {}).unwrap()
+    bake(land, plan, part, &FolderStore::new(folder.to_owned()), &mut |_, _| {}).unwrap()
 }
 
 #[test]
@@ -72,14 +72,14 @@ fn parts_are_the_whole() {
     bake_to(&inside("whole"), &*land, &plan, "");
     assert!(files(&inside("whole")) == wanted);
     replace("\"format\": 2", "\"format\": 1");
-    let error = bake(&*land, &plan, BakePart::Whole, &Directory::new(inside("whole")), &mut |_, _| {}).unwrap_err();
+    let error = bake(&*land, &plan, BakePart::Whole, &FolderStore::new(inside("whole")), &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, BakeError::OtherFormat(_)), "{error}");
 }
 
 #[test]
 fn another_world_is_not_mixed_in() {
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
-    let store = Directory::new(folder.path().to_owned());
+    let store = FolderStore::new(folder.path().to_owned());
     let part = || "1/16".parse().unwrap();
     let baked = |plan: &Plan| bake(&*land, plan, part(), &store, &mut |_, _| {});
     let first = plan(&*land);
@@ -100,7 +100,7 @@ fn another_world_is_not_mixed_in() {
 
 /// A store that fails in every way there is, at some of its calls.
 struct Failing {
-    store: Directory,
+    store: FolderStore,
     calls: AtomicUsize,
     /// Which call fails how; calls are counted from 0.
     plan: Mutex<Vec<(usize, Fault)>>,
@@ -151,7 +151,7 @@ fn a_store_that_fails_is_never_taken_for_an_empty_one() {
     let solid = solid_tile(&*land, &plan);
     let wanted = expected(&*land, &plan, solid);
     let open = |faults: &[(usize, Fault)]| {
-        let store = Directory::new(folder.path().to_owned());
+        let store = FolderStore::new(folder.path().to_owned());
         let failing = Failing { store, calls: AtomicUsize::new(0), plan: Mutex::new(faults.to_vec()) };
         ZarrSource::of(Arc::new(failing), "s3://test").map(Arc::new)
     };
@@ -190,7 +190,7 @@ fn a_store_that_fails_is_never_taken_for_an_empty_one() {
 fn baking_goes_on_when_the_store_does() {
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    let store = Directory::new(folder.path().join("store"));
+    let store = FolderStore::new(folder.path().join("store"));
     let failing =
         Failing { store, calls: AtomicUsize::new(0), plan: Mutex::new(vec![(2, Fault::Busy), (5, Fault::Busy)]) };
     bake(&*land, &plan, BakePart::Whole, &failing, &mut |_, _| {}).unwrap();

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use common::s3::{AWAY, Server, restarted};
 use common::{expected, land, plan, tiles};
-use raxel_bake::{BakePart, Directory, ObjectStore, Patience, ZarrSource, bake};
+use raxel_bake::{BakePart, FolderStore, ObjectStore, Patience, ZarrSource, bake};
 use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
@@ -34,7 +34,7 @@ fn a_server_that_restarts_costs_no_shard_and_changes_no_voxel() {
     let server = Server::start();
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    bake(&*land, &plan, BakePart::Whole, &Directory::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &FolderStore::new(folder.path().to_owned()), &mut |_, _| {}).unwrap();
     let whole: BTreeMap<_, _> = files(folder.path()).into_iter().collect();
 
     // Two tasks at once; after each shard the server is away for a while.

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use common::web::{Answer, LIES, Plan, WebServer};
 use common::{expected, land, plan, solid_tile, tiles};
-use raxel_bake::{BakePart, Directory, ObjectStore, Patience, SourceError, ZarrSource, bake};
+use raxel_bake::{BakePart, FolderStore, ObjectStore, Patience, SourceError, ZarrSource, bake};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider as _, Content};
 
@@ -39,7 +39,7 @@ impl Baked {
             common::LEVELS,
         );
         for (name, plan) in [("land", &plan), ("other", &other.unwrap())] {
-            let store = Directory::new(folder.path().join(name));
+            let store = FolderStore::new(folder.path().join(name));
             bake(&*land, plan, BakePart::Whole, &store, &mut |_, _| {}).unwrap();
         }
         let what = |tile| (tile, expected(&*land, &plan, tile));

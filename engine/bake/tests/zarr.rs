@@ -6,7 +6,7 @@ mod common;
 
 use common::python::Python;
 use common::{LEVELS, cells, expected, land, plan, tiles};
-use raxel_bake::{BakePart, Directory, ZarrSource, bake};
+use raxel_bake::{BakePart, FolderStore, ZarrSource, bake};
 use raxel_world::ChunkProvider as _;
 
 /// Compares the arrays of a folder with raw cells, which are in files beside it.
@@ -42,7 +42,7 @@ assert names[group['0'][z, y + 20, x]] == 'lamp'
 fn a_source_has_the_tiles_that_were_baked() {
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    let store = Directory::new(folder.path().to_owned());
+    let store = FolderStore::new(folder.path().to_owned());
     bake(&*land, &plan, BakePart::Whole, &store, &mut |_, _| {}).unwrap();
     let source = ZarrSource::open(folder.path().to_str().unwrap(), std::path::Path::new("/")).unwrap();
     assert_eq!((source.materials(), source.fingerprint()), (land.materials(), Some("0123")));
@@ -60,7 +60,7 @@ fn python_reads_what_was_baked() {
     let Some(python) = Python::with("zarr-3.1.6", &["zarr==3.1.6"]) else { return };
     let (land, folder) = (land(), tempfile::tempdir().unwrap());
     let plan = plan(&*land);
-    bake(&*land, &plan, BakePart::Whole, &Directory::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
+    bake(&*land, &plan, BakePart::Whole, &FolderStore::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
     for level in 0..LEVELS {
         let (cells, shape) = cells(&*land, &plan, level);
         let bytes: Vec<u8> = cells.iter().flat_map(|cell| cell.to_le_bytes()).collect();

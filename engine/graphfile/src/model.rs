@@ -174,8 +174,8 @@ pub struct Target {
     /// Number of array layers.
     #[keys(range = 1..=MOST_LAYERS, told = 1)]
     pub layers: Option<Spanned<u32>>,
-    /// How many earlier frames are kept.
-    #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
+    /// How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …
+    #[keys(range = 0..=LONGEST_HISTORY, told = 0)]
     pub history: Option<Spanned<u32>>,
     /// Fills it at the start of each frame: one number, or one for each channel. Nothing when left out.
     #[keys(excludes("init", why = "`clear` fills the target each frame, `init` once"))]
@@ -297,8 +297,8 @@ pub struct Buffer {
     /// 32-bit pattern that fills it at creation and on reset. Contents then stay from frame to frame. Nothing when left out.
     #[keys(shape = i64::shape(&NumberRange::default()))]
     pub init: Option<Literal>,
-    /// How many earlier frames are kept.
-    #[keys(range = 0..=LONGEST_HISTORY, shape = reference("history"))]
+    /// How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …
+    #[keys(range = 0..=LONGEST_HISTORY, told = 0)]
     pub history: Option<Spanned<u32>>,
     /// Gives it its own memory, and keeps contents from frame to frame; with `clear`, until the next frame clears it.
     #[keys(told = false)]
@@ -454,10 +454,11 @@ pub struct Member {
     /// Type, such as `vec3`, or an array such as `vec4[8]`. Needed in this form.
     #[keys(rename = "type", shape = member_types())]
     pub ty: Option<Spanned<String>>,
-    /// Where the value comes from, instead of `value`: the whole value when it is a string.
+    /// Source of the value, instead of `value`. A member that is only a string is its source.
     #[keys(shape = reference("from"), excludes("value", why = "a member has one value"))]
     pub from: Option<Spanned<String>>,
-    /// The value, instead of `from`: the whole value when it is no string and no table.
+    /// The value, instead of `from`: a number, a boolean, or an array, of the components of a vector, the columns of a matrix, or the elements
+    /// of an array. A member that is only one of these is its value.
     #[keys(shape = reference("literal"))]
     pub value: Option<Literal>,
     /// Offset in bytes, checked against the shader. Not checked when left out.

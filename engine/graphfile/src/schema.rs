@@ -12,7 +12,7 @@ use crate::model::{
     Bind, Buffer, BufferSize, Choices, Clock, Dispatch, Display, Elements, Every, File, Literal, Loop, Member, Mip,
     MipSteps, Param, Pass, RelativeSize, Rhythm, Rounds, Scale, Size, Target, Warning,
 };
-use crate::parse::resources::{LONGEST_AXIS, LONGEST_HISTORY, MOST_MIPS, MOST_WARNINGS, SCALES};
+use crate::parse::resources::{LONGEST_AXIS, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
 use crate::resolve::FACTS;
 
@@ -32,16 +32,9 @@ pub fn schema() -> Value {
         "fills": described("Values by member; members of structs in nested tables or by quoted path, e.g. \"sun.direction\".", &Shape::by_name(reference("member"))),
         "member": member(),
         "from": from(),
-        "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array. Instead of `from`.", &Literal::shape(&())),
+        "literal": described("A number, a boolean, or an array: the components of a vector, the columns of a matrix, the elements of an array.", &Literal::shape(&())),
         "counts": counts("One, two or three numbers: x, y, z."),
         "remove": flag("Removes it from the graph that `extends` names.", false),
-        "history": {
-            "description": "How many earlier frames (with a clock: ticks) are kept. Passes read them as `NAME@1`, `NAME@2`, …",
-            "type": "integer",
-            "minimum": 0,
-            "maximum": LONGEST_HISTORY,
-            "default": 0,
-        },
     }));
     schema
 }
@@ -257,7 +250,7 @@ fn from() -> Value {
         RoundIndex::ALL
             .map(|index| json!({ "const": index.name(), "description": format!("`u32`: {}", index.about()) })),
     );
-    json!({ "description": "Source of the value. Instead of `value`.", "anyOf": any })
+    json!({ "description": "Source of the value.", "anyOf": any })
 }
 
 /// Conditions that ask about the world.

@@ -31,6 +31,17 @@ pub struct Key {
     pub default: Option<Value>,
     /// It must be there.
     pub needed: bool,
+    /// Keys that cannot stand beside it. Each of them has this key in its own list.
+    pub conflicts: Vec<Conflict>,
+}
+
+/// A key that cannot stand beside another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conflict {
+    /// The name of that key.
+    pub with: &'static str,
+    /// The reason, as the second half of a sentence.
+    pub why: &'static str,
 }
 
 /// The shape of a value.
@@ -95,9 +106,44 @@ impl Form {
     pub fn all_keys(&self) -> Vec<&Key> {
         self.keys.iter().chain(self.forms.iter().flat_map(Form::all_keys)).collect()
     }
+
+    fn all_keys_mut(&mut self) -> Vec<&mut Key> {
+        self.keys.iter_mut().chain(self.forms.iter_mut().flat_map(Form::all_keys_mut)).collect()
+    }
+
+    /// Adds that a key cannot stand beside others, to that key and to each of the others.
+    pub fn exclude(&mut self, name: &'static str, others: &[&'static str], why: &'static str) {
+        for key in self.all_keys_mut() {
+            if key.name == name {
+                key.conflicts.extend(others.iter().map(|other| Conflict { with: other, why }));
+            } else if others.contains(&key.name) {
+                key.conflicts.push(Conflict { with: name, why });
+            }
+        }
+    }
 }
 
-/// In a line: the name, the shape of the value, and the meaning.
+impl Key {
+    /// Its meaning, and the keys that cannot stand beside it.
+    pub fn description(&self) -> String {
+        let mut text = self.about.to_owned();
+        let mut left = &self.conflicts[..];
+        while let Some(Conflict { why, .. }) = left.first() {
+            // One sentence for all neighbours with one reason.
+            let (same, others) = left.split_at(left.iter().take_while(|conflict| conflict.why == *why).count());
+            let names: Vec<String> = same.iter().map(|conflict| format!("`{}`", conflict.with)).collect();
+            let names = match names.split_last() {
+                Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+                _ => names.concat(),
+            };
+            text = format!("{text} Not beside {names}: {why}.");
+            left = others;
+        }
+        text
+    }
+}
+
+/// In a line: the name, the shape of the value, and the description.
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.shape)?;
@@ -109,7 +155,7 @@ impl fmt::Display for Key {
             None if self.needed => write!(f, ", needed")?,
             None => {}
         }
-        write!(f, ". {}", self.about)
+        write!(f, ". {}", self.description())
     }
 }
 

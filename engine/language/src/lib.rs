@@ -55,7 +55,7 @@
 //! | `map = f64::to_radians` | a function between the value of the file and that of the field |
 //! | `read = function` | a function of a [`Node`] that reads the value, instead of the type's own reader |
 //! | `shape = Shape::Text` | what the value is, instead of what the type says |
-//! | `excludes("a", "b", why = "…")` | keys that cannot stand beside this one |
+//! | `excludes("a", "b", why = "…")` | keys that cannot stand beside this one; the reader refuses them together, and the schema says it of each |
 //! | `flatten` | the keys of another declaration, in the same table |
 //! | `entry`, `span` | the name of the table, where the author gives it; its place |
 //! | `name` | of a layer: the key that says its name, as in `[[passes]]` |
@@ -132,7 +132,7 @@ pub mod layer;
 mod schema;
 pub mod value;
 
-pub use key::{Form, Key, Shape};
+pub use key::{Conflict, Form, Key, Shape};
 pub use layer::Layer;
 pub use raxel_diagnostics::table::{Node, Table};
 pub use raxel_diagnostics::{Code, Diagnostic, Spanned};

@@ -36,20 +36,37 @@ fn described(about: &str, mut schema: Value) -> Value {
 
 fn table<'k>(keys: impl Iterator<Item = &'k Key> + Clone) -> Value {
     let needed: Vec<&str> = keys.clone().filter(|key| key.needed).map(|key| key.name).collect();
+    let conflicts = conflicts(&keys.clone().collect::<Vec<_>>());
     let properties: Map<String, Value> = keys.map(|key| (key.name.to_owned(), key.schema())).collect();
     let mut schema = json!({ "type": "object", "additionalProperties": false, "properties": properties });
     if !needed.is_empty() {
         schema["required"] = json!(needed);
     }
+    match conflicts.as_slice() {
+        [] => {}
+        [pair] => schema["not"] = pair.clone(),
+        pairs => schema["not"] = json!({ "anyOf": pairs }),
+    }
     schema
 }
 
+/// The pairs of these keys that cannot stand together, each as the schema of a table that has both.
+fn conflicts(keys: &[&Key]) -> Vec<Value> {
+    let mut pairs = Vec::new();
+    for (index, key) in keys.iter().enumerate() {
+        let excluded = |other: &&&Key| key.conflicts.iter().any(|conflict| conflict.with == other.name);
+        let others = keys[index + 1..].iter().filter(excluded);
+        pairs.extend(others.map(|other| json!({ "required": [key.name, other.name] })));
+    }
+    pairs
+}
+
 impl Key {
-    /// The schema of its value, with its meaning.
+    /// The schema of its value, with its description. A reference has the description of its definition, which does not know of conflicts.
     pub fn schema(&self) -> Value {
         let mut schema = self.shape.schema();
-        if schema.get("$ref").is_none() {
-            schema["description"] = json!(self.about);
+        if schema.get("$ref").is_none() || !self.conflicts.is_empty() {
+            schema["description"] = json!(self.description());
         }
         if let Some(default) = &self.default {
             schema["default"] = default.clone();

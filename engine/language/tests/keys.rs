@@ -2,7 +2,9 @@
 
 use raxel_diagnostics::table::read_document;
 use raxel_diagnostics::{Diagnostic, SourceMap, Span, codes};
-use raxel_language::{ByName, Describe, Keys, Layer, Named, Node, ReadKeys, Shape, Spanned, Table, Value, layer};
+use raxel_language::{
+    ByName, Conflict, Describe, Keys, Layer, Named, Node, ReadKeys, Shape, Spanned, Table, Value, layer,
+};
 use serde_json::json;
 
 fn read<T: ReadKeys>(text: &str) -> Result<T, Vec<Diagnostic>> {
@@ -213,10 +215,21 @@ fn the_schema_follows_from_the_declaration() {
             "even": { "description": "Even numbers.", "type": "integer", "minimum": 0, "maximum": 8 },
             "lamps": { "description": "Lamps.", "type": "array", "items": { "oneOf": lamps } },
             "doors": { "description": "Doors, by name.", "type": "object", "additionalProperties": door },
-            "wood": { "description": "Logs a day.", "type": "integer" },
-            "warm": { "description": "Of the water.", "type": "number" },
-            "cold": { "description": "There is none.", "type": "boolean" },
+            "wood": { "description": "Logs a day. Not beside `warm` or `cold`: a room has one oven.", "type": "integer" },
+            "warm": {
+                "description": "Of the water. Not beside `cold`: it is warm or not. Not beside `wood`: a room has one oven.",
+                "type": "number",
+            },
+            "cold": {
+                "description": "There is none. Not beside `warm`: it is warm or not. Not beside `wood`: a room has one oven.",
+                "type": "boolean",
+            },
         },
+        "not": { "anyOf": [
+            { "required": ["wood", "warm"] },
+            { "required": ["wood", "cold"] },
+            { "required": ["warm", "cold"] },
+        ] },
     });
     assert_eq!(Room::form().document("a room"), expected);
 }
@@ -236,11 +249,39 @@ fn keys_are_listed_with_all_that_is_known_of_them() {
             "even: integer in 0…8. Even numbers.",
             "lamps: array (table). Lamps.",
             "doors: by name (table). Doors, by name.",
-            "wood: integer. Logs a day.",
-            "warm: number. Of the water.",
-            "cold: true or false. There is none.",
+            "wood: integer. Logs a day. Not beside `warm` or `cold`: a room has one oven.",
+            "warm: number. Of the water. Not beside `cold`: it is warm or not. Not beside `wood`: a room has one oven.",
+            "cold: true or false. There is none. Not beside `warm`: it is warm or not. Not beside `wood`: a room has one oven.",
         ]
     );
+}
+
+/// A sign, whose keys are references to definitions.
+#[derive(Debug, PartialEq, Keys)]
+struct Sign {
+    /// Its text.
+    #[keys(shape = Shape::Schema(json!({ "$ref": "#/definitions/text" })))]
+    text: Option<String>,
+    /// Its arrow.
+    #[keys(shape = Shape::Schema(json!({ "$ref": "#/definitions/text" })), excludes("text", why = "a sign is small"))]
+    arrow: Option<String>,
+    /// Its edge.
+    #[keys(shape = Shape::Schema(json!({ "$ref": "#/definitions/text" })))]
+    edge: Option<String>,
+}
+
+#[test]
+fn both_keys_of_a_conflict_know_it() {
+    assert_eq!(messages::<Sign>("text = 't'\narrow = 'a'"), ["`arrow` and `text` exclude each other: a sign is small"]);
+    let form = Sign::form();
+    let conflict = |with| vec![Conflict { with, why: "a sign is small" }];
+    let conflicts: Vec<_> = form.keys.iter().map(|key| key.conflicts.clone()).collect();
+    assert_eq!(conflicts, [conflict("arrow"), conflict("text"), Vec::new()]);
+    let schema = form.schema();
+    assert_eq!(schema["not"], json!({ "required": ["text", "arrow"] }));
+    // A definition cannot know of the conflicts of those who refer to it.
+    assert_eq!(schema["properties"]["text"]["description"], "Its text. Not beside `arrow`: a sign is small.");
+    assert_eq!(schema["properties"]["edge"], json!({ "$ref": "#/definitions/text" }));
 }
 
 /// A place in a room of so many dimensions.

@@ -1,4 +1,4 @@
-//! What can stand at the cursor, and what a key means.
+//! Completion and hover: the words that fit at the cursor, and the meaning of the word under it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use super::scopes::Local;
 use super::toml_place::{TomlPlace, header_at};
 use super::{builtins, symbols};
 
-/// Everything that can stand at a byte of a text. The editor filters by what was typed.
+/// All words that fit at a byte of a text. The editor filters them by the letters that the user has typed.
 pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
     if !document.is_toml() {
         return glsl(documents, document, at);
@@ -99,7 +99,7 @@ fn given_names(within: &Within<'_>, place: &TomlPlace) -> Option<Vec<CompletionI
 fn headers(documents: &Documents, document: &Document, schema: &Value, table: Vec<String>) -> Vec<CompletionItem> {
     let graphs = graphs(documents, document);
     let names = match table.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-        // What the graphs declare can be driven by a track, and changed by a graph that extends them.
+        // A track drives params of the graphs. A graph that extends them changes any of their tables.
         ["tracks"] => inherited(&graphs, &["params"]),
         [kind @ ("params" | "clocks" | "targets" | "buffers" | "blocks" | "loops")] => inherited(&graphs, &[kind]),
         _ => Vec::new(),
@@ -134,7 +134,7 @@ fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
     found
 }
 
-/// What the word at a byte means, in Markdown.
+/// The meaning of the word at a byte, in Markdown.
 pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
     let toml = document.is_toml();
     let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
@@ -176,7 +176,7 @@ fn local(document: &Document, at: usize) -> Option<(Local, String)> {
     Some((local, about))
 }
 
-/// The declaration of a shader's name, with what stands above it, and what graphs bind to it.
+/// The declaration of a shader's name, with the comment on it, and the resources that graphs bind to it.
 fn hover_declared(documents: &Documents, document: &Document, texts: &[ProjectText], name: &str) -> Option<String> {
     let (text, declared) = declared_in(texts).find(|(_, declared)| declared.name == name)?;
     let mut said = format!("```glsl\n{}\n```\n", &text.text[declared.whole.clone()]);
@@ -230,7 +230,7 @@ fn schema(path: &str) -> Value {
     }
 }
 
-/// What a reference leads to.
+/// The definition that a reference leads to, or the node itself.
 fn resolved<'s>(schema: &'s Value, node: &'s Value) -> &'s Value {
     match node["$ref"].as_str().and_then(|path| schema.pointer(path.trim_start_matches('#'))) {
         Some(found) => resolved(schema, found),
@@ -238,8 +238,8 @@ fn resolved<'s>(schema: &'s Value, node: &'s Value) -> &'s Value {
     }
 }
 
-/// The keys that can stand at a place, with what they are. Where a table has several forms, of each form that what is written there
-/// fits.
+/// The keys that fit at a place, with their schemas. If a table has several forms, these are the keys of each form that agrees with the keys
+/// already written there.
 fn properties<'s>(schema: &'s Value, place: &TomlPlace) -> Vec<(&'s str, &'s Value)> {
     let mut node = schema;
     for name in &place.table {
@@ -262,7 +262,7 @@ fn properties<'s>(schema: &'s Value, place: &TomlPlace) -> Vec<(&'s str, &'s Val
     found
 }
 
-/// Whether no text that is written contradicts the one word that a key has in this form.
+/// Whether the written keys agree with this form: a key that has one word in it has that word.
 fn fits(table: &serde_json::Map<String, Value>, written: &[(String, String)]) -> bool {
     let word = |key: &String| table.get(key).and_then(|value| value["const"].as_str());
     written.iter().all(|(key, text)| word(key).is_none_or(|word| word == text))
@@ -280,7 +280,7 @@ fn keys(schema: &Value, place: &TomlPlace) -> Vec<CompletionItem> {
         let about = describe(key, resolved(schema, node), node);
         CompletionItem { insert_text: Some(format!("{key} = ")), ..item(key, CompletionItemKind::PROPERTY, &about) }
     };
-    // What several forms have is offered once.
+    // A key of several forms appears once.
     let keys: BTreeMap<&str, &Value> = properties(schema, place).into_iter().rev().collect();
     keys.into_iter().map(item).collect()
 }
@@ -293,7 +293,7 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
     let resources = || inherited(&graphs(documents, document), &["targets", "buffers"]);
     let mut found: Vec<CompletionItem> = match key {
         _ if graph && in_bind => resources(),
-        // The short form of a member is what its `from` is.
+        // The short form of a member is the text of its `from`.
         _ if graph && block_of(place).is_some() => sources(&graphs(documents, document)),
         "from" if graph => sources(&graphs(documents, document)),
         "present" | "of" | "threads" | "indirect" if graph => resources(),
@@ -342,7 +342,7 @@ fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeSet<String> {
     nodes.flat_map(|node| forms(schema, node)).flat_map(words).collect()
 }
 
-/// What a member can be filled from, in these graphs.
+/// The sources of a member, in these graphs.
 fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
     let mut found: Vec<CompletionItem> = Builtin::ALL
         .iter()
@@ -362,7 +362,7 @@ fn sources(graphs: &[ProjectText]) -> Vec<CompletionItem> {
     found
 }
 
-/// What is supplied: a target takes images, a buffer takes blocks and bytes, and a copy is no file and nothing that passes write.
+/// The resource that a source is for: a target takes images, a buffer takes blocks and bytes. A copy takes no file, and no source that passes write.
 #[derive(Clone, Copy)]
 struct Supplied {
     target: bool,
@@ -384,7 +384,7 @@ impl Supplied {
     }
 }
 
-/// What can supply a resource: the session, each model of the project's worlds, files of the project.
+/// The sources of a resource: those of the session, of each model of the project's worlds, and files of the project.
 fn supplied(documents: &Documents, document: &Document, resource: Supplied) -> Vec<CompletionItem> {
     let catalog = SourceCatalog::new(Arc::new(MemoryFiles::default()));
     let of_session = |name: &str| item(name, CompletionItemKind::VALUE, "supplied by the session");

@@ -51,12 +51,12 @@ impl IndexedText {
         self.locals.get_or_init(|| locals(self.code()))
     }
 
-    /// What a shader declares outside of its functions.
+    /// The declarations of a shader outside of its functions.
     pub fn declarations(&self) -> &[Declaration] {
         self.declarations.get_or_init(|| declarations(&self.text))
     }
 
-    /// What a shader includes, as it is written.
+    /// The files that a shader includes, as it writes them.
     pub fn includes(&self) -> &[String] {
         self.includes.get_or_init(|| self.text.lines().filter_map(include).map(str::to_owned).collect())
     }

@@ -138,7 +138,7 @@ enum Checking {
     },
 }
 
-/// What the thread was asked for.
+/// The task of the thread.
 #[derive(Clone, Copy)]
 enum Question {
     /// The errors in shaders that were edited.
@@ -146,7 +146,7 @@ enum Question {
     Check,
 }
 
-/// What the thread found.
+/// The result of the thread.
 enum Answer {
     FirstLook(Look),
     Check(Found),

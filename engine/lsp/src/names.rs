@@ -1,4 +1,4 @@
-//! Names in a project's files: what a graph declares, and where.
+//! Names in a project's files, and the places that declare them.
 
 use std::ops::Range;
 use std::path::Path;
@@ -106,8 +106,8 @@ pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usi
     found
 }
 
-/// Where what the cursor is on is declared: the table of a name, also of one that is inherited; the declaration of a shader's name; the file of a
-/// shader, graph, world or include.
+/// The declaration of the word under the cursor: the table of a name, also of an inherited one; the declaration of a shader's name; the file of
+/// a shader, graph, world or include.
 pub(super) fn definition(documents: &Documents, document: &Document, at: usize) -> Option<Location> {
     let found = word(&document.text, at);
     let inside = |text: &ProjectText, bytes: &Range<usize>| {

@@ -11,11 +11,11 @@ use serde_json::{Value, json};
 /// A check that takes longer is announced.
 const LONG: Duration = Duration::from_millis(150);
 
-/// What an editor was told of a check.
+/// The progress of a check that an editor shows.
 pub(super) struct Progress {
     /// The editor shows it.
     is_shown: bool,
-    /// How many were announced: each has a name of its own.
+    /// The number of checks that were announced: each has a name of its own.
     count: i32,
     is_open: bool,
 }

@@ -1,4 +1,4 @@
-//! What is wrong in the files of the projects that are open, as an editor underlines it.
+//! The diagnostics of the open projects, which an editor underlines in their files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ use super::project_texts::{graphs_that_run, includers};
 /// The most graphs to check for the shaders that are open. All graphs of a shader that many share would take long.
 const MOST_GRAPHS: usize = 8;
 
-/// What is wrong in each file.
+/// The diagnostics of each file.
 pub(super) type Found = BTreeMap<Url, Vec<Diagnostic>>;
 
 /// The errors that a first look finds in the shaders that were edited since the last check.
@@ -33,20 +33,20 @@ pub(super) struct Look {
     is_sure: bool,
 }
 
-/// What an editor was told.
+/// The diagnostics that an editor shows.
 #[derive(Default)]
 pub(super) struct Said {
-    /// Files that something is wrong with.
+    /// Files that have diagnostics.
     last: Found,
-    /// Files that a first look was about, since the last check.
+    /// Files whose diagnostics come from a first look since the last check.
     looked: BTreeSet<Url>,
 }
 
 impl Said {
-    /// What to tell an editor after a check of `checked`. What was found in a text that has changed since is left out: its places would be wrong,
+    /// The messages to an editor after a check of `checked`. They leave out the files that have changed since: the places in them would be wrong,
     /// and the next check is due.
     pub fn messages(&mut self, mut found: Found, checked: &Documents, now: &Documents) -> Vec<Notification> {
-        // What was wrong and is right now is said to be right.
+        // A file that has no diagnostics any more gets an empty list, which clears it.
         for url in self.last.keys() {
             found.entry(url.clone()).or_default();
         }
@@ -58,7 +58,8 @@ impl Said {
         found.into_iter().map(|(url, found)| self.message(url, found)).collect()
     }
 
-    /// What to tell an editor after a first look at `checked`. Errors count at once. Only errors of the compiler are taken back: a look finds no others.
+    /// The messages to an editor after a first look at `checked`. They show new errors at once. They clear a file only if all of its errors are the
+    /// compiler's: a look finds no others.
     pub fn first_messages(&mut self, look: Look, checked: &Documents, now: &Documents) -> Vec<Notification> {
         let compile = Some(NumberOrString::String(codes::shader::COMPILE.as_str().to_owned()));
         let of_compiler = |last: &Vec<Diagnostic>| last.iter().all(|found| found.code == compile);
@@ -97,7 +98,7 @@ pub(super) struct Checker {
 struct CheckedProject {
     files: Arc<Overlay>,
     offline: OfflineProject,
-    /// Everything that the last check was about.
+    /// The files that the last check began with: open ones, and graphs that run an open shader.
     paths: BTreeSet<String>,
     /// Files in which the last check found errors.
     wrong: BTreeSet<String>,
@@ -112,14 +113,14 @@ impl CheckedProject {
 }
 
 impl Checker {
-    /// Checks all that is open, and the graphs that run a shader that is. Files without mistakes may be left out.
+    /// Checks all open files, and the graphs that run an open shader. The result may leave out files without mistakes.
     pub fn check(&mut self, documents: &Documents) -> Found {
         let mut found = Found::new();
         let open = documents.projects();
         self.projects.retain(|root, _| open.iter().any(|(project, _)| project.root() == root));
         for (project, texts) in open {
             let known = self.projects.remove(project.root()).map_or_else(|| CheckedProject::new(&project), Ok);
-            // A folder that cannot be read any more has nothing to be checked.
+            // The check skips a project whose folder it cannot read any more.
             let Ok(mut known) = known else { continue };
             known.check(documents, &texts, &mut found);
             self.projects.insert(project.root().to_owned(), known);
@@ -167,7 +168,7 @@ impl CheckedProject {
             all.extend(checked.found);
             texts.extend(&checked.texts);
         }
-        // What was read from disk may be large, such as a video, and the next key may be far away.
+        // The overlay forgets the files that it has read: one may be large, such as a video, and the next key may be far away.
         self.files.update(open);
         let errors = all.iter().filter(|diagnostic| diagnostic.is_error());
         self.wrong = errors.filter_map(|error| Some(error.labels.first()?.span.file.to_string())).collect();

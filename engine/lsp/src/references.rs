@@ -1,6 +1,6 @@
-//! Where a name of a project is used, and what changes when it gets another one: locals and parameters in their function, what a shader
-//! declares in every shader that includes it, bindings and members of blocks also in the graphs that give them something, targets, buffers,
-//! params, clocks, loops and passes in graphs, worlds and demos.
+//! The uses of a name in a project, and the edits that rename it. A local or a parameter is used in its function, a declaration of a shader in
+//! every shader that includes it. Graphs also use bindings and members of blocks. Targets, buffers, params, clocks, loops and passes are used in
+//! graphs, worlds and demos.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

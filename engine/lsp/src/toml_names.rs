@@ -10,7 +10,7 @@ use toml_parser::{ErrorSink, Source, Span};
 
 use super::indexed_text::IndexedText;
 
-/// What a name of a graph means.
+/// The kind of thing that a name of a graph means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TomlName {
     /// A target or a buffer: they share their names.
@@ -97,7 +97,7 @@ fn declared(path: &[&str]) -> Option<TomlName> {
     }
 }
 
-/// What a text refers to, and the part of it that is the name.
+/// The kind of thing that a text refers to, and the part of the text that is the name.
 fn referred(path: &[&str], text: &str) -> Option<(TomlName, Range<usize>)> {
     let whole = 0..text.len();
     match path {

@@ -8,12 +8,12 @@ use egui::{
 use egui_dock::{DockArea, DockState, Node, NodeIndex, Style, TabViewer};
 
 use crate::action::Action;
-use crate::kept::Kept;
 use crate::layout::{Layout, Panel, Side};
 use crate::layout_file::Tab;
 use crate::passes::Timed;
 use crate::problems::problem_list;
 use crate::rows::Rows;
+use crate::shape_cache::ShapeCache;
 use crate::switcher::{Switcher, Switching};
 use crate::view::{Problem, Shown, View};
 use crate::{
@@ -43,7 +43,7 @@ pub struct Panels {
     /// Every widget is made in every frame, for what reads the tree of widgets. Else a panel that nobody touches has none.
     pub whole: bool,
     /// The shapes of each panel's last draw, in the order of [`Panel::ALL`].
-    kept: [Kept; Panel::ALL.len()],
+    kept: [ShapeCache; Panel::ALL.len()],
     /// The panel that was opened last: in a narrow window it is in front of the others.
     recent: Option<Panel>,
     /// The item under a resting pointer, since when, and whether it is shown.
@@ -528,7 +528,7 @@ impl TabViewer for Tabs<'_, '_> {
 }
 
 /// Draws a panel, or repeats its last shapes if it shows the same.
-fn keep(kept: &mut Kept, ui: &mut Ui, view: &View<'_>, panel: Panel, draw: impl FnOnce(&mut Ui)) {
+fn keep(kept: &mut ShapeCache, ui: &mut Ui, view: &View<'_>, panel: Panel, draw: impl FnOnce(&mut Ui)) {
     let status = &view.status;
     let passes = |timed| Timed { passes: &view.passes, timed };
     match panel {

@@ -4,8 +4,8 @@ use egui::{Align2, Color32, DragValue, Grid, Sense, Shape, Slider, Stroke, Ui, p
 
 use crate::action::Action;
 use crate::docks::caption;
-use crate::kept::Content;
 use crate::samples::Samples;
+use crate::shape_cache::Content;
 use crate::view::{Frame, WorldExtent, WorldStatistics};
 
 const GPU: Color32 = Color32::from_rgb(120, 200, 120);

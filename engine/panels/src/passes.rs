@@ -6,9 +6,9 @@ use crate::action::Action;
 use crate::bar::text_of;
 use crate::frame::milliseconds;
 use crate::hint::Hint as _;
-use crate::kept::Content;
 use crate::rows::Rows;
 use crate::samples::Samples;
+use crate::shape_cache::Content;
 use crate::view::{Pass, PassState, Shown, View};
 
 /// Passes as panels show them: by the words of their rows, and where that counts by what is usual among their times.

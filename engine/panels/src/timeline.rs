@@ -5,7 +5,7 @@ use egui::{Align2, Color32, CursorIcon, Id, Rect, Sense, Stroke, Ui, UiBuilder, 
 use crate::action::Action;
 use crate::docks::caption;
 use crate::hint::Hint as _;
-use crate::kept::Kept;
+use crate::shape_cache::ShapeCache;
 use crate::view::{Lane, Timeline, Track};
 
 /// Points of a track's row, of the ruler above the rows, and of the column with the names.
@@ -40,7 +40,7 @@ pub(crate) struct Memory {
     /// A key on its way.
     moving: Option<Moving>,
     /// The tracks: time goes on over them.
-    tracks: Kept,
+    tracks: ShapeCache,
 }
 
 impl Memory {

@@ -5,7 +5,7 @@ use egui::{DragValue, Grid, Ui};
 use crate::action::Action;
 use crate::brush;
 use crate::frame::grouped;
-use crate::kept::Content;
+use crate::shape_cache::Content;
 use crate::view::{Editing, Solids, World};
 
 /// The name of a camera where none is typed.

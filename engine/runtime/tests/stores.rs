@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use project::TestProject;
-use raxel_bake::{BakePart, Directory, Plan, bake};
+use raxel_bake::{BakePart, FolderStore, Plan, bake};
 use raxel_diagnostics::{DiskFiles, MemoryFiles, SourceMap};
 use raxel_edit::EditError;
 use raxel_edit::query::{cast, collide, histogram, overlaps};
@@ -67,7 +67,7 @@ impl Baked {
         let fingerprint = format!("{seed:08x}");
         let plan = Plan::new("land", &fingerprint, land.materials().to_vec(), region, edge, LEVELS).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        bake(&*land, &plan, BakePart::Whole, &Directory::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
+        bake(&*land, &plan, BakePart::Whole, &FolderStore::new(folder.path().join("store")), &mut |_, _| {}).unwrap();
         fs::write(folder.path().join("world.toml"), WORLD).unwrap();
         Self { folder, edge, plan }
     }

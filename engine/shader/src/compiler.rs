@@ -12,8 +12,8 @@ use raxel_spirv::{Module, ModuleError};
 use crate::compile;
 use crate::front_end::{self, Job};
 use crate::interface::Interface;
-use crate::kept;
 use crate::messages;
+use crate::module_cache;
 use crate::places;
 use crate::prints::{self, Prints};
 use crate::reflect;
@@ -115,7 +115,7 @@ impl Compiler {
                 *sources = Sources::new(&*self.files);
                 root(sources)
             };
-            if let Some(words) = kept::find(cache, &job, checked, sources, afresh) {
+            if let Some(words) = module_cache::find(cache, &job, checked, sources, afresh) {
                 tracing::debug!("took {} from the cache on disk in {:.0} ms", request.path, milliseconds());
                 return Some(words);
             }

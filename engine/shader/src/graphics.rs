@@ -2,7 +2,7 @@
 
 use shaderc::{CompileOptions, EnvVersion, OptimizationLevel, ShaderKind, SpirvVersion, TargetEnv};
 
-use crate::kept;
+use crate::module_cache;
 
 /// A stage of a graphics pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum GraphicsStage {
 /// The compiler's messages.
 pub fn compile_graphics(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {
     let follows_from = [if stage == GraphicsStage::Vertex { "vertex" } else { "fragment" }, name, text];
-    kept::words(raxel_cache::of_process(), &follows_from, || compile(stage, name, text))
+    module_cache::words(raxel_cache::of_process(), &follows_from, || compile(stage, name, text))
 }
 
 fn compile(stage: GraphicsStage, name: &str, text: &str) -> Result<Vec<u32>, String> {

@@ -12,7 +12,6 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod cube;
-mod directory;
 mod on_device;
 mod pool;
 mod publication;
@@ -24,17 +23,18 @@ mod reachable_set;
     reason = "words of a pool are addressed in 32 bits, and estimates saturate"
 )]
 mod streamer;
+mod tile_directory;
 mod union;
 mod upload_budget;
 mod view;
 
 pub use cube::Cube;
-pub use directory::{Directory, LiveTile, Placed, Written};
 pub use on_device::{Eye, Refused, SeenChanges, ThreadTime, WorldStream, streaming_range};
 pub use pool::{Pool, PoolBlock, PoolMemory, PoolStats};
 pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
 pub use reachable_set::ReachableSet;
 pub use streamer::{Estimate, StreamError, StreamOptions, Streamer};
+pub use tile_directory::{LiveTile, Placed, TileDirectory, Written};
 pub use union::union;
 pub use view::View;

@@ -6,7 +6,7 @@ use egui::epaint::ClippedPrimitive;
 use egui::{Context, FullOutput, Popup, Pos2, TexturesDelta, ViewportId, pos2};
 use egui_winit::State;
 use raxel_overlay::{meshes, patch, texture};
-use raxel_panels::{Action, Panels, turns};
+use raxel_panels::{Action, Panels, split_input};
 use raxel_runtime::present::{OverlayFrame, PresentError, Presenter};
 use winit::event::{KeyEvent, WindowEvent};
 use winit::keyboard::{Key, NamedKey};
@@ -93,7 +93,7 @@ impl Overlay {
     pub fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
         let mut actions = Vec::new();
         let mut output = FullOutput::default();
-        for input in turns(self.state.take_egui_input(window)) {
+        for input in split_input(self.state.take_egui_input(window)) {
             // egui may draw the same twice before it is content; then the second counts.
             let mut asked = Vec::new();
             output.append(self.context.run(input, |context| asked = content(context)));

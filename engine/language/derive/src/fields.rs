@@ -5,7 +5,7 @@ use quote::{format_ident, quote};
 use syn::ext::IdentExt;
 use syn::{Ident, Type};
 
-use crate::attributes::{Check, Container, Field, Role};
+use crate::attributes::{Check, Container, Exclusion, Field, Role};
 use crate::context;
 
 /// A variable for each field, `None` where something was wrong.
@@ -132,7 +132,14 @@ pub fn describing(fields: &[Field], asked: bool) -> TokenStream {
             Role::Entry | Role::Span | Role::Flawed | Role::Skip => quote!(),
         }
     };
-    fields.iter().map(describe).collect()
+    // A key that another excludes may be declared after it.
+    fields.iter().map(describe).chain(fields.iter().flat_map(conflicts)).collect()
+}
+
+/// Adds the keys that a field excludes.
+fn conflicts(field: &Field) -> impl Iterator<Item = TokenStream> {
+    let key = field.key();
+    field.excludes.iter().map(move |Exclusion { keys, why }| quote!(__form.exclude(#key, &[#(#keys),*], #why);))
 }
 
 fn key(field: &Field, asked: bool) -> TokenStream {
@@ -168,6 +175,7 @@ fn key(field: &Field, asked: bool) -> TokenStream {
             unit: #unit,
             default: #default,
             needed: #needed,
+            conflicts: ::std::vec::Vec::new(),
         });
     }
 }

@@ -55,9 +55,7 @@ pub fn expand(container: &Container, data: &DataEnum) -> syn::Result<TokenStream
             let tag = tag.value();
             (tagged_keys(&tag, &forms), tagged(container, &tag, &forms))
         }
-        None => {
-            (forms.iter().map(|form| fields::describing(&form.fields, false)).collect(), by_key(container, &forms)?)
-        }
+        None => (keys_of_all(&forms), by_key(container, &forms)?),
     };
     let (keys, reader) = (tables::keys(container, &describing), tables::reader(container, &reading));
     let value = tables::whole(container);
@@ -132,6 +130,7 @@ fn tagged_keys(tag: &str, forms: &[Form<'_>]) -> TokenStream {
                     unit: ::core::option::Option::None,
                     default: ::core::option::Option::None,
                     needed: true,
+                    conflicts: ::std::vec::Vec::new(),
                 });
                 #keys
                 __form
@@ -139,6 +138,28 @@ fn tagged_keys(tag: &str, forms: &[Form<'_>]) -> TokenStream {
         }
     };
     forms.iter().map(form).collect()
+}
+
+/// The keys of all forms, in one table.
+fn keys_of_all(forms: &[Form<'_>]) -> TokenStream {
+    let keys = forms.iter().map(|form| fields::describing(&form.fields, false));
+    let conflicts = forms.iter().filter_map(|form| {
+        let (key, why, others) =
+            (form.variant.key.as_ref()?, form.variant.excludes.as_ref()?, names_of_others(forms, form));
+        Some(quote!(__form.exclude(#key, &#others, #why);))
+    });
+    keys.chain(conflicts).collect()
+}
+
+/// The names of the keys of all forms but this one.
+fn names_of_others(forms: &[Form<'_>], form: &Form<'_>) -> TokenStream {
+    let others = forms.iter().filter(|other| other.ident != form.ident);
+    let others: TokenStream = others.map(|form| fields::describing(&form.fields, false)).collect();
+    quote!({
+        let mut __form = ::raxel_language::Form::default();
+        #others
+        __form.keys.iter().map(|__key| __key.name).collect::<::std::vec::Vec<_>>()
+    })
 }
 
 /// A key of only one form decides for it; the last form is the remaining one.
@@ -151,14 +172,11 @@ fn by_key(container: &Container, forms: &[Form<'_>]) -> syn::Result<TokenStream>
         let Some(key) = &form.variant.key else {
             return Err(syn::Error::new_spanned(form.ident, "every form but the last has `key = \"…\"`"));
         };
-        let others = forms.iter().filter(|other| other.ident != form.ident);
-        let others: TokenStream = others.map(|form| fields::describing(&form.fields, false)).collect();
+        let others = names_of_others(forms, form);
         let conflicts = form.variant.excludes.iter().map(|why| {
             quote! {
-                let mut __form = ::raxel_language::Form::default();
-                #others
-                for __key in &__form.keys {
-                    __table.conflict(#key, __key.name, #why);
+                for __other in #others {
+                    __table.conflict(#key, __other, #why);
                 }
             }
         });

@@ -7,9 +7,9 @@
 pub mod error;
 pub mod film;
 pub mod flip;
-mod kept;
 mod overlay;
 pub mod reference;
+mod reference_store;
 mod run;
 pub mod seeded;
 

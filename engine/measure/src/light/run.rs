@@ -15,7 +15,7 @@ use raxel_shader::interface::ScalarKind;
 
 use super::error::{flicker, judge};
 use super::flip::hdr_flip;
-use super::kept::Place;
+use super::reference_store::Place;
 use super::{
     CameraMotion, DeviceName, Effort, Lag, LightError, Motion, Outcome, Pan, Picture, Point, RADIANCE, REFERENCE,
     References, Scene, overlay,

@@ -17,10 +17,10 @@ use super::threads::planted;
 use super::worker::{Made, MadeLamps, Unmade};
 use super::{Job, Shared, StreamError};
 use crate::cube::Cube;
-use crate::directory::{Directory, LiveTile};
 use crate::pool::{PoolBlock, PoolStats};
 use crate::publication::{MissingTiles, Stats};
 use crate::reach::{StreamingRange, TileKey};
+use crate::tile_directory::{LiveTile, TileDirectory};
 use crate::view::View;
 use room::{Reaction, Room};
 
@@ -66,7 +66,7 @@ pub(super) struct Director {
     /// Blocks of tiles and directories, each with the first version that no longer reaches it.
     retired: VecDeque<(u64, PoolBlock)>,
     version: u64,
-    directory: Directory,
+    directory: TileDirectory,
     lamps: LightTable,
     room: Room,
     /// The reachable tiles have changed since the last publication.
@@ -115,7 +115,7 @@ impl Director {
             backoff: RetryBackoff::default(),
             retired: VecDeque::new(),
             version: 0,
-            directory: Directory::new(cube),
+            directory: TileDirectory::new(cube),
             lamps: LightTable::default(),
             room: Room::default(),
             changed: true,

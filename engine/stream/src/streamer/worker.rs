@@ -10,9 +10,9 @@ use raxel_world::{Bounds, Cause, Content, Side, Unavailable};
 
 use super::threads::{caught, planted};
 use super::{Job, Shared};
-use crate::directory::LiveTile;
 use crate::pool::PoolBlock;
 use crate::reach::TileKey;
+use crate::tile_directory::LiveTile;
 
 /// A tile that was made.
 pub(super) struct Made {

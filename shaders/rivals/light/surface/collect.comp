@@ -5,7 +5,7 @@
 
 layout(local_size_x = 64) in;
 #include "light/face_cache/queue.glsl"
-#include "unwrapped.glsl"
+#include "light/unwrapped.glsl"
 #define WORK_ACCESS
 #include "work.glsl"
 #include "light/face_cache/cache.glsl"

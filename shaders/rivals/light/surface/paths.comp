@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 #include "light/change.glsl"
-#include "unwrapped.glsl"
+#include "light/unwrapped.glsl"
 #include "work.glsl"
 #include "light/face_cache/cache.glsl"
 layout(std430) writeonly buffer Fresh { vec4 fresh[]; };

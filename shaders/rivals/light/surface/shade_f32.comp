@@ -8,7 +8,7 @@ layout(rgba32i) uniform readonly iimage2D hits;
 layout(rgba32f) uniform readonly image2D places;
 layout(r32ui) uniform readonly uimage2D slots;
 layout(rg32f) uniform readonly image2D sun;
-#include "unwrapped.glsl"
+#include "light/unwrapped.glsl"
 #include "light/face_cache/cache.glsl"
 layout(std430) readonly buffer Texels { vec4 texels[]; };
 layout(rgba32f) uniform writeonly image2D outRadiance;

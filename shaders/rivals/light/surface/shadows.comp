@@ -7,7 +7,7 @@
 
 layout(local_size_x = 64) in;
 #include "light/face_cache/cache.glsl"
-#include "unwrapped.glsl"
+#include "light/unwrapped.glsl"
 #include "work.glsl"
 layout(std430) buffer SunTexels { vec2 sun_texels[]; };
 layout(push_constant) uniform Push { int history; } push;

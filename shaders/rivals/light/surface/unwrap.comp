@@ -11,7 +11,7 @@ layout(local_size_x = 64) in;
 #include "light/face_cache/queue.glsl"
 #include "light/change.glsl"
 #define UNWRAPPED_ACCESS
-#include "unwrapped.glsl"
+#include "light/unwrapped.glsl"
 #define WORK_ACCESS
 #include "work.glsl"
 #define CACHE_ACCESS

@@ -8,9 +8,9 @@ use raxel_world::ChunkPos;
 
 use super::{Director, StreamError};
 use crate::cube::Cube;
-use crate::directory::{Placed, Written};
 use crate::publication::{Missing, MissingTiles, Publication};
 use crate::reach::TileKey;
+use crate::tile_directory::{Placed, Written};
 
 impl Director {
     /// Whether the director may publish now. `pending` is the last publication if no frame has taken it: a new one replaces it only to show an

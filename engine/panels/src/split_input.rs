@@ -5,9 +5,9 @@ use egui::{Event, RawInput};
 /// Splits the input of one frame if the pointer moves on after a press or a release. egui looks once for the widget under the pointer for each
 /// input, at the pointer's last place. So in a long frame, a drag would begin at its end.
 ///
-/// It also splits before a press or a release at a new place of the pointer. An untouched panel has widgets only from the turn on in which
+/// It also splits before a press or a release at a new place of the pointer. An untouched panel has widgets only from the part on in which
 /// the pointer comes to it.
-pub fn turns(mut input: RawInput) -> Vec<RawInput> {
+pub fn split_input(mut input: RawInput) -> Vec<RawInput> {
     let events = std::mem::take(&mut input.events);
     let mut parts = vec![Vec::new()];
     // What the pointer did last: nothing, a move, or a press or release.
@@ -45,10 +45,10 @@ mod tests {
     }
 
     /// Which of two fields, one over the other, are dragged or clicked by these events of one frame.
-    fn touched(context: &Context, turns: impl Fn(RawInput) -> Vec<RawInput>, events: Vec<Event>) -> Vec<&'static str> {
+    fn touched(context: &Context, split: impl Fn(RawInput) -> Vec<RawInput>, events: Vec<Event>) -> Vec<&'static str> {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 100.0)));
         let mut touched = Vec::new();
-        for input in turns(RawInput { screen_rect, events, ..RawInput::default() }) {
+        for input in split(RawInput { screen_rect, events, ..RawInput::default() }) {
             let _ = context.run(input, |context| {
                 CentralPanel::default().show(context, |ui| {
                     for (name, left) in [("key", 10.0), ("beside", 110.0)] {
@@ -67,10 +67,10 @@ mod tests {
     fn a_drag_belongs_to_what_was_pressed_although_the_frame_took_long() {
         let [from, to] = [pos2(50.0, 50.0), pos2(150.0, 50.0)];
         let events = || vec![Event::PointerMoved(from), button(from, true), Event::PointerMoved(to)];
-        for (turns, expected) in [(turns as fn(_) -> _, &["key"][..]), (|input| vec![input], &[])] {
+        for (split, expected) in [(split_input as fn(_) -> _, &["key"][..]), (|input| vec![input], &[])] {
             let context = Context::default();
-            touched(&context, turns, Vec::new());
-            assert_eq!(touched(&context, turns, events()), expected);
+            touched(&context, split, Vec::new());
+            assert_eq!(touched(&context, split, events()), expected);
         }
     }
 
@@ -78,15 +78,15 @@ mod tests {
     fn a_click_belongs_to_what_was_clicked_although_the_pointer_went_on() {
         let [at, on] = [pos2(50.0, 50.0), pos2(150.0, 50.0)];
         let context = Context::default();
-        touched(&context, turns, Vec::new());
+        touched(&context, split_input, Vec::new());
         let events = vec![Event::PointerMoved(at), button(at, true), button(at, false), Event::PointerMoved(on)];
-        assert_eq!(touched(&context, turns, events), ["key"]);
+        assert_eq!(touched(&context, split_input, events), ["key"]);
     }
 
     #[test]
     fn input_without_buttons_stays_whole() {
         let events = vec![Event::PointerMoved(pos2(1.0, 1.0)), Event::PointerMoved(pos2(2.0, 1.0)), Event::Copy];
-        let parts = turns(RawInput { events: events.clone(), ..RawInput::default() });
+        let parts = split_input(RawInput { events: events.clone(), ..RawInput::default() });
         assert_eq!(parts.into_iter().map(|part| part.events).collect::<Vec<_>>(), [events]);
     }
 }

@@ -9,18 +9,18 @@ use crate::store::{DOCUMENT, Store, StoreError, Wanted};
 
 /// Objects as files of a folder, which is made when the first one is written.
 #[derive(Clone, Debug)]
-pub struct Directory {
+pub struct FolderStore {
     root: PathBuf,
 }
 
-impl Directory {
+impl FolderStore {
     /// The store in a folder.
     pub fn new(root: PathBuf) -> Self {
         Self { root }
     }
 }
 
-impl Store for Directory {
+impl Store for FolderStore {
     fn get(&self, key: &str, wanted: Wanted) -> Result<Option<Vec<u8>>, StoreError> {
         match File::open(self.root.join(key)) {
             Ok(file) => read(file, &wanted).map(Some).map_err(|error| failed(key, &error)),
@@ -40,7 +40,7 @@ impl Store for Directory {
     }
 }
 
-impl Directory {
+impl FolderStore {
     fn write(&self, key: &str, bytes: &[u8]) -> io::Result<()> {
         let path = self.root.join(key);
         let folder = path.parent().unwrap_or(&self.root);
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn what_was_put_is_what_is_there() {
         let folder = tempfile::tempdir().unwrap();
-        let store = Directory::new(folder.path().join("store"));
+        let store = FolderStore::new(folder.path().join("store"));
         assert_eq!(store.get("0/c/1", Wanted::Whole), Ok(None));
         store.put("0/c/1", b"first").unwrap();
         store.put("0/c/1", b"a longer second").unwrap();

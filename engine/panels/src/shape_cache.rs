@@ -101,9 +101,9 @@ impl Place {
     }
 }
 
-/// The kept state of a part of a panel.
+/// The last shapes of a part of a panel.
 #[derive(Default)]
-pub(crate) struct Kept(Option<Drawn>);
+pub(crate) struct ShapeCache(Option<Drawn>);
 
 struct Drawn {
     content: Box<dyn Any>,
@@ -116,14 +116,14 @@ struct Drawn {
     shapes: Option<(Vec<ClippedShape>, Rect)>,
 }
 
-impl std::fmt::Debug for Kept {
+impl std::fmt::Debug for ShapeCache {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let shapes = self.0.as_ref().and_then(|drawn| drawn.shapes.as_ref()).map(|(shapes, _)| shapes.len());
-        f.debug_struct("Kept").field("shapes", &shapes).finish_non_exhaustive()
+        f.debug_struct("ShapeCache").field("shapes", &shapes).finish_non_exhaustive()
     }
 }
 
-impl Kept {
+impl ShapeCache {
     /// Draws a part of a panel. The output of `draw` must depend only on `content`, and on the user's actions in it.
     pub(crate) fn show<C: Content>(&mut self, ui: &mut Ui, content: &C, draw: impl FnOnce(&mut Ui)) {
         let (ctx, place) = (ui.ctx().clone(), Place::of(ui));
@@ -206,7 +206,7 @@ mod tests {
     use egui::{CentralPanel, Event, Pos2, RawInput, pos2, vec2};
 
     /// Draws a text in a frame at this time; whether its widget was made, and what was painted.
-    fn made(context: &Context, kept: &mut Kept, text: &str, (time, events): (f64, Vec<Event>)) -> (bool, usize) {
+    fn made(context: &Context, kept: &mut ShapeCache, text: &str, (time, events): (f64, Vec<Event>)) -> (bool, usize) {
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 100.0)));
         let mut made = false;
         let input = RawInput { screen_rect, time: Some(time), events, ..RawInput::default() };
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn widgets_are_made_when_something_changes_and_while_somebody_is_near() {
-        let (context, mut kept) = (Context::default(), Kept::default());
+        let (context, mut kept) = (Context::default(), ShapeCache::default());
         let mut at = |text: &str, time: f64, events: Vec<Event>| made(&context, &mut kept, text, (time, events));
         let (first, shapes) = at("a", 0.0, Vec::new());
         assert!(first && at("a", 0.1, Vec::new()).0, "until it has settled");
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn what_was_hidden_for_a_frame_is_made_anew() {
-        let (context, mut kept) = (Context::default(), Kept::default());
+        let (context, mut kept) = (Context::default(), ShapeCache::default());
         for time in [0.0, 0.1, 0.5] {
             made(&context, &mut kept, "a", (time, Vec::new()));
         }

@@ -42,7 +42,7 @@ impl LiveTile {
 
 /// The tiles of a cube, and the nodes above them in a pool. A tile hides its part of the coarser tile around it. If the tile one level
 /// above is missing, a still coarser tile is shown.
-pub struct Directory {
+pub struct TileDirectory {
     cube: Cube,
     root: Branch,
     /// The node of the root.
@@ -126,7 +126,7 @@ struct Writer<'d> {
     words: &'d mut u64,
 }
 
-impl Directory {
+impl TileDirectory {
     /// One without a tile.
     pub fn new(cube: Cube) -> Self {
         let (root, given_up, lights) = (Branch::default(), Vec::new(), Vec::new());

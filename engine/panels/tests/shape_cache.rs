@@ -8,7 +8,7 @@ use raxel_panels::view::{
     Brush, Compare, CompareMode, Effect, Lane, PassState, Preset, Problem, Resource, Shown, Thumbnail, Timeline, Track,
     Use, WorldExtent,
 };
-use raxel_panels::{Action, Layout, Panel, turns};
+use raxel_panels::{Action, Layout, Panel, split_input};
 
 use window::{Window, inspected, param};
 
@@ -72,7 +72,7 @@ fn draw(window: &mut Window, context: &Context, time: f64, events: Vec<Event>) -
     let input = RawInput { screen_rect, time: Some(time), events, ..RawInput::default() };
     window.actions.clear();
     let (mut drawn, mut copied) = (Drawn::default(), Vec::new());
-    for turn in turns(input) {
+    for turn in split_input(input) {
         let output = context.run(turn, |context| window.draw(context));
         copied.extend(output.platform_output.commands.into_iter().filter_map(|command| match command {
             OutputCommand::CopyText(text) => Some(text),

@@ -214,7 +214,7 @@ fn what_follows_changes_is_what_all_tiles_at_once_make() {
         let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
         let pool = Pool::new(memory.clone(), WORDS, &[Material::air()], true);
         let mut cube = Cube { origin: [-8192; 3], log2_size: 14 };
-        let mut directory = Directory::new(cube);
+        let mut directory = TileDirectory::new(cube);
         let mut tiles: BTreeMap<TileKey, Arc<LiveTile>> = BTreeMap::new();
         let mut retired: VecDeque<(u64, PoolBlock)> = VecDeque::new();
         let mut in_flight: VecDeque<InFlight> = VecDeque::new();
@@ -298,7 +298,7 @@ fn a_changed_tile_costs_the_way_up_from_it() {
     let memory = Arc::new(Words(Mutex::new(vec![0; WORDS as usize])));
     let pool = Pool::new(memory, WORDS, &[Material::air()], false);
     let cube = Cube { origin: [-8192; 3], log2_size: 14 };
-    let mut directory = Directory::new(cube);
+    let mut directory = TileDirectory::new(cube);
     let keys: Vec<TileKey> =
         (0..16 * 16 * 4).map(|n| TileKey { level: 0, pos: ChunkPos::new(n % 16, n / 256, n / 16 % 16) }).collect();
     for key in &keys {
