@@ -28,7 +28,7 @@ pub(crate) fn open(path: &str, disk: &Path, request: &raxel_graph::ImageRequest)
     let (extent, rate, frames) = probe(disk).map_err(cannot)?;
     let video = Video { path: path.to_owned(), disk: disk.to_owned(), extent, rate, frames, request: request.clone() };
     let mut frames = Frames::decode(&video).map_err(cannot)?;
-    let first = frames.next().map_err(cannot)?;
+    let first = frames.next_frame().map_err(cannot)?;
     let Some(first) = first else { return Err(cannot("no frame of it can be decoded".to_owned())) };
     let image = frame(&video, first)?;
     Ok(FileImage { plays: Some(Plays::Video(video)), ..image })
@@ -79,7 +79,10 @@ impl Frames {
     }
 
     /// The next frame; `None` after the last.
-    pub fn next(&mut self) -> Result<Option<Vec<u8>>, String> {
+    ///
+    /// # Errors
+    /// Why the decoder cannot be read.
+    pub fn next_frame(&mut self) -> Result<Option<Vec<u8>>, String> {
         let mut frame = vec![0; self.bytes];
         let Some(pipe) = &mut self.ffmpeg.stdout else { return Ok(None) };
         match pipe.read_exact(&mut frame) {

@@ -138,7 +138,7 @@ impl Player {
         (self.next, self.ended, self.decoded) = (0, false, Some(decoded));
         let decode = move || {
             let Ok(mut frames) = Frames::decode(&video) else { return };
-            while let Ok(Some(rgba)) = frames.next() {
+            while let Ok(Some(rgba)) = frames.next_frame() {
                 let Ok(image) = frame(&video, rgba) else { return };
                 // The receiver is gone once another beginning was made, or the video is gone.
                 if sender.send(image).is_err() {
