@@ -4,9 +4,10 @@
 
 mod common;
 
-use std::io::Write;
+use std::io::{BufReader, Write};
 use std::path::Path;
-use std::process::{ChildStdin, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::channel;
 
 use common::{Display, Project, Run, Running, Said, command, output, repository, shared_library};
 use serde_json::{Value, json};
@@ -415,6 +416,84 @@ fn a_window_over_mistakes_answers_too() {
     assert!(talk.ask(json!({ "do": "info" }))["graph"].to_string().contains("inspect"));
     talk.ask(json!({ "do": "quit" }));
     assert!(talk.child.finish().success());
+}
+
+/// A window that is driven by a program which may not read.
+struct Window {
+    child: Running,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    messages: Said<String>,
+}
+
+impl Window {
+    fn start(display: &Display, arguments: &[&str]) -> Self {
+        let mut command =
+            command(repository(), &[&["run", "--control", "--no-panels"], arguments, &SCENE[..]].concat());
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()));
+        let requests = child.0.stdin.take().unwrap();
+        let answers = BufReader::new(child.0.stdout.take().unwrap());
+        let messages = Said::by(child.0.stderr.take().unwrap(), common::line);
+        Self { child, requests, answers, messages }
+    }
+}
+
+/// A window runs its frames and ends, whatever a program sends, and whether it reads the answers or not.
+#[test]
+fn a_flood_of_requests_stalls_no_frame() {
+    let display = Display::start();
+    for reads in [true, false] {
+        let Window { mut child, mut requests, mut answers, .. } = Window::start(&display, &["--frames", "10"]);
+        let (sender, flood) = channel();
+        std::thread::spawn(move || {
+            let some = "{\"do\":\"info\"}\n".repeat(200);
+            let _ = sender.send((0..10_000).all(|_| requests.write_all(some.as_bytes()).is_ok()));
+        });
+        if reads {
+            std::thread::spawn(move || std::io::copy(&mut answers, &mut std::io::sink()));
+        }
+        // Two million requests are far more than it can answer in ten frames.
+        let taken = flood.recv_timeout(common::LIMIT).expect("the window ends, and its pipe with it");
+        assert!(!taken, "it has taken all requests before its frames (it reads: {reads})");
+        assert!(child.finish().success());
+    }
+}
+
+/// A program that reads its answers late has all of them, in order. Until then its requests wait.
+#[test]
+fn a_program_that_reads_late_has_every_answer() {
+    const COUNT: usize = 1000;
+    let display = Display::start();
+    let Window { mut child, mut requests, mut answers, messages } = Window::start(&display, &[]);
+    let sender = std::thread::spawn(move || {
+        let text = "x".repeat(4096);
+        for index in 0..COUNT {
+            writeln!(requests, "{}", json!({ "id": [index, text], "do": "camera" })).unwrap();
+        }
+        requests
+    });
+    let complains = |line: &String| line.contains("the program does not read its answers");
+    let complaint = std::iter::repeat_with(|| messages.next()).find(complains).unwrap();
+    assert!(complaint.contains("read stdout while you send requests"), "{complaint}");
+    let answers = std::iter::from_fn(|| common::line(&mut answers)).map(|line| serde_json::from_str(&line).unwrap());
+    let mut answers = answers.filter(|line: &Value| line.get("event").is_none());
+    for index in 0..COUNT {
+        let answer = answers.next().unwrap();
+        assert_eq!((&answer["id"][0], &answer["ok"]), (&json!(index), &json!(true)));
+    }
+    writeln!(sender.join().unwrap(), "{}", json!({ "do": "quit" })).unwrap();
+    assert_eq!(answers.next().unwrap()["ok"], json!(true));
+    assert!(child.finish().success());
+    assert!(!messages.rest().iter().any(complains), "it is said once");
+}
+
+#[test]
+fn a_line_that_is_too_long_is_refused() {
+    let mut talk = Talk::start(&mut command(repository(), &[&["control"][..], &SCENE].concat()));
+    let refused = talk.say(&json!({ "do": "target", "target": "x".repeat(5 << 20) }).to_string());
+    assert_eq!(refused["error"], "the line has more than 4194304 bytes", "{refused}");
+    talk.ask(json!({ "do": "info" }));
 }
 
 #[test]

@@ -9,8 +9,11 @@
         session.screenshot("a.png")
 
 It speaks to `raxel control` through a pipe; docs/control.md has the protocol. Without numpy, arrays are memoryviews of the same shape.
+`open_async` is the same for asyncio.
 """
 
-from .session import Disconnected, Picture, Refused, Session, open
+from .aio import AsyncSession, open_async
+from .requests import Disconnected, Picture, Refused
+from .session import Session, open
 
-__all__ = ["Disconnected", "Picture", "Refused", "Session", "open"]
+__all__ = ["AsyncSession", "Disconnected", "Picture", "Refused", "Session", "open", "open_async"]

@@ -1,6 +1,9 @@
 """Runs against a real raxel: $RAXEL is the program, the current folder the repository."""
 
+import asyncio
+import inspect
 import os
+import pathlib
 import shutil
 import sys
 import tempfile
@@ -133,9 +136,9 @@ class Driving(unittest.TestCase):
         for value in (float("nan"), float("inf"), [1.0, float("-inf")]):
             with self.assertRaisesRegex(ValueError, "`set` takes no NaN and no infinity"):
                 self.session.set("sky_depth", value)
-        if raxel.session.numpy is None:
+        if raxel.requests.numpy is None:
             return
-        array, whole = raxel.session.numpy.array, raxel.session.numpy.int64
+        array, whole = raxel.requests.numpy.array, raxel.requests.numpy.int64
         frame = self.session.step(whole(2))["frame"]
         self.assertEqual(self.session.step()["frame"], frame + 1)
         sphere = {"op": "sphere", "center": array([0, 0, 0]), "radius": array(8.5), "mode": "subtract"}
@@ -208,6 +211,73 @@ class Editing(unittest.TestCase):
     def test_a_project_that_does_not_open_is_said(self):
         with self.assertRaisesRegex(raxel.Disconnected, "exit code 3"):
             raxel.open("graphs/no_such_graph.toml")
+
+
+class Together(unittest.IsolatedAsyncioTestCase):
+    async def test_sessions_run_side_by_side(self):
+        async def depth(sky):
+            async with raxel.open_async(**SCENE) as session:
+                self.assertEqual(await session.set("sky_depth", sky), sky)
+                await session.step()
+                return (await session.texels("depth")).tolist()
+
+        for sky, rows in zip((111.0, 222.0), await asyncio.gather(depth(111.0), depth(222.0))):
+            self.assertEqual(rows[0][0], [sky])
+
+    async def test_tasks_share_a_session_and_one_may_be_cancelled(self):
+        async with raxel.open_async(**SCENE) as session:
+            waits = asyncio.ensure_future(session.wait_reload(0.5))
+            await asyncio.sleep(0)
+            asks = [asyncio.ensure_future(session.camera(position=[float(n), 0.0, 0.0])) for n in range(8)]
+            await asyncio.sleep(0)
+            waits.cancel()
+            asks[5].cancel()
+            told = await asyncio.gather(waits, *asks, return_exceptions=True)
+            self.assertIsInstance(told[0], asyncio.CancelledError)
+            self.assertIsInstance(told[6], asyncio.CancelledError)
+            self.assertEqual([told[1 + n]["position"][0] for n in range(8) if n != 5], [n for n in range(8) if n != 5])
+            with self.assertRaisesRegex(raxel.Refused, "did you mean `sky_depth`"):
+                await session.set("sky_dpeth", 1.0)
+
+    async def test_it_ends_as_a_session_does(self):
+        with self.assertRaisesRegex(FileNotFoundError, "`/no/such/raxel` cannot be started.*RAXEL"):
+            await raxel.open_async(binary="/no/such/raxel").start()
+        with self.assertRaisesRegex(raxel.Disconnected, "exit code 3"):
+            await raxel.open_async("graphs/no_such_graph.toml").start()
+        session = raxel.AsyncSession([sys.executable, "-c", CHATTY])
+        with self.assertRaisesRegex(raxel.Disconnected, "has not started"):
+            await session.pause()
+        await session.start()
+        await session.pause()
+        with self.assertRaisesRegex(raxel.Disconnected, "exit code 7: x+the end"):
+            await session.info()
+        for _ in range(2):
+            await session.close()
+            with self.assertRaisesRegex(raxel.Disconnected, "the session is closed"):
+                await session.info()
+
+
+class Types(unittest.TestCase):
+    def test_every_public_function_has_types(self):
+        # A release runs these tests from its wheel, so the wheel has the mark, too.
+        self.assertTrue(pathlib.Path(raxel.__file__).with_name("py.typed").is_file())
+        public = [getattr(raxel, name) for name in raxel.__all__]
+        functions = [found for found in public if inspect.isfunction(found)]
+        for kind in filter(inspect.isclass, public):
+            members = inspect.getmembers(kind, inspect.isfunction)
+            functions += [found for name, found in members if found.__module__.startswith("raxel") and (name == "__init__" or name[0] != "_")]
+        self.assertGreater(len(functions), 60)
+        for function in functions:
+            signature = inspect.signature(function)
+            types = [parameter.annotation for name, parameter in signature.parameters.items() if name != "self"]
+            self.assertNotIn(inspect.Signature.empty, [signature.return_annotation, *types], function.__qualname__)
+
+    def test_both_sessions_have_every_request(self):
+        public = [{name for name in dir(kind) if name[0] != "_"} for kind in (raxel.Session, raxel.AsyncSession)]
+        self.assertEqual(public[0] | {"start"}, public[1])
+        asyncs = {name for name, found in inspect.getmembers(raxel.AsyncSession, inspect.iscoroutinefunction) if name[0] != "_"}
+        self.assertEqual(public[1] - asyncs, {"prints"})
+        self.assertFalse(any(inspect.iscoroutinefunction(found) for name, found in inspect.getmembers(raxel.Session) if name[0] != "_"))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ use clap::CommandFactory;
 use raxel_terminal::cache;
 use raxel_terminal::console::{Color, Console, Format};
 use raxel_terminal::failure::Result;
+use raxel_terminal::program::Program;
 use raxel_terminal::trace::TraceWriter;
 
 use crate::verbs;
@@ -101,12 +102,13 @@ impl Verb {
         }
     }
 
-    /// Whether a program drives it by lines of JSON.
-    fn is_driven(&self) -> bool {
+    /// The program that drives it by lines of JSON.
+    fn program(&self) -> Option<Program> {
         match self {
-            Verb::Control(_) => true,
-            Verb::Run(args) => args.is_driven(),
-            _ => false,
+            // No frame runs without a request, so it may wait for the program.
+            Verb::Control(_) => Some(Program::AtOnce),
+            Verb::Run(args) => args.is_driven().then(Program::queued),
+            _ => None,
         }
     }
 
@@ -124,7 +126,7 @@ impl Verb {
 impl Cli {
     /// Where messages go, and in what form.
     pub fn console(&self) -> Console {
-        Console::new(self.verb.format(), self.color, self.verbose).driven(self.verb.is_driven())
+        Console::new(self.verb.format(), self.color, self.verbose).driven(self.verb.program())
     }
 
     /// Runs its verb.

@@ -37,6 +37,7 @@ pub fn main() -> ExitCode {
             failure.exit as u8
         }
     };
+    console.finish();
     if raxel_gpu::has_abandoned_device() {
         // A driver that waits for its device when the process ends would wait for ever.
         leave(code);

@@ -4,7 +4,6 @@ use data_encoding::BASE64;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_terminal::console;
 use serde_json::{Map, Value, json};
 
 use super::Drive;
@@ -14,8 +13,8 @@ use super::read::{self, Middle};
 use super::refusal::Refusal;
 use super::request::{CameraMove, Request};
 
-/// Writes an answer.
-pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
+/// An answer as the program reads it.
+pub(super) fn line(id: &Value, answer: Result<Value, Refusal>) -> Value {
     let mut object = Map::new();
     object.insert("id".to_owned(), id.clone());
     object.insert("ok".to_owned(), answer.is_ok().into());
@@ -27,7 +26,7 @@ pub(super) fn give(id: &Value, answer: Result<Value, Refusal>) {
             object.insert("help".to_owned(), help.into());
         }
     }
-    console::json(&Value::Object(object));
+    object.into()
 }
 
 /// Carries out one request, or nothing.

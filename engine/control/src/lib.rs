@@ -8,12 +8,13 @@
 mod answer;
 mod describe;
 mod inputs;
+mod lines;
 mod read;
 mod refusal;
 mod request;
 
-use std::io::BufRead;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
+use std::io::BufReader;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
@@ -25,7 +26,11 @@ use serde_json::{Value, json};
 use self::read::Middle;
 use self::refusal::Refusal;
 use self::request::Request;
-use raxel_terminal::{console, prints};
+use raxel_terminal::prints;
+use raxel_terminal::program::Program;
+
+/// How long a window answers requests before it goes on with its frame. It answers one at least.
+const TURN: Duration = Duration::from_millis(4);
 
 /// Who runs the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +43,10 @@ pub enum Drive {
 
 /// The end of a conversation with a program.
 pub struct Control {
-    lines: Receiver<String>,
+    lines: Receiver<Result<String, Refusal>>,
+    program: Program,
+    /// It was reported that the program does not read.
+    complained: bool,
     drive: Drive,
     /// A request that waits for an edit.
     waiting: Option<Waiting>,
@@ -67,42 +75,51 @@ pub enum Next {
 
 impl Control {
     /// Listens to stdin. `wake` is called on another thread after each line.
-    pub fn listen(drive: Drive, wake: impl Fn() + Send + 'static) -> Self {
-        let (sender, lines) = channel();
-        std::thread::spawn(move || {
-            for line in std::io::stdin().lock().lines() {
-                // A line that is not text is not JSON: the answer reports this.
-                let line = line.unwrap_or_else(|_| "not UTF-8".to_owned());
-                if sender.send(line).is_err() {
-                    return;
-                }
-                wake();
-            }
-            drop(sender);
-            wake();
-        });
-        console::json(&json!({ "event": "ready", "protocol": request::PROTOCOL }));
-        Self { lines, drive, waiting: None, middle: None, diagnostics: Vec::new(), generation: 0, shown: 0 }
+    pub fn listen(drive: Drive, program: Program, wake: impl Fn() + Send + 'static) -> Self {
+        let lines = lines::listen(BufReader::new(std::io::stdin()), wake);
+        program.event(&json!({ "event": "ready", "protocol": request::PROTOCOL }));
+        Self {
+            lines,
+            program,
+            complained: false,
+            drive,
+            waiting: None,
+            middle: None,
+            diagnostics: Vec::new(),
+            generation: 0,
+            shown: 0,
+        }
     }
 
-    /// Answers the requests that have come, without waiting: for a window.
+    /// Answers requests that have come, without waiting: for a window. The others are answered after the frame.
     pub fn poll(&mut self, session: &mut Session) -> Next {
         self.tire();
-        loop {
-            // Requests are answered in their order.
-            if self.waiting.is_some() {
-                return Next::More;
+        let until = Instant::now() + TURN;
+        // Requests are answered in their order, so a request that waits holds up the next. A window stays when the program has gone.
+        while self.waiting.is_none()
+            && self.program.has_room()
+            && let Ok(line) = self.lines.try_recv()
+        {
+            if self.line(line, session) == Next::Quit {
+                return Next::Quit;
             }
-            match self.lines.try_recv() {
-                Ok(line) => {
-                    if self.line(&line, session) == Next::Quit {
-                        return Next::Quit;
-                    }
-                }
-                // A window stays when the program has gone.
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return Next::More,
+            if Instant::now() >= until {
+                break;
             }
         }
+        Next::More
+    }
+
+    /// A message about a program that does not read its answers, once.
+    pub fn complaint(&mut self) -> Option<&'static str> {
+        if self.complained || !self.program.reads_nothing() {
+            return None;
+        }
+        self.complained = true;
+        Some(
+            "warning: the program does not read its answers. Its requests wait until it does, and events are left out: read stdout while \
+             you send requests",
+        )
     }
 
     /// Answers until the program quits, or closes its end.
@@ -118,9 +135,9 @@ impl Control {
             };
             let events = session.poll_reload();
             events.iter().for_each(|event| self.note(event));
-            let next = line.as_ref().map(|line| self.line(line, session));
+            let next = line.map(|line| self.line(line, session));
             let said = session.take_messages();
-            Self::say(&said, session.texts());
+            self.say(&said, session.texts());
             if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
                 return;
             }
@@ -169,7 +186,7 @@ impl Control {
                 json!({ "event": "device-rebuilt", "suspect": suspect, "off": off, "milliseconds": milliseconds })
             }
         };
-        console::json(&said);
+        self.program.event(&said);
         let of_an_edit = matches!(event, ReloadEvent::Reloaded(_) | ReloadEvent::Failed(_));
         if of_an_edit {
             self.tell(matches!(event, ReloadEvent::Reloaded(_)));
@@ -181,14 +198,14 @@ impl Control {
         if let Some(waiting) = self.waiting.take() {
             let (generation, diagnostics) = (self.generation, &self.diagnostics);
             let told = json!({ "reloaded": reloaded, "generation": generation, "diagnostics": diagnostics });
-            answer::give(&waiting.id, Ok(told));
+            self.give(&waiting.id, Ok(told));
         }
     }
 
     /// Sends the session's messages as events.
-    pub fn say(said: &[Diagnostic], texts: &SourceMap) {
+    pub fn say(&self, said: &[Diagnostic], texts: &SourceMap) {
         for diagnostic in parsed(&render::json(said, texts)) {
-            console::json(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
+            self.program.event(&json!({ "event": "diagnostic", "diagnostic": diagnostic }));
         }
     }
 
@@ -196,31 +213,36 @@ impl Control {
     fn say_prints(&self, session: &mut Session) {
         // A window sends them frame by frame. If the device is lost, the next frame reports it.
         if self.drive == Drive::Requests && (!session.has_prints() || session.wait().is_ok()) {
-            Self::say_printed(&session.take_prints());
+            self.say_printed(&session.take_prints());
         }
     }
 
     /// Sends the prints of passes as events.
-    pub fn say_printed(printed: &[PassPrints]) {
-        printed.iter().for_each(|prints| console::json(&prints::event(prints)));
+    pub fn say_printed(&self, printed: &[PassPrints]) {
+        printed.iter().for_each(|prints| self.program.event(&prints::event(prints)));
     }
 
     /// Gives up waiting for an edit that does not come.
     fn tire(&mut self) {
         if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
-            answer::give(&waiting.id, Err(Refusal::new("no edit came in that time")));
+            self.give(&waiting.id, Err(Refusal::new("no edit came in that time")));
         }
     }
 
-    fn line(&mut self, line: &str, session: &mut Session) -> Next {
-        if line.trim().is_empty() {
-            return Next::More;
-        }
-        let (id, request) = request::parse(line);
+    fn give(&self, id: &Value, answer: Result<Value, Refusal>) {
+        self.program.answer(&answer::line(id, answer));
+    }
+
+    fn line(&mut self, line: Result<String, Refusal>, session: &mut Session) -> Next {
+        let (id, request) = match line {
+            Ok(line) if line.trim().is_empty() => return Next::More,
+            Ok(line) => request::parse(&line),
+            Err(refusal) => (Value::Null, Err(refusal)),
+        };
         match request {
-            Err(refusal) => answer::give(&id, Err(refusal)),
+            Err(refusal) => self.give(&id, Err(refusal)),
             Ok(Request::Quit {}) => {
-                answer::give(&id, Ok(json!({})));
+                self.give(&id, Ok(json!({})));
                 return Next::Quit;
             }
             Ok(Request::WaitReload { seconds }) => {
@@ -233,13 +255,13 @@ impl Control {
                 let counted = parsed(&render::json(&session.counted(), session.texts()));
                 let all: Vec<&Value> = self.diagnostics.iter().chain(&counted).collect();
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
-                answer::give(&id, Ok(found));
+                self.give(&id, Ok(found));
             }
-            Ok(_) if session.is_waiting() => answer::give(&id, Err(Refusal::nothing_runs())),
+            Ok(_) if session.is_waiting() => self.give(&id, Err(Refusal::nothing_runs())),
             Ok(request) => {
                 let answer = answer::answer(request, session, self.drive, &mut self.middle);
                 self.say_prints(session);
-                answer::give(&id, answer);
+                self.give(&id, answer);
             }
         }
         Next::More

@@ -8,6 +8,7 @@ use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use serde_json::{Value, json};
 
 use crate::failure::{Exit, Failure, leave};
+use crate::program::Program;
 
 /// The form of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -52,24 +53,31 @@ pub struct Console {
     format: Format,
     color: Color,
     verbose: bool,
-    driven: bool,
+    program: Option<Program>,
 }
 
 impl Console {
     /// As the command line asks.
     pub fn new(format: Format, color: Color, verbose: bool) -> Self {
-        Self { format, color, verbose, driven: false }
+        Self { format, color, verbose, program: None }
     }
 
     /// For a program that drives the verb by lines of JSON.
     #[must_use]
-    pub fn driven(self, driven: bool) -> Self {
-        Self { driven, ..self }
+    pub fn driven(self, program: Option<Program>) -> Self {
+        Self { program, ..self }
     }
 
-    /// Whether a program drives the verb, and reads events from stdout.
-    pub fn is_driven(&self) -> bool {
-        self.driven
+    /// The program that drives the verb, and reads events from stdout.
+    pub fn program(&self) -> Option<&Program> {
+        self.program.as_ref()
+    }
+
+    /// Waits until a program that drives the verb has read all that was sent.
+    pub fn finish(&self) {
+        if let Some(program) = &self.program {
+            program.finish();
+        }
     }
 
     /// The form asked for.
@@ -183,12 +191,17 @@ fn write(to: To, text: &str) {
         To::Stderr => std::io::stderr().lock().write_all(text.as_bytes()),
     };
     match result {
-        Err(error) if to == To::Stdout && error.kind() == ErrorKind::BrokenPipe => leave(0),
-        Err(error) if to == To::Stdout => {
-            eprintln!("error: stdout cannot be written: {error}");
-            leave(Exit::Usage as u8);
-        }
+        Err(error) if to == To::Stdout => unwritable(&error),
         // With stderr gone there is no reader left.
         _ => {}
     }
+}
+
+/// Ends the process after a failed write to stdout.
+pub(crate) fn unwritable(error: &std::io::Error) -> ! {
+    if error.kind() == ErrorKind::BrokenPipe {
+        leave(0);
+    }
+    eprintln!("error: stdout cannot be written: {error}");
+    leave(Exit::Usage as u8);
 }

@@ -12,5 +12,6 @@ pub mod device;
 pub mod failure;
 pub mod offline;
 pub mod prints;
+pub mod program;
 pub mod session;
 pub mod trace;

@@ -19,7 +19,7 @@ use tracing_subscriber::Registry;
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::registry::LookupSpan;
 
-use crate::console::{self, Console};
+use crate::console::Console;
 use crate::failure::Result;
 
 /// Most slices of a trace, about 300 MiB of file. Later slices are left out, with a message.
@@ -241,8 +241,8 @@ impl<S: Subscriber + for<'l> LookupSpan<'l>> Layer<S> for TraceLayer {
                 lock(trace).gpu(&fields);
             }
         } else if event.metadata().target() == SLOW {
-            if self.console.is_driven() {
-                console::json(&fields.json());
+            if let Some(program) = self.console.program() {
+                program.event(&fields.json());
             }
             let seconds = fields.numbers.get("seconds").copied().unwrap_or_default();
             if self.console.watched() || self.console.verbose() || seconds >= UNWATCHED {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_control::{Control, Next};
+use raxel_control::Next;
 use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
@@ -41,11 +41,14 @@ impl Viewer<'_> {
     /// and an edit taken in while the device works.
     pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         self.take_events()?;
-        if let Some(control) = &mut self.control
-            && control.poll(&mut self.session) == Next::Quit
-        {
-            event_loop.exit();
-            return Ok(());
+        if let Some(control) = &mut self.control {
+            if control.poll(&mut self.session) == Next::Quit {
+                event_loop.exit();
+                return Ok(());
+            }
+            if let Some(complaint) = control.complaint() {
+                self.console.message(complaint);
+            }
         }
         if self.session.is_waiting() {
             return self.draw_mistakes(event_loop);
@@ -101,9 +104,9 @@ impl Viewer<'_> {
         self.printed.say(&printed, self.console);
         let said = self.session.take_messages();
         self.console.diagnostics(&said, self.session.texts(), To::Stderr);
-        if self.control.is_some() {
-            Control::say(&said, self.session.texts());
-            Control::say_printed(&printed);
+        if let Some(control) = &self.control {
+            control.say(&said, self.session.texts());
+            control.say_printed(&printed);
         }
         self.data.note(&mut self.session, &report);
         if draws_graph {

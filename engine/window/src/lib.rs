@@ -406,9 +406,9 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
 impl<'a> Viewer<'a> {
     /// Opens a session that is not shown yet.
     fn open(args: &'a Args, console: &'a Console, device: &DeviceOptions, waker: Waker) -> Result<Self> {
-        let control = args.control.then(|| {
+        let control = console.program().map(|program| {
             let waker = waker.clone();
-            Control::listen(Drive::Window, move || waker())
+            Control::listen(Drive::Window, program.clone(), move || waker())
         });
         let session = Session::open(options(args, device, waker)?).map_err(|error| open_failure(error, console))?;
         let mut viewer = Viewer {

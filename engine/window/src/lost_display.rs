@@ -35,7 +35,10 @@ pub(super) fn failure(why: &str) -> Failure {
 pub fn end(why: &str) -> ! {
     let failure = failure(why);
     match CONSOLE.get() {
-        Some(console) => console.failure(&failure),
+        Some(console) => {
+            console.failure(&failure);
+            console.finish();
+        }
         None => eprintln!("error: {}", failure.message.as_deref().unwrap_or_default()),
     }
     // The ends of libraries would talk to the window system.

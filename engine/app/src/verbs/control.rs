@@ -7,6 +7,7 @@ use raxel_runtime::Observe;
 use raxel_terminal::args::{OnDevice, Size, size};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::Result;
+use raxel_terminal::program::Program;
 use raxel_terminal::session::{What, print_validation, validated};
 
 /// Runs a session that a program controls by lines of JSON on stdin.
@@ -41,6 +42,6 @@ pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     options.unused = Severity::Warning;
     options.observe = Observe::Everything;
     let mut session = what.open(options, console)?;
-    Control::listen(Drive::Requests, || ()).serve(&mut session);
+    Control::listen(Drive::Requests, Program::AtOnce, || ()).serve(&mut session);
     validated(print_validation(&session, console))
 }

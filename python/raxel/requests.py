@@ -1,0 +1,300 @@
+"""The requests of a session, and the lines that carry them, whatever sends them."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import pathlib
+import tempfile
+from typing import IO, Any, NoReturn, Sequence
+
+try:
+    import numpy
+except ImportError:  # Arrays are memoryviews then.
+    numpy = None  # type: ignore[assignment]
+
+#: The fields of an answer.
+Answer = dict[str, Any]
+
+#: A numpy array; without numpy, a memoryview of the same shape.
+Array = Any
+
+#: A number, a boolean, a text, or a sequence or an array of numbers.
+Value = Any
+
+# What a memoryview calls the types of the protocol.
+_CODES: dict[str, Any] = {"f4": "f", "u4": "I", "i4": "i", "u1": "B"}
+
+
+class Refused(Exception):
+    """A request that raxel did not do; nothing has changed."""
+
+    def __init__(self, error: str, help: list[str]) -> None:
+        super().__init__("; ".join([error, *help]))
+        self.error = error
+        self.help = help
+
+
+class Disconnected(Exception):
+    """The process has ended; the text is what it said on stderr."""
+
+
+class Picture:
+    """A picture that a notebook displays; `png` has the bytes of the file."""
+
+    def __init__(self, png: bytes) -> None:
+        self.png = png
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
+class Conversation:
+    """What has been asked and told."""
+
+    def __init__(self) -> None:
+        #: Edits that were swapped in or found to be wrong, what passes have printed, what takes long, and what was said, in order, as raxel told them.
+        self.events: list[dict[str, Any]] = []
+        self._id = 0
+        # A file takes whatever is said; a pipe that nobody reads would be full one day, and stop the process.
+        self._said: IO[bytes] = tempfile.TemporaryFile()
+
+    def prints(self) -> list[dict[str, Any]]:
+        """What passes have printed since the last call, a dict for each pass and frame: `pass`, `frame`, `lines` and `omitted`."""
+        printed = [event for event in self.events if event["event"] == "printed"]
+        self.events = [event for event in self.events if event["event"] != "printed"]
+        return printed
+
+    async def _answer(self, do: str, **fields: Any) -> Answer:
+        """Sends a request and gives the fields of its answer."""
+        raise NotImplementedError
+
+    def _request(self, do: str, fields: dict[str, Any]) -> str:
+        """The line of the next request."""
+        self._id += 1
+        request = {"id": self._id, "do": do, **{name: value for name, value in fields.items() if value is not None}}
+        try:
+            return json.dumps(request, allow_nan=False, default=_plain) + "\n"
+        except ValueError:  # raxel could not tell whose answer it is: JSON has neither
+            raise ValueError(f"`{do}` takes no NaN and no infinity") from None
+
+    def _take(self, line: str | bytes) -> Answer | None:
+        """The answer to the last request, if the line is one; an event is kept."""
+        answer = json.loads(line)
+        if "event" in answer:
+            self.events.append(answer)
+            return None
+        if answer["id"] != self._id:  # nobody waits for it any more
+            return None
+        if not answer["ok"]:
+            raise Refused(answer["error"], answer.get("help", []))
+        return {name: value for name, value in answer.items() if name not in ("id", "ok")}
+
+    def _is_ready(self, line: str | bytes) -> bool:
+        """Whether the session is open; another event is kept."""
+        event = json.loads(line)
+        if event.get("event") == "ready":
+            return True
+        self.events.append(event)
+        return False
+
+    def _ended(self, code: int) -> NoReturn:
+        self._said.seek(0)
+        said = self._said.read().decode("utf-8", "replace")
+        raise Disconnected(f"raxel has ended with exit code {code}: {said.strip()}")
+
+    def _must_be_open(self) -> None:
+        if self._said.closed:
+            raise Disconnected("the session is closed")
+
+
+class Requests(Conversation):
+    """A method for each request. `AsyncSession` has them as they are, `Session` has them without `await`."""
+
+    async def ask(self, /, do: str, **fields: Any) -> Answer:
+        """Sends any request and gives the fields of its answer. Raises Refused when raxel does not do it."""
+        return await self._answer(do, **fields)
+
+    # What is open.
+
+    async def info(self) -> Answer:
+        """Files, device, size, params, targets, buffers, passes and cameras."""
+        return await self._answer("info")
+
+    async def timings(self) -> dict[str, float | None]:
+        """Milliseconds of GPU time of every pass in the last frame, by name; None for one that did not run."""
+        return {entry["pass"]: entry["milliseconds"] for entry in (await self._answer("timings"))["passes"]}
+
+    async def diagnostics(self) -> Answer:
+        """What the last edit brought: `generation`, the one that is `showing`, and the `diagnostics` themselves."""
+        return await self._answer("diagnostics")
+
+    async def check_bounds(self, on: bool = True) -> None:
+        """Compiles the shaders with checks of their accesses, or without, and waits for them. `diagnostics()` has those out of bounds."""
+        if (await self._answer("check_bounds", on=on))["compiles"]:
+            await self._answer("wait_reload", seconds=60.0)
+
+    # What is driven.
+
+    async def set(self, param: str, value: Value) -> Value:
+        """Sets a param and gives its value."""
+        return (await self._answer("set", param=param, value=_plain(value)))["value"]
+
+    async def unset(self, param: str) -> Value:
+        """Brings a param back to its default, and gives it."""
+        return (await self._answer("unset", param=param))["value"]
+
+    async def target(self, target: str = "") -> None:
+        """Chooses the debug target; the graph's own by default."""
+        await self._answer("target", target=target)
+
+    async def camera(
+        self,
+        name: str | None = None,
+        *,
+        position: Value = None,
+        look_at: Value = None,
+        yaw: float | None = None,
+        pitch: float | None = None,
+        fov: float | None = None,
+    ) -> Answer:
+        """Moves the camera (voxels, degrees), or only tells where it is."""
+        position, look_at = (None if place is None else _plain(place) for place in (position, look_at))
+        return await self._answer("camera", name=name, position=position, look_at=look_at, yaw=yaw, pitch=pitch, fov=fov)
+
+    async def input(
+        self,
+        *,
+        cursor: Sequence[int] | None = None,
+        buttons: Sequence[str] | None = None,
+        wheel: Value = None,
+        keys: Sequence[str] | None = None,
+        gamepad_sticks: Value = None,
+        gamepad_triggers: Value = None,
+        gamepad_buttons: Sequence[str] | None = None,
+        microphone: str | None = None,
+        time_of_day: float | None = None,
+    ) -> Answer:
+        """Says what is held and turned from the next frame on; what is left out stays. An empty list is no cursor, no button, no key.
+        `microphone` is a sound file of the project; an empty text is none.
+
+        Returns all of it as a dict.
+        """
+        return await self._answer(
+            "input",
+            cursor=cursor,
+            buttons=buttons,
+            wheel=wheel,
+            keys=keys,
+            gamepad_sticks=gamepad_sticks,
+            gamepad_triggers=gamepad_triggers,
+            gamepad_buttons=gamepad_buttons,
+            microphone=microphone,
+            time_of_day=time_of_day,
+        )
+
+    async def record(self) -> None:
+        """Starts over and records a take: what each frame is told."""
+        await self._answer("record")
+
+    async def stop(self, name: str | None = None) -> Answer:
+        """Ends the take and writes it as a demo of the project. Returns `path`, `seconds` and why it `ended` early, or None."""
+        return await self._answer("stop", name=name)
+
+    async def step(self, frames: int = 1) -> Answer:
+        """Runs frames; gives the number and the time of the last."""
+        return await self._answer("step", frames=frames)
+
+    async def pause(self, paused: bool = True) -> None:
+        """Stops or starts the clock. While it is paused, frames run at the same time, and graphs that average over frames go on."""
+        await self._answer("pause", paused=paused)
+
+    async def seek(self, seconds: float) -> None:
+        """Puts the next frame at that time."""
+        await self._answer("seek", seconds=seconds)
+
+    async def reset(self) -> None:
+        """Starts over."""
+        await self._answer("reset")
+
+    async def edit(self, operations: Sequence[dict[str, Any]]) -> Answer:
+        """Edits the world, as one step: a list of dicts as `[[edits]]` of a demo, without times. Gives `chunks` and `steps`."""
+        return await self._answer("edit", operations=operations)
+
+    async def undo(self) -> bool:
+        """Takes the newest step of edits back. False when there is none."""
+        return bool((await self._answer("undo"))["undone"])
+
+    async def redo(self) -> bool:
+        """Makes the step again that was taken back last. False when there is none."""
+        return bool((await self._answer("redo"))["redone"])
+
+    async def resize(self, width: int, height: int) -> None:
+        """Changes the extent of the output."""
+        await self._answer("resize", size=[width, height])
+
+    async def wait_reload(self, seconds: float = 10.0) -> Answer:
+        """Waits for the next edit; `reloaded` says whether it is running, `diagnostics` what is wrong otherwise."""
+        return await self._answer("wait_reload", seconds=seconds)
+
+    # What is read.
+
+    async def capture(self) -> str:
+        """Runs a frame and captures it by the RenderDoc that raxel runs under. Gives the file of the capture."""
+        return str((await self._answer("capture"))["path"])
+
+    async def screenshot(self, path: str | os.PathLike[str]) -> Answer:
+        """Writes the picture of the last frame; the extension says the form."""
+        return await self._answer("screenshot", path=os.fspath(path))
+
+    async def show(self) -> Picture:
+        """The picture of the last frame as a `Picture`: a notebook displays it."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "picture.png")
+            await self._answer("screenshot", path=os.fspath(path))
+            return Picture(path.read_bytes())
+
+    async def picture(self) -> Array:
+        """The picture of the last frame: height × width × 4 bytes, sRGB."""
+        return _array(await self._answer("picture"))
+
+    async def texels(self, target: str, *, age: int = 0, mip: int = 0, layer: int = 0, after: str | None = None) -> Array:
+        """A target as numbers: height × width × channels of float32, uint32 or int32.
+
+        `after` is a pass: `target("color,after=sky")` and `step()` before it take the copy that this reads.
+        """
+        return _array(await self._answer("texels", target=target, age=age, mip=mip, layer=layer, after=after))
+
+    async def pixel(
+        self, target: str, x: int, y: int, *, age: int = 0, mip: int = 0, layer: int = 0, after: str | None = None
+    ) -> list[float]:
+        """The values of one texel; `after` as for `texels`."""
+        values = (await self._answer("pixel", target=target, x=x, y=y, age=age, mip=mip, layer=layer, after=after))["values"]
+        return [float(value) if isinstance(value, str) else value for value in values]
+
+    async def buffer(self, buffer: str, bytes: int, *, start: int = 0, dtype: str | None = None) -> Array:
+        """Bytes of a buffer; with `dtype` (numpy's names, e.g. "f4") as an array."""
+        data = base64.b64decode((await self._answer("buffer", buffer=buffer, start=start, bytes=bytes))["data"])
+        if dtype is None:
+            return data
+        if numpy is not None:
+            return numpy.frombuffer(data, dtype="<" + dtype)
+        return memoryview(data).cast(_CODES[dtype])
+
+
+def _array(answer: Answer) -> Array:
+    data = base64.b64decode(answer["data"])
+    shape = [answer["height"], answer["width"], answer["channels"]]
+    if numpy is not None:
+        return numpy.frombuffer(data, dtype="<" + answer["type"]).reshape(shape)
+    return memoryview(data).cast(_CODES[answer["type"]], shape=shape)
+
+
+def _plain(value: Value) -> Any:
+    """Numbers of any library as those of JSON."""
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_plain(part) for part in value]
