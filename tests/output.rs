@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 /// The same command where no file may become larger than 32 KiB.
 fn with_small_files(arguments: &[&str]) -> Run {
-    let mut raxel = command(&common::repository(), arguments);
+    let mut raxel = command(common::repository(), arguments);
     output(FullDisk::with_room(32 << 10).under(&mut raxel).env("RAXEL_CACHE", "off")).into()
 }
 
