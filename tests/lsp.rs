@@ -392,6 +392,98 @@ fn locals_and_parameters_are_known_in_their_scope() {
     assert_eq!(found["range"]["start"], json!({ "line": 5, "character": 16 }));
 }
 
+/// A structure and blocks of a shader of their own, besides those of the library.
+const MEMBERS: &str = "#version 460
+#include <raxel/ray.glsl>
+layout(local_size_x = 8) in;
+// A ball.
+struct Ball {
+    vec3 centre; // in voxels
+    // Never negative.
+    float radius, weight[2];
+};
+layout(push_constant) uniform Push {
+    Ball ball;
+    float exposure; // in stops
+} push;
+layout(std430) readonly buffer Balls { uint count; Ball all[]; } balls;
+layout(std140) uniform Sky { mat4x3 turn; float distance; };
+const vec2 AT[2] = vec2[2](vec2(0.0), vec2(1.0));
+Ball grown(Ball ball) { return ball; }
+void main() {
+    RxHit hit;
+    Ball many[2];
+    //
+}
+";
+
+#[test]
+fn members_are_known_behind_a_dot() {
+    let project = Project::empty();
+    project.write("shaders/members.comp", MEMBERS);
+    let mut editor = Editor::start(&project);
+    let shader = project.path("shaders/members.comp");
+    editor.open(&shader, MEMBERS);
+    let body = |inside: &str| MEMBERS.replace("    //\n", &format!("    {inside}\n"));
+    let ball = ["centre", "radius", "weight"];
+    let plane = ["x", "y", "xy", "r", "g", "rg"];
+    for expression in
+        ["many[1].", "push.ball.", "balls.all[push.ball.weight[0]].", "grown(many[0]).", "Ball(vec3(0.0), 1.0)."]
+    {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), ball, "{expression}");
+        assert_eq!(editor.offered(&shader, &body(&format!("float a = {expression}ra|;"))), ball, "{expression}");
+    }
+    for expression in ["AT[0].", "many[0].centre.xy.", "vec2(1.0)."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), plane, "{expression}");
+    }
+    for expression in ["hit.voxel.", "turn[0].", "gl_WorkGroupID.", "grown(many[0]).centre."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))).len(), 14, "{expression}");
+    }
+    let offered = editor.offered(&shader, &body("hit.|"));
+    assert!(offered.iter().any(|name| name == "voxel") && offered.iter().all(|name| name != "rx_trace"), "{offered:?}");
+    // Without a type nothing is offered: a name that is none, an array, a product, a number.
+    for expression in ["nothing.", "many.", "AT.", "(2.0 * push.ball.centre).", "1.", "push.exposure."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), [""; 0], "{expression}");
+    }
+    let place = editor.place(&shader, &body("push.|"));
+    let items = editor.ask("textDocument/completion", place);
+    let about = items[1]["documentation"]["value"].as_str().unwrap();
+    assert!(about.contains("float exposure;") && about.contains("in stops"), "{about}");
+
+    let mut hover = |inside: &str| {
+        let place = editor.place(&shader, &body(inside));
+        let said = editor.ask("textDocument/hover", place);
+        said["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    for (inside, parts) in [
+        ("float a = push.expo|sure;", ["float exposure;", "in stops", "A member of `Push`"]),
+        ("float a = many[0].rad|ius;", ["float radius, weight[2];", "Never negative.", "A member of `Ball`"]),
+        ("vec2 a = hit.u|v;", ["vec2 uv;", "`RxHit`", "raxel/ray.glsl"]),
+        ("vec2 a = many[0].centre.z|x;", ["vec2 zx", "Components of a `vec3`", ""]),
+        // A member, and not the function of GLSL.
+        ("float a = dist|ance;", ["float distance;", "A member of `Sky`", ""]),
+    ] {
+        let said = hover(inside);
+        assert!(parts.iter().all(|part| said.contains(part)), "{inside}: {said}");
+    }
+    for nothing in ["float a = hit.dist|ance;", "float a = nothing.dist|ance;", "float a = many[0].len|gth();"] {
+        assert_eq!(hover(nothing), "", "{nothing}");
+    }
+    let mut line = |inside: &str| {
+        let place = editor.place(&shader, &body(inside));
+        editor.ask("textDocument/definition", place)["range"]["start"]["line"].as_u64()
+    };
+    for (inside, declaration) in [
+        ("push.expo|sure;", "float exposure"),
+        ("many[0].weig|ht[0];", "float radius"),
+        ("float a = dist|ance;", "float distance"),
+    ] {
+        let expected = MEMBERS.lines().position(|line| line.contains(declaration)).unwrap() as u64;
+        assert_eq!(line(inside), Some(expected), "{inside}");
+    }
+    assert_eq!((line("float a = many[0].centre.x|y;"), line("hit.ball|s;")), (None, None));
+}
+
 #[test]
 fn the_signature_of_a_call_is_shown_while_it_is_typed() {
     let (_project, mut editor, _, shader) = notes();

@@ -15,14 +15,14 @@ use raxel_terminal::offline::FileKind;
 use serde_json::Value;
 
 use super::documents::{Document, Documents};
-use super::glsl::{Declaration, DeclarationKind, comment_on, members};
-use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_passes, owner, word};
+use super::glsl::{Declaration, DeclarationKind, comment_on};
+use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_passes, word};
 use super::project_texts::{
     ProjectText, bound_by, declared_in, every, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
 use super::scopes::Local;
 use super::toml_place::{TomlPlace, header_at};
-use super::{builtins, symbols};
+use super::{builtins, member_access, symbols};
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
 pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
@@ -85,10 +85,9 @@ fn given_names(within: &Within<'_>, place: &TomlPlace) -> Option<Vec<CompletionI
             _ => false,
         };
         for (text, declared) in declared_in(&texts).filter(|(_, declared)| is_it(declared)) {
-            let Some(body) = declared.body.clone() else { continue };
-            for (name, declaration) in members(&text.text[body]) {
-                let about = format!("```glsl\n{declaration}\n```\n{}", text.path);
-                found.insert(name.clone(), named(&name, CompletionItemKind::FIELD, &about));
+            for member in member_access::members_of(text, declared) {
+                let item = named(&member.name, CompletionItemKind::FIELD, &member.about);
+                found.insert(member.name, item);
             }
         }
     }
@@ -144,6 +143,16 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     if let Some((local, about)) = local(document, at) {
         let kind = if local.parameter { "A parameter." } else { "A local variable." };
         return Some(format!("```glsl\n{}\n```\n{kind} {about}", local.declaration()));
+    }
+    if !toml {
+        let texts = shader(documents, document, &document.path);
+        if let Some(member) = member_access::under(document, &texts, at) {
+            return Some(member.about);
+        }
+        // No name behind a dot is one of a function or a variable.
+        if member_access::is_behind_dot(&document.text, at) {
+            return None;
+        }
     }
     if let Some(item) = library::items().into_iter().find(|item| item.name == found) {
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
@@ -442,21 +451,16 @@ fn files(document: &Document, folder: &str) -> Vec<CompletionItem> {
     names.iter().map(|name| item(name, CompletionItemKind::FILE, folder)).collect()
 }
 
-/// The names of GLSL, of the library and of the shader; after `push.` those of the members of that block, after `#include` files.
+/// The names of GLSL, of the library and of the shader; behind a dot members, after `#include` files.
 fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
-    let texts = || shader(documents, document, &document.path);
-    if let Some(instance) = owner(&document.text, at) {
-        let texts = texts();
-        let block = declared_in(&texts).find(|(_, declared)| declared.name == instance);
-        let member = |(name, declaration): (String, String)| {
-            item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
-        };
-        let body = block.and_then(|(text, declared)| Some(&text.text[declared.body.clone()?]));
-        return body.map(members).unwrap_or_default().into_iter().map(member).collect();
-    }
     let line = document.text[..at].rsplit('\n').next().unwrap_or_default();
     if line.trim_start().starts_with("#include") {
         return includes(document);
+    }
+    let texts = shader(documents, document, &document.path);
+    if member_access::is_behind_dot(&document.text, at) {
+        let members = member_access::offered(document, &texts, at).into_iter();
+        return members.map(|member| item(&member.name, CompletionItemKind::FIELD, &member.about)).collect();
     }
     let mut found: Vec<CompletionItem> = Vec::new();
     for local in document.text.locals().iter().rev().filter(|local| local.scope.contains(&at)) {
@@ -465,7 +469,7 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
             found.push(item(&local.name, CompletionItemKind::VARIABLE, &about));
         }
     }
-    for (text, declared) in declared_in(&texts()).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
+    for (text, declared) in declared_in(&texts).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
         let about = comment_on(&text.text, &declared.whole);
         let about = format!("```glsl\n{}\n```\n{about}\n\n`{}`", &text.text[declared.whole.clone()], text.path);
         if found.iter().all(|known| known.label != declared.name) {

@@ -9,6 +9,7 @@ mod documents;
 mod glsl;
 mod hints;
 mod indexed_text;
+mod member_access;
 mod names;
 mod progress;
 mod project_texts;

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use lsp_types::Location;
 
-use super::address;
 use super::documents::{Document, Documents, range};
 use super::indexed_text::{IndexedText, NamePlace};
 use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
 use super::scopes::{Local, local_at};
+use super::{address, member_access};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -132,9 +132,16 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
     } else if let Some(local) = local_under(&document.text, at) {
         let uri = address(&document.project.on_disk(&document.path))?;
         return Some(Location { uri, range: range(&document.text, &local.place) });
-    } else if let Some(place) = in_shaders(&shader(documents, document, &document.path), identifier(&document.text, at))
-    {
-        return Some(place);
+    } else {
+        let texts = shader(documents, document, &document.path);
+        if let Some(member) = member_access::under(document, &texts, at) {
+            return member.declared.and_then(|(text, place)| inside(text, &place));
+        }
+        // No name behind a dot is declared elsewhere; that of an included file may have dots.
+        let is_member = member_access::is_behind_dot(&document.text, at);
+        if let Some(place) = in_shaders(&texts, identifier(&document.text, at)).filter(|_| !is_member) {
+            return Some(place);
+        }
     }
     // A file: relative to its own folder, or to that of its kind.
     let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));

@@ -284,7 +284,7 @@ fn named(text: &IndexedText, kind: FileKind, what: TomlName, name: &str) -> Vec<
 /// Whether a block has a member of this name.
 fn has_member(text: &ProjectText, known: &Declaration, name: &str) -> bool {
     let body = known.body.clone().filter(|_| matches!(known.kind, DeclarationKind::Push | DeclarationKind::Binding));
-    body.is_some_and(|body| members(&text.text[body]).iter().any(|(member, _)| member == name))
+    body.is_some_and(|body| members(text.text.code(), body).iter().any(|member| member.name == name))
 }
 
 /// The uses of a member of a block: in the shaders that include the declaring file, and in the graphs that fill the block.
