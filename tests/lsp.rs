@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeSet;
 use std::io::{BufRead, Write};
 use std::path::Path;
-use std::process::{ChildStdin, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
 
 use common::{Project, Running, Said, command};
 use serde_json::{Value, json};
@@ -45,7 +45,11 @@ impl Editor {
 
     #[allow(clippy::needless_pass_by_value, reason = "capabilities are made where they are sent")]
     fn start_with(project: &Project, capabilities: Value) -> Self {
-        let mut command = command(project.root(), &["lsp", "--stdio"]);
+        Self::start_by(command(project.root(), &["lsp", "--stdio"]), capabilities)
+    }
+
+    #[allow(clippy::needless_pass_by_value, reason = "capabilities are made where they are sent")]
+    fn start_by(mut command: Command, capabilities: Value) -> Self {
         let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
         let (to, from) = (child.0.stdin.take().unwrap(), Said::by(child.0.stdout.take().unwrap(), message));
         let mut editor = Self { child, to, from, id: 0 };
@@ -482,6 +486,38 @@ fn members_are_known_behind_a_dot() {
         assert_eq!(line(inside), Some(expected), "{inside}");
     }
     assert_eq!((line("float a = many[0].centre.x|y;"), line("hit.ball|s;")), (None, None));
+}
+
+/// The library is in the binary alone.
+#[test]
+fn names_of_the_library_lead_to_its_files() {
+    let project = Project::empty();
+    project.write("shaders/members.comp", MEMBERS);
+    let mut server = command(project.root(), &["lsp", "--stdio"]);
+    let cache = project.path("cache");
+    server.env("RAXEL_CACHE", &cache);
+    let mut editor = Editor::start_by(server, json!({}));
+    let shader = project.path("shaders/members.comp");
+    editor.open(&shader, MEMBERS);
+    for (before, after, line) in [
+        ("RxHit hit;", "RxH|it hit;", "struct RxHit {"),
+        ("RxHit hit;", "RxHit hit; hit.mater|ial = 0u;", "    uint material;"),
+        ("RxHit hit;", "RxHit hit; rx_nor|mal(0u);", "vec3 rx_normal("),
+        ("<raxel/ray.glsl>", "<raxel/r|ay.glsl>", ""),
+    ] {
+        let place = editor.place(&shader, &MEMBERS.replace(before, after));
+        let found = editor.ask("textDocument/definition", place);
+        let (uri, at) = place_of(&found);
+        let path = Path::new(uri.strip_prefix("file://").unwrap_or_else(|| panic!("{after}: {found}")));
+        assert!(path.starts_with(&cache) && path.ends_with("raxel/ray.glsl"), "{after}: {found}");
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.lines().nth(usize::try_from(at).unwrap()).unwrap().starts_with(line), "{after}: {found}");
+    }
+    // Without a cache there is no file to show.
+    let mut editor = Editor::start(&project);
+    editor.open(&shader, MEMBERS);
+    let place = editor.place(&shader, &MEMBERS.replace("RxHit hit;", "RxH|it hit;"));
+    assert_eq!(editor.ask("textDocument/definition", place), json!(null));
 }
 
 #[test]

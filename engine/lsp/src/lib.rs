@@ -9,6 +9,7 @@ mod documents;
 mod glsl;
 mod hints;
 mod indexed_text;
+mod library_files;
 mod member_access;
 mod names;
 mod progress;

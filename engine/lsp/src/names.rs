@@ -7,9 +7,9 @@ use lsp_types::Location;
 
 use super::documents::{Document, Documents, range};
 use super::indexed_text::{IndexedText, NamePlace};
-use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
+use super::project_texts::{ProjectText, declared_in, graphs, library_name, shader, shader_of_pass, worlds};
 use super::scopes::{Local, local_at};
-use super::{address, member_access};
+use super::{address, library_files, member_access};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -107,11 +107,13 @@ pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usi
 }
 
 /// Where what the cursor is on is declared: the table of a name, also of one that is inherited; the declaration of a shader's name; the file of a
-/// shader, graph, world or include.
+/// shader, graph, world or include. A file of the library that the project does not have is in the user's cache.
 pub(super) fn definition(documents: &Documents, document: &Document, at: usize) -> Option<Location> {
     let found = word(&document.text, at);
     let inside = |text: &ProjectText, bytes: &Range<usize>| {
-        let uri = address(&document.project.on_disk(&text.path)).filter(|_| text.on_disk)?;
+        let of_library = || library_files::on_disk(library_name(&text.path));
+        let file = if text.on_disk { document.project.on_disk(&text.path) } else { of_library()? };
+        let uri = address(&file)?;
         Some(Location { uri, range: range(&text.text, bytes) })
     };
     let in_shaders = |texts: &[ProjectText], name: &str| {
@@ -146,8 +148,8 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
     // A file: relative to its own folder, or to that of its kind.
     let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));
     let places = [folder.to_owned(), "shaders".into(), "shaders/include".into(), "graphs".into(), "worlds".into()];
-    let file =
-        places.iter().map(|folder| document.project.root().join(folder).join(found)).find(|file| file.is_file())?;
+    let mut files = places.iter().map(|folder| document.project.root().join(folder).join(found));
+    let file = files.find(|file| file.is_file()).or_else(|| library_files::on_disk(found))?;
     Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
 }
 
