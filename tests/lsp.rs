@@ -538,7 +538,49 @@ fn the_signature_of_a_call_is_shown_while_it_is_typed() {
     );
     let library = signature("rx_tone(|");
     assert_eq!(library["signatures"][0]["label"], "vec3 rx_tone(vec3 light, uint curve)");
+    let print = signature("0.0; debugPrintfEXT(\"%f\", |");
+    assert_eq!(print["signatures"][0]["label"], "void debugPrintfEXT(string format, values...)");
+    assert_eq!(print["activeParameter"], 1);
+    let assert = signature("0.0; rx_assert(|");
+    assert_eq!(assert["signatures"][0]["label"], "void rx_assert(bool condition)");
     assert!(signature("|").is_null());
+}
+
+#[test]
+fn the_words_of_glsl_and_the_functions_that_print_are_known() {
+    let (_project, mut editor, _, shader) = notes();
+    let offered = editor.offered(&shader, &NOTE.replace("// Twice as far.", "l|"));
+    for word in [
+        "layout",
+        "uniform",
+        "readonly",
+        "struct",
+        "vec3",
+        "mat4x3",
+        "uimage2D",
+        "sampler3D",
+        "debugPrintfEXT",
+        "rx_assert",
+    ] {
+        assert!(offered.iter().any(|label| label == word), "{word} is not among {offered:?}");
+    }
+    let names: BTreeSet<&String> = offered.iter().collect();
+    assert_eq!(names.len(), offered.len(), "one is there twice: {offered:?}");
+    let has = |offered: &[String], name: &str| offered.iter().any(|label| label == name);
+    // The words of a layout are names elsewhere.
+    assert!(!has(&offered, "push_constant") && !has(&offered, "rgba16f"));
+    let offered = editor.offered(&shader, &NOTE.replace("layout(rgba16f)", "layout(|)"));
+    assert!(has(&offered, "push_constant") && has(&offered, "local_size_x") && has(&offered, "r32ui"), "{offered:?}");
+    for (call, meaning) in [
+        ("debugPrin|tfEXT(\"%f\", 1.0);", "Prints a line"),
+        ("rx_ass|ert(true);", "Reports an error if the condition is false"),
+    ] {
+        let with_print = NOTE.replace("#version 460\n", "#version 460\n#include <raxel/print.glsl>\n");
+        let place = editor.place(&shader, &with_print.replace("imageStore", &format!("{call}\n    imageStore")));
+        let said = editor.ask("textDocument/hover", place);
+        let said = said["contents"]["value"].as_str().unwrap_or_else(|| panic!("{call} has no hover"));
+        assert!(said.contains(meaning) && said.contains("`#include <raxel/print.glsl>`"), "{said}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@ use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{Catalog, SourceLayout};
 use raxel_media::has_texels;
 use raxel_runtime::sources::SourceCatalog;
+use raxel_shader::format::Format;
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
@@ -22,7 +23,7 @@ use super::project_texts::{
 };
 use super::scopes::Local;
 use super::toml_place::{TomlPlace, header_at};
-use super::{builtins, member_access, symbols};
+use super::{builtins, member_access, signature, symbols};
 
 /// Everything that can stand at a byte of a text. The editor filters by what was typed.
 pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
@@ -476,6 +477,14 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
             found.push(item(&declared.name, symbols::completion_kind(declared.kind), &about));
         }
     }
+    if signature::call(document.text.code(), at).is_some_and(|(name, _)| name == "layout") {
+        let formats = Format::ALL.iter().map(|format| format.name());
+        let words = builtins::LAYOUT_WORDS.iter().copied().chain(formats);
+        found.extend(words.map(|word| item(word, CompletionItemKind::KEYWORD, "")));
+    }
+    let types = builtins::TYPES.iter().map(|name| (*name).to_owned()).chain(builtins::opaque_types());
+    found.extend(types.map(|name| item(&name, CompletionItemKind::STRUCT, "")));
+    found.extend(builtins::KEYWORDS.iter().map(|word| item(word, CompletionItemKind::KEYWORD, "")));
     for builtin in builtins::BUILTINS.iter() {
         let variable = builtin.name.starts_with("gl_");
         let kind = if variable { CompletionItemKind::VARIABLE } else { CompletionItemKind::FUNCTION };
