@@ -488,6 +488,58 @@ fn members_are_known_behind_a_dot() {
     assert_eq!((line("float a = many[0].centre.x|y;"), line("hit.ball|s;")), (None, None));
 }
 
+#[test]
+fn values_of_keys_are_completed_and_explained() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let (graph, demo) = (project.path("graphs/mine.toml"), project.path("worlds/mine.demo.toml"));
+    for path in [&graph, &demo] {
+        std::fs::write(path, "").unwrap();
+        editor.open(path, "");
+    }
+    let head = "world = \"valley.toml\"\ngraph = \"inspect.toml\"\n";
+    for keys in ["keys = [[0.0, [\"|\"]]]\n", "keys = [\n    # held\n    [0.0, [\"|\"]],\n]\n"] {
+        let offered = editor.offered(&demo, &format!("{head}[inputs]\n{keys}"));
+        assert!(
+            offered.len() > 100 && ["KeyW", "ArrowLeft"].iter().all(|key| offered.iter().any(|label| label == key))
+        );
+    }
+    let offered = editor.offered(&demo, &format!("{head}[inputs]\nbuttons = [[0.0, [\"|\"]]]\n"));
+    assert_eq!(offered, ["left", "right", "middle", "back", "forward"]);
+    let offered =
+        editor.offered(&demo, &format!("{head}[inputs]\ngamepad_buttons = [[0.0, [\"left_stick\", \"|\"]]]\n"));
+    assert!(offered.iter().any(|label| label == "south"), "{offered:?}");
+    // The keys of a track are no inputs.
+    let offered = editor.offered(&demo, &format!("{head}[tracks.sky_depth]\nkeys = [[0.0, \"|\"]]\n"));
+    assert_eq!(offered, [""; 0]);
+
+    let mut hover = |path: &Path, text: &str| {
+        let place = editor.place(path, text);
+        let said = editor.ask("textDocument/hover", place);
+        said["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    for (text, meaning) in [
+        ("[targets.a]\nformat = \"rgba|16f\"\n", "`rgba16f`: channels: 4, read as floats; bytes of a texel: 8"),
+        ("[buffers.a]\nsource = \"world.tr|ee64\"\n", "`world.tree64`: supplied by the session"),
+        ("[targets.a.display]\nmap = \"tur|bo\"\n", "`map`: The map."),
+        ("[[passes]]\nname = \"a\"\nwhen = \"!world.has_em|ission\"\n", "`when`: The pass runs only while this holds"),
+    ] {
+        let said = hover(&graph, text);
+        assert!(said.contains(meaning), "{text}: {said}");
+    }
+    for (text, meaning) in [
+        ("[[edits]]\nop = \"sp|here\"\n", "`sphere`: A ball."),
+        ("[inputs]\nkeys = [[0.0, [\"Key|W\"]]]\n", "`keys`: Keys that are held from then on"),
+        ("[tracks.sky_|depth]\n", "[params.sky_depth]"),
+    ] {
+        let said = hover(&demo, &format!("{head}{text}"));
+        assert!(said.contains(meaning), "{text}: {said}");
+    }
+    let place = editor.place(&demo, &format!("{head}[tracks.sky_|depth]\n"));
+    let found = editor.ask("textDocument/definition", place);
+    assert_eq!(place_of(&found).0, address(&project.path("graphs/inspect.toml")), "{found}");
+}
+
 /// The library is in the binary alone.
 #[test]
 fn names_of_the_library_lead_to_its_files() {

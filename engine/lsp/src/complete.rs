@@ -9,15 +9,16 @@ use raxel_graph::checked::Builtin;
 use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{Catalog, SourceLayout};
 use raxel_media::has_texels;
+use raxel_runtime::inputs;
 use raxel_runtime::sources::SourceCatalog;
-use raxel_shader::format::Format;
+use raxel_shader::format::{Format, ScalarKind};
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
 
 use super::documents::{Document, Documents};
 use super::glsl::{Declaration, DeclarationKind, comment_on};
-use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_passes, word};
+use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_at, named_passes};
 use super::project_texts::{
     ProjectText, bound_by, declared_in, every, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
@@ -137,7 +138,7 @@ fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
 /// What the word at a byte means, in Markdown.
 pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
     let toml = document.is_toml();
-    let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
+    let found = if toml { named_at(&document.text, at) } else { identifier(&document.text, at) };
     if found.is_empty() {
         return None;
     }
@@ -169,11 +170,70 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     }
     let schema = schema(&document.path);
     let place = TomlPlace::of(&document.text, at);
+    if let Some(about) = hover_value(&schema, &place, found) {
+        return Some(about);
+    }
     if let Some((_, node)) = properties(&schema, &place).into_iter().find(|(key, _)| *key == found) {
         return Some(describe(found, resolved(&schema, node), node));
     }
     hover_table(documents, document, bare(found))
         .or_else(|| hover_declared(documents, document, &shader_of_pass(documents, document, at), found))
+}
+
+/// What a word means as the value of a key. Where nothing says more of the word, the description of its key does.
+fn hover_value(schema: &Value, place: &TomlPlace, found: &str) -> Option<String> {
+    let key = place.key.as_deref().filter(|_| place.in_string)?;
+    let nodes: Vec<&Value> =
+        properties(schema, place).into_iter().filter(|(known, _)| *known == key).map(|(_, node)| node).collect();
+    let node = *nodes.first()?;
+    if key == "format"
+        && let Some(format) = Format::from_name(found)
+    {
+        let kind = match format.scalar() {
+            ScalarKind::Float => "floats",
+            ScalarKind::Int => "integers",
+            ScalarKind::Uint => "unsigned integers",
+        };
+        let (channels, bytes) = (format.channels(), format.bytes());
+        return Some(format!("`{found}`: channels: {channels}, read as {kind}; bytes of a texel: {bytes}"));
+    }
+    if matches!(key, "source" | "copy")
+        && let Some(source) = SourceCatalog::new(Arc::new(MemoryFiles::default())).source(found)
+    {
+        return Some(about_source(&source));
+    }
+    let of_key = || describe(key, resolved(schema, node), node);
+    if held_inputs(place, key).is_some_and(|names| names.contains(&found)) {
+        return Some(of_key());
+    }
+    let mut forms = nodes.iter().flat_map(|node| forms(schema, node)).filter(|form| form["const"] == found);
+    if let Some(meaning) = forms.find_map(|form| form["description"].as_str()) {
+        return Some(format!("`{found}`: {meaning}"));
+    }
+    words(schema, place, key).contains(found).then(of_key)
+}
+
+/// What is known of something that the session supplies.
+fn about_source(source: &SourceLayout) -> String {
+    let mut said = format!("`{}`: supplied by the session.", source.name);
+    if let Some(format) = source.image {
+        said = format!("{said} A target with this source has the format `{}`.", format.name());
+    }
+    if let Some(bytes) = source.collected {
+        said = format!("{said} Passes fill it, at most {bytes} bytes, and raxel takes the contents after the frame.");
+    }
+    said
+}
+
+/// The names that an input of a demo can hold.
+fn held_inputs(place: &TomlPlace, key: &str) -> Option<Vec<&'static str>> {
+    match key {
+        _ if place.table != ["inputs"] => None,
+        "keys" => Some(inputs::Key::names().collect()),
+        "buttons" => Some(inputs::BUTTONS.to_vec()),
+        "gamepad_buttons" => Some(inputs::GAMEPAD_BUTTONS.to_vec()),
+        _ => None,
+    }
 }
 
 /// The local or parameter that a byte of a shader means, with the comment on its line.
@@ -322,6 +382,10 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
         "extends" if graph => files(document, "graphs"),
         "graph" => files(document, "graphs"),
         "target" if kind == FileKind::Demo => resources(),
+        "keys" | "buttons" | "gamepad_buttons" if kind == FileKind::Demo => {
+            let names = held_inputs(place, key).into_iter().flatten();
+            names.map(|name| item(name, CompletionItemKind::ENUM_MEMBER, "")).collect()
+        }
         "material" | "model" if !graph => of_world(&worlds(documents, document), key),
         "world" | "demo" => {
             let mut worlds = files(document, "worlds");

@@ -9,6 +9,7 @@ use super::documents::{Document, Documents, range};
 use super::indexed_text::{IndexedText, NamePlace};
 use super::project_texts::{ProjectText, declared_in, graphs, library_name, shader, shader_of_pass, worlds};
 use super::scopes::{Local, local_at};
+use super::toml_place::header_at;
 use super::{address, library_files, member_access};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
@@ -56,6 +57,17 @@ pub(super) fn word(text: &str, at: usize) -> &str {
     let start =
         text[..at].rfind(|c| !inside(c)).map_or(0, |end| end + text[end..].chars().next().map_or(1, char::len_utf8));
     let end = text[at..].find(|c| !inside(c)).map_or(text.len(), |end| at + end);
+    &text[start..end]
+}
+
+/// The name in a header of a table, or else the word, at a byte of a TOML file.
+pub(super) fn named_at(text: &str, at: usize) -> &str {
+    let is_separator = |c: char| "[].\"'".contains(c) || c.is_whitespace();
+    if header_at(text, at).is_none() {
+        return word(text, at);
+    }
+    let start = text[..at].trim_end_matches(|c| !is_separator(c)).len();
+    let end = text[at..].find(is_separator).map_or(text.len(), |end| at + end);
     &text[start..end]
 }
 
@@ -109,7 +121,7 @@ pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usi
 /// Where what the cursor is on is declared: the table of a name, also of one that is inherited; the declaration of a shader's name; the file of a
 /// shader, graph, world or include. A file of the library that the project does not have is in the user's cache.
 pub(super) fn definition(documents: &Documents, document: &Document, at: usize) -> Option<Location> {
-    let found = word(&document.text, at);
+    let found = if document.is_toml() { named_at(&document.text, at) } else { word(&document.text, at) };
     let inside = |text: &ProjectText, bytes: &Range<usize>| {
         let of_library = || library_files::on_disk(library_name(&text.path));
         let file = if text.on_disk { document.project.on_disk(&text.path) } else { of_library()? };
