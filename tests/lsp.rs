@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeSet;
 use std::io::{BufRead, Write};
 use std::path::Path;
-use std::process::{ChildStdin, Stdio};
+use std::process::{ChildStdin, Command, Stdio};
 
 use common::{Project, Running, Said, command};
 use serde_json::{Value, json};
@@ -45,7 +45,11 @@ impl Editor {
 
     #[allow(clippy::needless_pass_by_value, reason = "capabilities are made where they are sent")]
     fn start_with(project: &Project, capabilities: Value) -> Self {
-        let mut command = command(project.root(), &["lsp", "--stdio"]);
+        Self::start_by(command(project.root(), &["lsp", "--stdio"]), capabilities)
+    }
+
+    #[allow(clippy::needless_pass_by_value, reason = "capabilities are made where they are sent")]
+    fn start_by(mut command: Command, capabilities: Value) -> Self {
         let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
         let (to, from) = (child.0.stdin.take().unwrap(), Said::by(child.0.stdout.take().unwrap(), message));
         let mut editor = Self { child, to, from, id: 0 };
@@ -398,6 +402,182 @@ fn locals_and_parameters_are_known_in_their_scope() {
     assert_eq!(found["range"]["start"], json!({ "line": 5, "character": 16 }));
 }
 
+/// A structure and blocks of a shader of their own, besides those of the library.
+const MEMBERS: &str = "#version 460
+#include <raxel/ray.glsl>
+layout(local_size_x = 8) in;
+// A ball.
+struct Ball {
+    vec3 centre; // in voxels
+    // Never negative.
+    float radius, weight[2];
+};
+layout(push_constant) uniform Push {
+    Ball ball;
+    float exposure; // in stops
+} push;
+layout(std430) readonly buffer Balls { uint count; Ball all[]; } balls;
+layout(std140) uniform Sky { mat4x3 turn; float distance; };
+const vec2 AT[2] = vec2[2](vec2(0.0), vec2(1.0));
+Ball grown(Ball ball) { return ball; }
+void main() {
+    RxHit hit;
+    Ball many[2];
+    //
+}
+";
+
+#[test]
+fn members_are_known_behind_a_dot() {
+    let project = Project::empty();
+    project.write("shaders/members.comp", MEMBERS);
+    let mut editor = Editor::start(&project);
+    let shader = project.path("shaders/members.comp");
+    editor.open(&shader, MEMBERS);
+    let body = |inside: &str| MEMBERS.replace("    //\n", &format!("    {inside}\n"));
+    let ball = ["centre", "radius", "weight"];
+    let plane = ["x", "y", "xy", "r", "g", "rg"];
+    for expression in
+        ["many[1].", "push.ball.", "balls.all[push.ball.weight[0]].", "grown(many[0]).", "Ball(vec3(0.0), 1.0)."]
+    {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), ball, "{expression}");
+        assert_eq!(editor.offered(&shader, &body(&format!("float a = {expression}ra|;"))), ball, "{expression}");
+    }
+    for expression in ["AT[0].", "many[0].centre.xy.", "vec2(1.0)."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), plane, "{expression}");
+    }
+    for expression in ["hit.voxel.", "turn[0].", "gl_WorkGroupID.", "grown(many[0]).centre."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))).len(), 14, "{expression}");
+    }
+    let offered = editor.offered(&shader, &body("hit.|"));
+    assert!(offered.iter().any(|name| name == "voxel") && offered.iter().all(|name| name != "rx_trace"), "{offered:?}");
+    // Without a type nothing is offered: a name that is none, an array, a product, a number.
+    for expression in ["nothing.", "many.", "AT.", "(2.0 * push.ball.centre).", "1.", "push.exposure."] {
+        assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), [""; 0], "{expression}");
+    }
+    let place = editor.place(&shader, &body("push.|"));
+    let items = editor.ask("textDocument/completion", place);
+    let about = items[1]["documentation"]["value"].as_str().unwrap();
+    assert!(about.contains("float exposure;") && about.contains("in stops"), "{about}");
+
+    let mut hover = |inside: &str| {
+        let place = editor.place(&shader, &body(inside));
+        let said = editor.ask("textDocument/hover", place);
+        said["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    for (inside, parts) in [
+        ("float a = push.expo|sure;", ["float exposure;", "in stops", "A member of `Push`"]),
+        ("float a = many[0].rad|ius;", ["float radius, weight[2];", "Never negative.", "A member of `Ball`"]),
+        ("vec2 a = hit.u|v;", ["vec2 uv;", "`RxHit`", "raxel/ray.glsl"]),
+        ("vec2 a = many[0].centre.z|x;", ["vec2 zx", "Components of a `vec3`", ""]),
+        // A member, and not the function of GLSL.
+        ("float a = dist|ance;", ["float distance;", "A member of `Sky`", ""]),
+    ] {
+        let said = hover(inside);
+        assert!(parts.iter().all(|part| said.contains(part)), "{inside}: {said}");
+    }
+    for nothing in ["float a = hit.dist|ance;", "float a = nothing.dist|ance;", "float a = many[0].len|gth();"] {
+        assert_eq!(hover(nothing), "", "{nothing}");
+    }
+    let mut line = |inside: &str| {
+        let place = editor.place(&shader, &body(inside));
+        editor.ask("textDocument/definition", place)["range"]["start"]["line"].as_u64()
+    };
+    for (inside, declaration) in [
+        ("push.expo|sure;", "float exposure"),
+        ("many[0].weig|ht[0];", "float radius"),
+        ("float a = dist|ance;", "float distance"),
+    ] {
+        let expected = MEMBERS.lines().position(|line| line.contains(declaration)).unwrap() as u64;
+        assert_eq!(line(inside), Some(expected), "{inside}");
+    }
+    assert_eq!((line("float a = many[0].centre.x|y;"), line("hit.ball|s;")), (None, None));
+}
+
+#[test]
+fn values_of_keys_are_completed_and_explained() {
+    let project = Project::shipped();
+    let mut editor = Editor::start(&project);
+    let (graph, demo) = (project.path("graphs/mine.toml"), project.path("worlds/mine.demo.toml"));
+    for path in [&graph, &demo] {
+        std::fs::write(path, "").unwrap();
+        editor.open(path, "");
+    }
+    let head = "world = \"valley.toml\"\ngraph = \"inspect.toml\"\n";
+    for keys in ["keys = [[0.0, [\"|\"]]]\n", "keys = [\n    # held\n    [0.0, [\"|\"]],\n]\n"] {
+        let offered = editor.offered(&demo, &format!("{head}[inputs]\n{keys}"));
+        assert!(
+            offered.len() > 100 && ["KeyW", "ArrowLeft"].iter().all(|key| offered.iter().any(|label| label == key))
+        );
+    }
+    let offered = editor.offered(&demo, &format!("{head}[inputs]\nbuttons = [[0.0, [\"|\"]]]\n"));
+    assert_eq!(offered, ["left", "right", "middle", "back", "forward"]);
+    let offered =
+        editor.offered(&demo, &format!("{head}[inputs]\ngamepad_buttons = [[0.0, [\"left_stick\", \"|\"]]]\n"));
+    assert!(offered.iter().any(|label| label == "south"), "{offered:?}");
+    // The keys of a track are no inputs.
+    let offered = editor.offered(&demo, &format!("{head}[tracks.sky_depth]\nkeys = [[0.0, \"|\"]]\n"));
+    assert_eq!(offered, [""; 0]);
+
+    let mut hover = |path: &Path, text: &str| {
+        let place = editor.place(path, text);
+        let said = editor.ask("textDocument/hover", place);
+        said["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    for (text, meaning) in [
+        ("[targets.a]\nformat = \"rgba|16f\"\n", "`rgba16f`: channels: 4, read as floats; bytes of a texel: 8"),
+        ("[buffers.a]\nsource = \"world.tr|ee64\"\n", "`world.tree64`: supplied by the session"),
+        ("[targets.a.display]\nmap = \"tur|bo\"\n", "`map`: The map."),
+        ("[[passes]]\nname = \"a\"\nwhen = \"!world.has_em|ission\"\n", "`when`: The pass runs only while this holds"),
+    ] {
+        let said = hover(&graph, text);
+        assert!(said.contains(meaning), "{text}: {said}");
+    }
+    for (text, meaning) in [
+        ("[[edits]]\nop = \"sp|here\"\n", "`sphere`: A ball."),
+        ("[inputs]\nkeys = [[0.0, [\"Key|W\"]]]\n", "`keys`: Keys that are held from then on"),
+        ("[tracks.sky_|depth]\n", "[params.sky_depth]"),
+    ] {
+        let said = hover(&demo, &format!("{head}{text}"));
+        assert!(said.contains(meaning), "{text}: {said}");
+    }
+    let place = editor.place(&demo, &format!("{head}[tracks.sky_|depth]\n"));
+    let found = editor.ask("textDocument/definition", place);
+    assert_eq!(place_of(&found).0, address(&project.path("graphs/inspect.toml")), "{found}");
+}
+
+/// The library is in the binary alone.
+#[test]
+fn names_of_the_library_lead_to_its_files() {
+    let project = Project::empty();
+    project.write("shaders/members.comp", MEMBERS);
+    let mut server = command(project.root(), &["lsp", "--stdio"]);
+    let cache = project.path("cache");
+    server.env("RAXEL_CACHE", &cache);
+    let mut editor = Editor::start_by(server, json!({}));
+    let shader = project.path("shaders/members.comp");
+    editor.open(&shader, MEMBERS);
+    for (before, after, line) in [
+        ("RxHit hit;", "RxH|it hit;", "struct RxHit {"),
+        ("RxHit hit;", "RxHit hit; hit.mater|ial = 0u;", "    uint material;"),
+        ("RxHit hit;", "RxHit hit; rx_nor|mal(0u);", "vec3 rx_normal("),
+        ("<raxel/ray.glsl>", "<raxel/r|ay.glsl>", ""),
+    ] {
+        let place = editor.place(&shader, &MEMBERS.replace(before, after));
+        let found = editor.ask("textDocument/definition", place);
+        let (uri, at) = place_of(&found);
+        let path = Path::new(uri.strip_prefix("file://").unwrap_or_else(|| panic!("{after}: {found}")));
+        assert!(path.starts_with(&cache) && path.ends_with("raxel/ray.glsl"), "{after}: {found}");
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.lines().nth(usize::try_from(at).unwrap()).unwrap().starts_with(line), "{after}: {found}");
+    }
+    // Without a cache there is no file to show.
+    let mut editor = Editor::start(&project);
+    editor.open(&shader, MEMBERS);
+    let place = editor.place(&shader, &MEMBERS.replace("RxHit hit;", "RxH|it hit;"));
+    assert_eq!(editor.ask("textDocument/definition", place), json!(null));
+}
+
 #[test]
 fn the_signature_of_a_call_is_shown_while_it_is_typed() {
     let (_project, mut editor, _, shader) = notes();
@@ -416,7 +596,49 @@ fn the_signature_of_a_call_is_shown_while_it_is_typed() {
     );
     let library = signature("rx_tone(|");
     assert_eq!(library["signatures"][0]["label"], "vec3 rx_tone(vec3 light, uint curve)");
+    let print = signature("0.0; debugPrintfEXT(\"%f\", |");
+    assert_eq!(print["signatures"][0]["label"], "void debugPrintfEXT(string format, values...)");
+    assert_eq!(print["activeParameter"], 1);
+    let assert = signature("0.0; rx_assert(|");
+    assert_eq!(assert["signatures"][0]["label"], "void rx_assert(bool condition)");
     assert!(signature("|").is_null());
+}
+
+#[test]
+fn the_words_of_glsl_and_the_functions_that_print_are_known() {
+    let (_project, mut editor, _, shader) = notes();
+    let offered = editor.offered(&shader, &NOTE.replace("// Twice as far.", "l|"));
+    for word in [
+        "layout",
+        "uniform",
+        "readonly",
+        "struct",
+        "vec3",
+        "mat4x3",
+        "uimage2D",
+        "sampler3D",
+        "debugPrintfEXT",
+        "rx_assert",
+    ] {
+        assert!(offered.iter().any(|label| label == word), "{word} is not among {offered:?}");
+    }
+    let names: BTreeSet<&String> = offered.iter().collect();
+    assert_eq!(names.len(), offered.len(), "one is there twice: {offered:?}");
+    let has = |offered: &[String], name: &str| offered.iter().any(|label| label == name);
+    // The words of a layout are names elsewhere.
+    assert!(!has(&offered, "push_constant") && !has(&offered, "rgba16f"));
+    let offered = editor.offered(&shader, &NOTE.replace("layout(rgba16f)", "layout(|)"));
+    assert!(has(&offered, "push_constant") && has(&offered, "local_size_x") && has(&offered, "r32ui"), "{offered:?}");
+    for (call, meaning) in [
+        ("debugPrin|tfEXT(\"%f\", 1.0);", "Prints a line"),
+        ("rx_ass|ert(true);", "Reports an error if the condition is false"),
+    ] {
+        let with_print = NOTE.replace("#version 460\n", "#version 460\n#include <raxel/print.glsl>\n");
+        let place = editor.place(&shader, &with_print.replace("imageStore", &format!("{call}\n    imageStore")));
+        let said = editor.ask("textDocument/hover", place);
+        let said = said["contents"]["value"].as_str().unwrap_or_else(|| panic!("{call} has no hover"));
+        assert!(said.contains(meaning) && said.contains("`#include <raxel/print.glsl>`"), "{said}");
+    }
 }
 
 #[test]

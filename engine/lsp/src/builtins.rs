@@ -1,6 +1,94 @@
-//! The functions and variables of GLSL that a compute shader has, with their descriptions: the GLSL specification 4.60, chapters 7 and 8.
+//! The functions and variables of GLSL that a compute shader has, with their descriptions: the GLSL specification 4.60, chapters 7 and 8. With them are
+//! `debugPrintfEXT` and `rx_assert`, which no declaration of the shader library shows. And the words of GLSL's grammar: chapter 3.6.
 
 use std::sync::LazyLock;
+
+/// Keywords of statements and qualifiers.
+pub(super) const KEYWORDS: &[&str] = &[
+    "break",
+    "buffer",
+    "case",
+    "coherent",
+    "const",
+    "continue",
+    "default",
+    "do",
+    "else",
+    "false",
+    "for",
+    "highp",
+    "if",
+    "in",
+    "inout",
+    "invariant",
+    "layout",
+    "lowp",
+    "mediump",
+    "out",
+    "precise",
+    "precision",
+    "readonly",
+    "restrict",
+    "return",
+    "shared",
+    "struct",
+    "switch",
+    "true",
+    "uniform",
+    "volatile",
+    "while",
+    "writeonly",
+];
+
+/// Types but for those of images and samplers.
+pub(super) const TYPES: &[&str] = &[
+    "bool", "bvec2", "bvec3", "bvec4", "double", "dvec2", "dvec3", "dvec4", "float", "int", "ivec2", "ivec3", "ivec4",
+    "mat2", "mat2x2", "mat2x3", "mat2x4", "mat3", "mat3x2", "mat3x3", "mat3x4", "mat4", "mat4x2", "mat4x3", "mat4x4",
+    "uint", "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4", "void",
+];
+
+/// Types of images and samplers of floats. Those of integers have `i` or `u` in front.
+const OPAQUE_TYPES: &[&str] = &[
+    "image1D",
+    "image1DArray",
+    "image2D",
+    "image2DArray",
+    "image3D",
+    "imageBuffer",
+    "imageCube",
+    "imageCubeArray",
+    "sampler1D",
+    "sampler1DArray",
+    "sampler2D",
+    "sampler2DArray",
+    "sampler3D",
+    "samplerBuffer",
+    "samplerCube",
+    "samplerCubeArray",
+];
+
+/// Words between the brackets of `layout(…)`, without the formats of images.
+pub(super) const LAYOUT_WORDS: &[&str] = &[
+    "binding",
+    "buffer_reference",
+    "column_major",
+    "constant_id",
+    "local_size_x",
+    "local_size_y",
+    "local_size_z",
+    "offset",
+    "push_constant",
+    "row_major",
+    "scalar",
+    "set",
+    "std140",
+    "std430",
+];
+
+/// Every type of images and samplers.
+pub(super) fn opaque_types() -> impl Iterator<Item = String> {
+    ["", "i", "u"].into_iter().flat_map(|kind| OPAQUE_TYPES.iter().map(move |name| format!("{kind}{name}")))
+}
 
 /// A function or a variable of GLSL.
 #[derive(Clone, Copy)]

@@ -9,20 +9,22 @@ use raxel_graph::checked::Builtin;
 use raxel_graph::supply::MICROPHONE;
 use raxel_graph::{Catalog, SourceLayout};
 use raxel_media::has_texels;
+use raxel_runtime::inputs;
 use raxel_runtime::sources::SourceCatalog;
+use raxel_shader::format::{Format, ScalarKind};
 use raxel_shader::library;
 use raxel_terminal::offline::FileKind;
 use serde_json::Value;
 
 use super::documents::{Document, Documents};
-use super::glsl::{Declaration, DeclarationKind, comment_on, members};
-use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_passes, owner, word};
+use super::glsl::{Declaration, DeclarationKind, comment_on};
+use super::names::{bare, declaration, declared, identifier, keys_of, local_under, named_at, named_passes};
 use super::project_texts::{
     ProjectText, bound_by, declared_in, every, graphs, shader, shader_of_pass, shaders_of_graphs, worlds,
 };
 use super::scopes::Local;
 use super::toml_place::{TomlPlace, header_at};
-use super::{builtins, symbols};
+use super::{builtins, member_access, signature, symbols};
 
 /// All words that fit at a byte of a text. The editor filters them by the letters that the user has typed.
 pub(super) fn items(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
@@ -85,10 +87,9 @@ fn given_names(within: &Within<'_>, place: &TomlPlace) -> Option<Vec<CompletionI
             _ => false,
         };
         for (text, declared) in declared_in(&texts).filter(|(_, declared)| is_it(declared)) {
-            let Some(body) = declared.body.clone() else { continue };
-            for (name, declaration) in members(&text.text[body]) {
-                let about = format!("```glsl\n{declaration}\n```\n{}", text.path);
-                found.insert(name.clone(), named(&name, CompletionItemKind::FIELD, &about));
+            for member in member_access::members_of(text, declared) {
+                let item = named(&member.name, CompletionItemKind::FIELD, &member.about);
+                found.insert(member.name, item);
             }
         }
     }
@@ -137,13 +138,23 @@ fn inherited(graphs: &[ProjectText], kinds: &[&str]) -> Vec<CompletionItem> {
 /// The meaning of the word at a byte, in Markdown.
 pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Option<String> {
     let toml = document.is_toml();
-    let found = if toml { word(&document.text, at) } else { identifier(&document.text, at) };
+    let found = if toml { named_at(&document.text, at) } else { identifier(&document.text, at) };
     if found.is_empty() {
         return None;
     }
     if let Some((local, about)) = local(document, at) {
         let kind = if local.parameter { "A parameter." } else { "A local variable." };
         return Some(format!("```glsl\n{}\n```\n{kind} {about}", local.declaration()));
+    }
+    if !toml {
+        let texts = shader(documents, document, &document.path);
+        if let Some(member) = member_access::under(document, &texts, at) {
+            return Some(member.about);
+        }
+        // No name behind a dot is one of a function or a variable.
+        if member_access::is_behind_dot(&document.text, at) {
+            return None;
+        }
     }
     if let Some(item) = library::items().into_iter().find(|item| item.name == found) {
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
@@ -159,11 +170,70 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
     }
     let schema = schema(&document.path);
     let place = TomlPlace::of(&document.text, at);
+    if let Some(about) = hover_value(&schema, &place, found) {
+        return Some(about);
+    }
     if let Some((_, node)) = properties(&schema, &place).into_iter().find(|(key, _)| *key == found) {
         return Some(describe(found, resolved(&schema, node), node));
     }
     hover_table(documents, document, bare(found))
         .or_else(|| hover_declared(documents, document, &shader_of_pass(documents, document, at), found))
+}
+
+/// What a word means as the value of a key. Where nothing says more of the word, the description of its key does.
+fn hover_value(schema: &Value, place: &TomlPlace, found: &str) -> Option<String> {
+    let key = place.key.as_deref().filter(|_| place.in_string)?;
+    let nodes: Vec<&Value> =
+        properties(schema, place).into_iter().filter(|(known, _)| *known == key).map(|(_, node)| node).collect();
+    let node = *nodes.first()?;
+    if key == "format"
+        && let Some(format) = Format::from_name(found)
+    {
+        let kind = match format.scalar() {
+            ScalarKind::Float => "floats",
+            ScalarKind::Int => "integers",
+            ScalarKind::Uint => "unsigned integers",
+        };
+        let (channels, bytes) = (format.channels(), format.bytes());
+        return Some(format!("`{found}`: channels: {channels}, read as {kind}; bytes of a texel: {bytes}"));
+    }
+    if matches!(key, "source" | "copy")
+        && let Some(source) = SourceCatalog::new(Arc::new(MemoryFiles::default())).source(found)
+    {
+        return Some(about_source(&source));
+    }
+    let of_key = || describe(key, resolved(schema, node), node);
+    if held_inputs(place, key).is_some_and(|names| names.contains(&found)) {
+        return Some(of_key());
+    }
+    let mut forms = nodes.iter().flat_map(|node| forms(schema, node)).filter(|form| form["const"] == found);
+    if let Some(meaning) = forms.find_map(|form| form["description"].as_str()) {
+        return Some(format!("`{found}`: {meaning}"));
+    }
+    words(schema, place, key).contains(found).then(of_key)
+}
+
+/// What is known of something that the session supplies.
+fn about_source(source: &SourceLayout) -> String {
+    let mut said = format!("`{}`: supplied by the session.", source.name);
+    if let Some(format) = source.image {
+        said = format!("{said} A target with this source has the format `{}`.", format.name());
+    }
+    if let Some(bytes) = source.collected {
+        said = format!("{said} Passes fill it, at most {bytes} bytes, and raxel takes the contents after the frame.");
+    }
+    said
+}
+
+/// The names that an input of a demo can hold.
+fn held_inputs(place: &TomlPlace, key: &str) -> Option<Vec<&'static str>> {
+    match key {
+        _ if place.table != ["inputs"] => None,
+        "keys" => Some(inputs::Key::names().collect()),
+        "buttons" => Some(inputs::BUTTONS.to_vec()),
+        "gamepad_buttons" => Some(inputs::GAMEPAD_BUTTONS.to_vec()),
+        _ => None,
+    }
 }
 
 /// The local or parameter that a byte of a shader means, with the comment on its line.
@@ -312,6 +382,10 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
         "extends" if graph => files(document, "graphs"),
         "graph" => files(document, "graphs"),
         "target" if kind == FileKind::Demo => resources(),
+        "keys" | "buttons" | "gamepad_buttons" if kind == FileKind::Demo => {
+            let names = held_inputs(place, key).into_iter().flatten();
+            names.map(|name| item(name, CompletionItemKind::ENUM_MEMBER, "")).collect()
+        }
         "material" | "model" if !graph => of_world(&worlds(documents, document), key),
         "world" | "demo" => {
             let mut worlds = files(document, "worlds");
@@ -442,21 +516,16 @@ fn files(document: &Document, folder: &str) -> Vec<CompletionItem> {
     names.iter().map(|name| item(name, CompletionItemKind::FILE, folder)).collect()
 }
 
-/// The names of GLSL, of the library and of the shader; after `push.` those of the members of that block, after `#include` files.
+/// The names of GLSL, of the library and of the shader; behind a dot members, after `#include` files.
 fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<CompletionItem> {
-    let texts = || shader(documents, document, &document.path);
-    if let Some(instance) = owner(&document.text, at) {
-        let texts = texts();
-        let block = declared_in(&texts).find(|(_, declared)| declared.name == instance);
-        let member = |(name, declaration): (String, String)| {
-            item(&name, CompletionItemKind::FIELD, &format!("```glsl\n{declaration}\n```"))
-        };
-        let body = block.and_then(|(text, declared)| Some(&text.text[declared.body.clone()?]));
-        return body.map(members).unwrap_or_default().into_iter().map(member).collect();
-    }
     let line = document.text[..at].rsplit('\n').next().unwrap_or_default();
     if line.trim_start().starts_with("#include") {
         return includes(document);
+    }
+    let texts = shader(documents, document, &document.path);
+    if member_access::is_behind_dot(&document.text, at) {
+        let members = member_access::offered(document, &texts, at).into_iter();
+        return members.map(|member| item(&member.name, CompletionItemKind::FIELD, &member.about)).collect();
     }
     let mut found: Vec<CompletionItem> = Vec::new();
     for local in document.text.locals().iter().rev().filter(|local| local.scope.contains(&at)) {
@@ -465,13 +534,21 @@ fn glsl(documents: &Documents, document: &Document, at: usize) -> Vec<Completion
             found.push(item(&local.name, CompletionItemKind::VARIABLE, &about));
         }
     }
-    for (text, declared) in declared_in(&texts()).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
+    for (text, declared) in declared_in(&texts).filter(|(text, _)| text.on_disk && !text.path.contains("/raxel/")) {
         let about = comment_on(&text.text, &declared.whole);
         let about = format!("```glsl\n{}\n```\n{about}\n\n`{}`", &text.text[declared.whole.clone()], text.path);
         if found.iter().all(|known| known.label != declared.name) {
             found.push(item(&declared.name, symbols::completion_kind(declared.kind), &about));
         }
     }
+    if signature::call(document.text.code(), at).is_some_and(|(name, _)| name == "layout") {
+        let formats = Format::ALL.iter().map(|format| format.name());
+        let words = builtins::LAYOUT_WORDS.iter().copied().chain(formats);
+        found.extend(words.map(|word| item(word, CompletionItemKind::KEYWORD, "")));
+    }
+    let types = builtins::TYPES.iter().map(|name| (*name).to_owned()).chain(builtins::opaque_types());
+    found.extend(types.map(|name| item(&name, CompletionItemKind::STRUCT, "")));
+    found.extend(builtins::KEYWORDS.iter().map(|word| item(word, CompletionItemKind::KEYWORD, "")));
     for builtin in builtins::BUILTINS.iter() {
         let variable = builtin.name.starts_with("gl_");
         let kind = if variable { CompletionItemKind::VARIABLE } else { CompletionItemKind::FUNCTION };

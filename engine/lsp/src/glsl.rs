@@ -66,19 +66,65 @@ pub(super) fn comment_on(text: &str, declaration: &Range<usize>) -> String {
     lines.join(" ")
 }
 
-/// The members between the braces of a block, each with its declaration.
-pub(super) fn members(body: &str) -> Vec<(String, String)> {
-    let code: String = body.lines().map(|line| line.split("//").next().unwrap_or("")).collect();
+/// A member of a block or a structure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Member {
+    pub name: String,
+    /// With the lengths of its arrays: `vec2[4]`.
+    pub ty: String,
+    /// The bytes of the name.
+    pub place: Range<usize>,
+    /// The bytes of the declaration with its `;`.
+    pub whole: Range<usize>,
+}
+
+/// The members between the braces of a block or a structure. The code has no comments.
+pub(super) fn members(code: &str, body: Range<usize>) -> Vec<Member> {
     let mut found = Vec::new();
-    for declaration in code.split(';').map(str::trim).filter(|declaration| !declaration.is_empty()) {
+    let mut start = body.start;
+    for statement in code.get(body).unwrap_or_default().split_inclusive(';') {
+        let whole = start + statement.len() - statement.trim_start().len()..start + statement.trim_end().len();
+        start += statement.len();
+        let declaration = statement.trim_end_matches(';');
         // The qualifier of a member has commas of its own.
-        let plain = declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')'));
-        for part in plain.map_or(declaration, |(_, rest)| rest).split(',') {
-            let name = part.split('[').next().unwrap_or(part).split_whitespace().next_back();
-            found.extend(name.map(|name| (name.to_owned(), declaration.to_owned())));
+        let qualifier = declaration.trim_start().strip_prefix("layout").and_then(|rest| rest.split_once(')'));
+        let plain = qualifier.map_or(declaration, |(_, rest)| rest);
+        let mut at = start - statement.len() + declaration.len() - plain.len();
+        let mut ty = None;
+        for part in plain.split(',') {
+            let named = without_lengths(part);
+            let begin = at;
+            at += part.len() + 1;
+            let Some(name) = name_before(named, named.len()) else { continue };
+            let ty = ty.get_or_insert_with(|| type_before(&named[..name.start]));
+            let lengths = part[named.len()..].trim();
+            found.push(Member {
+                name: named[name.clone()].to_owned(),
+                ty: format!("{ty}{lengths}"),
+                place: begin + name.start..begin + name.end,
+                whole: whole.clone(),
+            });
         }
     }
     found
+}
+
+/// The type that a text ends with: `vec2[3]` of `const vec2[3] `. Empty where there is none.
+pub(super) fn type_before(text: &str) -> String {
+    let named = without_lengths(text);
+    let name = name_before(named, named.len()).map_or("", |name| &named[name]);
+    format!("{name}{}", text[named.len()..].trim())
+}
+
+/// A text without the `[…]` that it ends with.
+fn without_lengths(text: &str) -> &str {
+    let mut text = text.trim_end();
+    while text.ends_with(']')
+        && let Some(open) = open_of(text, ['[', ']'])
+    {
+        text = text[..open].trim_end();
+    }
+    text
 }
 
 /// The text with blanks for its comments: every byte keeps its place.
@@ -160,7 +206,7 @@ fn declaration(code: &str, statement: Range<usize>) -> Option<Declaration> {
     let head = text.split(['{', '=', ';']).next()?;
     let opens = text.as_bytes().get(head.len()) == Some(&b'{');
     if opens && head.trim_end().ends_with(')') {
-        let place = name_before(head, open_of(head)?)?;
+        let place = name_before(head, open_of(head.trim_end(), ['(', ')'])?)?;
         let name = head[place.clone()].to_owned();
         let whole = statement.start..statement.start + head.trim_end().len();
         return Some(Declaration {
@@ -213,23 +259,23 @@ fn declaration(code: &str, statement: Range<usize>) -> Option<Declaration> {
 }
 
 /// The name that ends before a byte.
-fn name_before(text: &str, at: usize) -> Option<Range<usize>> {
+pub(super) fn name_before(text: &str, at: usize) -> Option<Range<usize>> {
     let end = text[..at].trim_end().len();
     let (start, _) = text[..end].char_indices().rev().take_while(|(_, letter)| is_name(*letter)).last()?;
     Some(start..end)
 }
 
-/// The `(` of the `)` that a text ends with.
-fn open_of(head: &str) -> Option<usize> {
+/// The opening bracket of the closing one that a text ends with.
+pub(super) fn open_of(text: &str, [open, close]: [char; 2]) -> Option<usize> {
     let mut depth = 0_usize;
-    for (at, letter) in head.char_indices().rev() {
-        match letter {
-            ')' => depth += 1,
-            '(' => depth -= 1,
-            _ => {}
-        }
-        if letter == '(' && depth == 0 {
-            return Some(at);
+    for (at, letter) in text.char_indices().rev() {
+        if letter == close {
+            depth += 1;
+        } else if letter == open {
+            depth -= 1;
+            if depth == 0 {
+                return Some(at);
+            }
         }
     }
     None
@@ -289,9 +335,20 @@ void main() {}
         let push = &found[3];
         assert_eq!(comment_on(TEXT, &found[8].whole), "of the group");
         assert_eq!(push.block.as_deref(), Some("Push"));
-        let names: Vec<String> =
-            members(&without_comments(TEXT)[push.body.clone().unwrap()]).into_iter().map(|(name, _)| name).collect();
-        assert_eq!(names, ["exposure", "size"]);
+        let code = without_comments(TEXT);
+        let of_push = members(&code, push.body.clone().unwrap());
+        assert!(of_push.iter().all(|member| TEXT[member.place.clone()] == member.name));
+        let found: Vec<(&str, &str)> =
+            of_push.iter().map(|member| (member.name.as_str(), member.ty.as_str())).collect();
+        assert_eq!(found, [("exposure", "float"), ("size", "vec2[2]")]);
+        assert_eq!(&TEXT[of_push[0].whole.clone()], "float exposure;");
+        assert_eq!(type_before("const highp vec2 [2] "), "vec2[2]");
+        let several = "{ layout(offset = 8, column_major) mat4[2] a, b[3] [N[1]]; highp float c }";
+        let found: Vec<String> = members(several, 1..several.len() - 1)
+            .into_iter()
+            .map(|member| format!("{} {}", member.ty, member.name))
+            .collect();
+        assert_eq!(found, ["mat4[2] a", "mat4[2][3] [N[1]] b", "float c"]);
     }
 
     #[test]
@@ -310,7 +367,11 @@ void main() {}
                 assert!(text.get(found.whole.clone()).is_some(), "{text}");
                 comment_on(text, &found.whole);
                 if let Some(body) = found.body {
-                    members(text.get(body).unwrap_or_else(|| panic!("a body outside of {text}")));
+                    assert!(text.get(body.clone()).is_some(), "a body outside of {text}");
+                    for member in members(&without_comments(text), body) {
+                        assert_eq!(text.get(member.place), Some(member.name.as_str()), "{text}");
+                        assert!(text.get(member.whole).is_some(), "{text}");
+                    }
                 }
             }
         };

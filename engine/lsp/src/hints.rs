@@ -43,21 +43,8 @@ fn push_types(documents: &Documents, document: &Document, at: usize) -> BTreeMap
     let shader = shader_of_pass(documents, document, at);
     let with_push: Vec<_> = shader.into_iter().filter(|text| text.text.contains("push_constant")).collect();
     let blocks = declared_in(&with_push).filter(|(_, declared)| declared.kind == DeclarationKind::Push);
-    let bodies = blocks.filter_map(|(text, declared)| text.text.get(declared.body.clone()?));
-    bodies
-        .flat_map(members)
-        .filter_map(|(name, declaration)| Some((name.clone(), type_of(&declaration, &name)?)))
-        .collect()
-}
-
-/// The type in the declaration of a member: `vec2[4]` of `vec2 size[4]`.
-fn type_of(declaration: &str, name: &str) -> Option<String> {
-    let plain =
-        declaration.strip_prefix("layout").and_then(|rest| rest.split_once(')')).map_or(declaration, |(_, rest)| rest);
-    let ty = plain.split_whitespace().next()?;
-    let behind = plain.split(',').find_map(|part| part.split_once(name))?.1;
-    let length = behind.trim_start().strip_prefix('[').and_then(|rest| rest.split_once(']'));
-    Some(length.map_or_else(|| ty.to_owned(), |(length, _)| format!("{ty}[{length}]")))
+    let members = blocks.flat_map(|(text, known)| members(text.text.code(), known.body.clone().unwrap_or_default()));
+    members.map(|member| (member.name, member.ty)).collect()
 }
 
 /// Keys in the `push` of a pass, with their places.
@@ -85,12 +72,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_and_types_of_push_values() {
+    fn keys_of_push_values() {
         let text = "[[passes]]\npush = { sun = \"param.sun\", a = { from = \"x\" } }\nbind = { b = \"c\" }\n[passes.push]\n# d = 1\ne = 1\n";
         let names: Vec<&str> = keys(text, 0..text.len()).into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["sun", "a", "e"]);
-        assert_eq!(type_of("vec2 size[4]", "size").as_deref(), Some("vec2[4]"));
-        assert_eq!(type_of("layout(offset = 16) float a, b", "b").as_deref(), Some("float"));
-        assert_eq!(type_of("", "b"), None);
     }
 }

@@ -11,6 +11,8 @@ mod documents;
 mod glsl;
 mod hints;
 mod indexed_text;
+mod library_files;
+mod member_access;
 mod names;
 mod progress;
 mod project_texts;

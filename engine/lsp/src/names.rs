@@ -5,11 +5,12 @@ use std::path::Path;
 
 use lsp_types::Location;
 
-use super::address;
 use super::documents::{Document, Documents, range};
 use super::indexed_text::{IndexedText, NamePlace};
-use super::project_texts::{ProjectText, declared_in, graphs, shader, shader_of_pass, worlds};
+use super::project_texts::{ProjectText, declared_in, graphs, library_name, shader, shader_of_pass, worlds};
 use super::scopes::{Local, local_at};
+use super::toml_place::header_at;
+use super::{address, library_files, member_access};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
 pub(super) fn declared<'t>(text: &'t str, kind: &str) -> Vec<(&'t str, Range<usize>)> {
@@ -56,6 +57,17 @@ pub(super) fn word(text: &str, at: usize) -> &str {
     let start =
         text[..at].rfind(|c| !inside(c)).map_or(0, |end| end + text[end..].chars().next().map_or(1, char::len_utf8));
     let end = text[at..].find(|c| !inside(c)).map_or(text.len(), |end| at + end);
+    &text[start..end]
+}
+
+/// The name in a header of a table, or else the word, at a byte of a TOML file.
+pub(super) fn named_at(text: &str, at: usize) -> &str {
+    let is_separator = |c: char| "[].\"'".contains(c) || c.is_whitespace();
+    if header_at(text, at).is_none() {
+        return word(text, at);
+    }
+    let start = text[..at].trim_end_matches(|c| !is_separator(c)).len();
+    let end = text[at..].find(is_separator).map_or(text.len(), |end| at + end);
     &text[start..end]
 }
 
@@ -107,11 +119,13 @@ pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usi
 }
 
 /// The declaration of the word under the cursor: the table of a name, also of an inherited one; the declaration of a shader's name; the file of
-/// a shader, graph, world or include.
+/// a shader, graph, world or include. A file of the library that the project does not have is in the user's cache.
 pub(super) fn definition(documents: &Documents, document: &Document, at: usize) -> Option<Location> {
-    let found = word(&document.text, at);
+    let found = if document.is_toml() { named_at(&document.text, at) } else { word(&document.text, at) };
     let inside = |text: &ProjectText, bytes: &Range<usize>| {
-        let uri = address(&document.project.on_disk(&text.path)).filter(|_| text.on_disk)?;
+        let of_library = || library_files::on_disk(library_name(&text.path));
+        let file = if text.on_disk { document.project.on_disk(&text.path) } else { of_library()? };
+        let uri = address(&file)?;
         Some(Location { uri, range: range(&text.text, bytes) })
     };
     let in_shaders = |texts: &[ProjectText], name: &str| {
@@ -132,15 +146,22 @@ pub(super) fn definition(documents: &Documents, document: &Document, at: usize) 
     } else if let Some(local) = local_under(&document.text, at) {
         let uri = address(&document.project.on_disk(&document.path))?;
         return Some(Location { uri, range: range(&document.text, &local.place) });
-    } else if let Some(place) = in_shaders(&shader(documents, document, &document.path), identifier(&document.text, at))
-    {
-        return Some(place);
+    } else {
+        let texts = shader(documents, document, &document.path);
+        if let Some(member) = member_access::under(document, &texts, at) {
+            return member.declared.and_then(|(text, place)| inside(text, &place));
+        }
+        // No name behind a dot is declared elsewhere; that of an included file may have dots.
+        let is_member = member_access::is_behind_dot(&document.text, at);
+        if let Some(place) = in_shaders(&texts, identifier(&document.text, at)).filter(|_| !is_member) {
+            return Some(place);
+        }
     }
     // A file: relative to its own folder, or to that of its kind.
     let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));
     let places = [folder.to_owned(), "shaders".into(), "shaders/include".into(), "graphs".into(), "worlds".into()];
-    let file =
-        places.iter().map(|folder| document.project.root().join(folder).join(found)).find(|file| file.is_file())?;
+    let mut files = places.iter().map(|folder| document.project.root().join(folder).join(found));
+    let file = files.find(|file| file.is_file()).or_else(|| library_files::on_disk(found))?;
     Some(Location { uri: address(&file)?, range: lsp_types::Range::default() })
 }
 

@@ -101,7 +101,7 @@ pub(super) fn shader(documents: &Documents, document: &Document, path: &str) -> 
 }
 
 /// The name in the shader library that a project path would have there.
-fn library_name(path: &str) -> &str {
+pub(super) fn library_name(path: &str) -> &str {
     path.strip_prefix("shaders/include/").unwrap_or(path)
 }
 

@@ -22,12 +22,10 @@ use super::scopes::local_at;
 use super::toml_names::{TomlName, TomlWord, mentions};
 use super::{address, builtins};
 
-/// Words of GLSL that no name may be, beside types and functions.
-const KEYWORDS: &str = "attribute const uniform varying buffer shared coherent volatile restrict readonly writeonly layout centroid flat smooth \
-    noperspective patch sample break continue do for while switch case default if else subroutine in out inout float double int void bool true false \
-    invariant precise discard return mat2 mat3 mat4 vec2 vec3 vec4 ivec2 ivec3 ivec4 bvec2 bvec3 bvec4 uint uvec2 uvec3 uvec4 lowp mediump highp \
-    precision struct common partition active asm class union enum typedef template this resource goto inline noinline public static extern external \
-    interface long short half fixed unsigned superp input output filter sizeof cast namespace using";
+/// Words that no name may be although a compute shader has no use for them.
+const RESERVED: &str = "attribute varying centroid flat smooth noperspective patch sample subroutine discard common partition active asm class union enum \
+    typedef template this resource goto inline noinline public static extern external interface long short half fixed unsigned superp input output \
+    filter sizeof cast namespace using";
 
 /// Whether GLSL has a name for itself: a keyword, a type, a function, or one that it reserves.
 fn is_of_glsl(name: &str) -> bool {
@@ -36,7 +34,8 @@ fn is_of_glsl(name: &str) -> bool {
         dimension.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase()))
     };
     let reserved = name.starts_with("gl_") || name.contains("__");
-    let known = builtins::named(name).is_some() || KEYWORDS.split_whitespace().any(|word| word == name);
+    let is_word = builtins::KEYWORDS.iter().chain(builtins::TYPES).any(|word| *word == name);
+    let known = is_word || builtins::named(name).is_some() || RESERVED.split_whitespace().any(|word| word == name);
     reserved || known || opaque(name) || name.strip_prefix(['i', 'u']).is_some_and(opaque)
 }
 
@@ -284,7 +283,7 @@ fn named(text: &IndexedText, kind: FileKind, what: TomlName, name: &str) -> Vec<
 /// Whether a block has a member of this name.
 fn has_member(text: &ProjectText, known: &Declaration, name: &str) -> bool {
     let body = known.body.clone().filter(|_| matches!(known.kind, DeclarationKind::Push | DeclarationKind::Binding));
-    body.is_some_and(|body| members(&text.text[body]).iter().any(|(member, _)| member == name))
+    body.is_some_and(|body| members(text.text.code(), body).iter().any(|member| member.name == name))
 }
 
 /// The uses of a member of a block: in the shaders that include the declaring file, and in the graphs that fill the block.

@@ -81,7 +81,7 @@ fn parameters(signature: &str) -> Vec<Range<usize>> {
 }
 
 /// The function whose arguments a byte is among, and the number of the argument.
-fn call(code: &str, at: usize) -> Option<(&str, usize)> {
+pub(super) fn call(code: &str, at: usize) -> Option<(&str, usize)> {
     let before = code.get(..at)?;
     let (mut depth, mut argument) = (0_usize, 0);
     for (place, letter) in before.char_indices().rev() {

@@ -20,18 +20,23 @@ impl TomlPlace {
         let start = before.rfind('\n').map_or(0, |end| end + 1);
         let header = text[..start].lines().rev().find_map(header);
         let mut place = Self { table: header.unwrap_or_default(), ..Self::default() };
-        place.line(&before[start..]);
+        place.entry(&before[entry_start(text, start)..]);
         let above = text[..start].lines().rev().take_while(|line| self::header(line).is_none());
         let below = text[start..].lines().skip(1).take_while(|line| self::header(line).is_none());
         place.written = above.chain(below).filter_map(written).collect();
         place
     }
 
-    /// Follows a line up to the cursor through keys, quotes and inline tables.
-    fn line(&mut self, line: &str) {
-        let (mut word, mut quote) = (String::new(), None);
+    /// Follows a key and its value up to the cursor through quotes and inline tables.
+    fn entry(&mut self, entry: &str) {
+        let (mut word, mut quote, mut in_comment) = (String::new(), None, false);
         let mut keys: Vec<Option<String>> = Vec::new();
-        for letter in line.chars() {
+        for letter in entry.chars() {
+            if letter == '\n' {
+                (quote, in_comment) = (None, false);
+            } else if in_comment {
+                continue;
+            }
             if let Some(open) = quote {
                 if letter == open {
                     quote = None;
@@ -45,7 +50,7 @@ impl TomlPlace {
                     quote = Some(letter);
                     word.clear();
                 }
-                '#' => return,
+                '#' => in_comment = true,
                 '=' => self.key = Some(std::mem::take(&mut word)),
                 '{' => {
                     keys.push(self.key.take());
@@ -72,6 +77,39 @@ impl TomlPlace {
         }
         self.in_string = quote.is_some();
     }
+}
+
+/// The start of the entry that the line at a byte belongs to. The array of an entry may have several lines, which begin with no key.
+fn entry_start(text: &str, line: usize) -> usize {
+    let begins = |line: &str| line.trim_start().starts_with(|c: char| c.is_alphabetic() || c == '_');
+    let is_begun = text[line..].lines().next().is_some_and(begins);
+    if is_begun {
+        return line;
+    }
+    let mut start = line;
+    for above in text[..line].split_inclusive('\n').rev() {
+        if header(above).is_some() {
+            return line;
+        }
+        start -= above.len();
+        if begins(above) {
+            break;
+        }
+    }
+    let mut depth = 0_i32;
+    let (mut quote, mut in_comment) = (None, false);
+    for letter in text[start..line].chars() {
+        match (letter, quote) {
+            ('\n', _) => (quote, in_comment) = (None, false),
+            (letter, Some(open)) if letter == open => quote = None,
+            ('"' | '\'', None) if !in_comment => quote = Some(letter),
+            ('#', None) => in_comment = true,
+            ('[', None) if !in_comment => depth += 1,
+            (']', None) if !in_comment => depth -= 1,
+            _ => {}
+        }
+    }
+    if depth > 0 { start } else { line }
 }
 
 /// The names in front of the one that is typed at a byte, if that is in the header of a table: `targets` in `[targets.co`.
@@ -144,6 +182,11 @@ mod tests {
             "a name that is not typed yet"
         );
         assert_eq!(place("[a]\n# [b] |"), (names(&["a"]), None, false));
-        assert_eq!(place("[[build]]\nmin = [\n  [1, 2],\n  |"), (names(&["build"]), None, false));
+        assert_eq!(place("[[build]]\nmin = [\n  [1, 2],\n  |"), (names(&["build"]), Some("min".into()), false));
+        let keys = "[inputs]\nkeys = [  # \"]\n\n  [0.0, [\"KeyW\"]],\n  [1.0, [\"";
+        assert_eq!(place(&format!("{keys}|")), (names(&["inputs"]), Some("keys".into()), true));
+        assert_eq!(place(&format!("{keys}\"]],\n]\n|")), (names(&["inputs"]), None, false));
+        assert_eq!(place(&format!("{keys}\nbut|")), (names(&["inputs"]), None, false), "an array without its end");
+        assert_eq!(place("[[a]]\nb = [\n  { c = 1, d|"), (names(&["a", "b"]), None, false));
     }
 }
