@@ -38,8 +38,7 @@ fn the_product_needs_no_rival() {
     };
     let found: BTreeSet<String> = files.filter(names_a_rival).collect();
     let allowed: BTreeSet<String> = EXCEPTIONS.iter().map(|(path, _)| (*path).to_owned()).collect();
-    let [needs, stale] =
-        [found.difference(&allowed), allowed.difference(&found)].map(|paths| paths.collect::<Vec<_>>());
+    let [needs, stale] = [found.difference(&allowed), allowed.difference(&found)].map(Iterator::collect::<Vec<_>>);
     assert!(needs.is_empty(), "these files name something of the rivals: {needs:?}");
     assert!(stale.is_empty(), "these files name nothing of the rivals any more: {stale:?}");
 }

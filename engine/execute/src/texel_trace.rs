@@ -17,7 +17,7 @@ use super::rotations::copy_of;
 const MOST: usize = 256;
 
 /// Bytes between texels in the buffer that they are copied to: the largest texel, and a multiple of every other.
-const STRIDE: u64 = 16;
+const STRIDE: usize = 16;
 
 /// A texel that is followed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl Tracing {
         if writers.is_empty() {
             return Ok(None);
         }
-        let size = STRIDE * MOST as u64;
+        let size = (STRIDE * MOST) as u64;
         let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
         let staging = Arc::new(Buffer::new(device, "copies of a texel", &info, Backing::Own)?);
         let (texel, format) = (texel.clone(), desc.format);
@@ -117,7 +117,7 @@ impl Tracing {
         let Some(image) = physical.image(copy).filter(|_| self.written.len() < MOST) else { return };
         let TracedTexel { mip, layer, at, .. } = self.texel;
         recording.barrier(&Barrier::full());
-        recording.copy_texel_to_buffer(image, (mip, layer), at, (&self.staging, STRIDE * self.written.len() as u64));
+        recording.copy_texel_to_buffer(image, (mip, layer), at, (&self.staging, (STRIDE * self.written.len()) as u64));
         let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
         let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
@@ -135,7 +135,7 @@ impl Tracing {
         let readback = Readback::of(device, staging, submitted);
         (!written.is_empty()).then(|| {
             ReadTicket::new(readback, move |bytes| {
-                let texels = bytes.chunks_exact(STRIDE as usize).map(|slot| slot[..format.bytes() as usize].to_vec());
+                let texels = bytes.chunks_exact(STRIDE).map(|slot| slot[..format.bytes() as usize].to_vec());
                 let texel = |bytes| Texels { format, width: 1, height: 1, bytes };
                 let names = written.iter().map(|writer| writers[*writer].name.clone());
                 let writes = names.zip(texels).map(|(pass, bytes)| TexelWrite { pass, texel: texel(bytes) });
