@@ -194,10 +194,6 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     });
     if let Some(pinned) = &found.pinned {
         texel(ui, "pinned texel", found, pinned);
-        if let Some(history) = &found.history {
-            over_passes(ui, found, history);
-            over_frames(ui, found, &history.frames);
-        }
     }
     match &found.cursor {
         Some(cursor) => {
@@ -211,6 +207,10 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     }
     if let Some(zoom) = &found.zoom {
         squares(ui, zoom);
+    }
+    if let (Some(_), Some(history)) = (&found.pinned, &found.history) {
+        over_passes(ui, found, history);
+        over_frames(ui, found, &history.frames);
     }
 }
 
