@@ -269,7 +269,7 @@ fn chosen(count: usize, all: bool) -> BTreeSet<usize> {
     if count <= most { (0..count).collect() } else { (0..most).map(|i| i * (count - 1) / (most - 1)).collect() }
 }
 
-/// What the child process reports, a line each. Layers print to stdout, and in the middle of lines.
+/// The report of the child process, in a file: layers print to stdout in the middle of lines.
 struct Report(PathBuf);
 
 impl Report {

@@ -37,7 +37,7 @@ pub struct TracedTexel {
 pub struct TexelTrace {
     /// The number of the frame, as in its report.
     pub frame: u64,
-    /// What the dispatches left that may have written it, in their order.
+    /// The texel after each dispatch that may have written it, in their order.
     pub writes: Vec<TexelWrite>,
 }
 

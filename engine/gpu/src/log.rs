@@ -23,8 +23,8 @@ pub struct Message {
 }
 
 impl Message {
-    /// Whether the layer is mistaken. Release 1.4.309 takes a buffer of which a shader asks only the length for one with an access of no kind, and
-    /// demands that it is protected from changes of layout. Such a shader accesses no memory, and buffers have no layout.
+    /// Whether the layer is mistaken. A shader may ask for the length of a buffer and access nothing in it. Release 1.4.309 counts that as an
+    /// access of no kind, and demands protection from changes of layout. Buffers have no layout.
     fn is_mistaken(&self) -> bool {
         self.id.starts_with("SYNC-HAZARD-")
             && self.text.contains("writes to VkBuffer")

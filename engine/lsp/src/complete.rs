@@ -213,7 +213,7 @@ fn hover_value(schema: &Value, place: &TomlPlace, found: &str) -> Option<String>
     words(schema, place, key).contains(found).then(of_key)
 }
 
-/// What is known of something that the session supplies.
+/// The description of a source that the session supplies.
 fn about_source(source: &SourceLayout) -> String {
     let mut said = format!("`{}`: supplied by the session.", source.name);
     if let Some(format) = source.image {
