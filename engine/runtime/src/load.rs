@@ -172,9 +172,10 @@ impl Loader {
             SourceName::world_layout(source).and(layout).map(|layout| SourceName::World(layout).to_string())
         };
         let files = &*self.shader_files;
+        files.begin();
         let options = raxel_graphfile::Options { replace: &replace, unused: self.unused };
         let result = raxel_graphfile::compile_with(path, files, shaders, &self.sources, options, &mut texts);
-        LoadOutcome::new(result, texts, self.shader_files.take())
+        LoadOutcome::new(result, texts, files.end())
     }
 
     /// Builds a world.
@@ -212,9 +213,10 @@ impl Loader {
         load: impl FnOnce(&dyn Files, &mut SourceMap) -> Result<(T, Vec<Diagnostic>), Vec<Diagnostic>>,
     ) -> LoadOutcome<T> {
         let recorder = RecordingFiles::new(self.files.clone());
+        recorder.begin();
         let mut texts = SourceMap::default();
         let result = load(&recorder, &mut texts);
-        LoadOutcome::new(result, texts, recorder.take())
+        LoadOutcome::new(result, texts, recorder.end())
     }
 }
 
