@@ -67,20 +67,17 @@ uint rx_set_of(bvec3 axes) {
     return (axes.x ? 1u : 0u) | (axes.y ? 2u : 0u) | (axes.z ? 4u : 0u);
 }
 
+// Components are selected by `mix`. From `?:` glslang makes branches, and a driver takes longer to compile these.
 uint rx_pick(uvec3 v, uint axis) {
-    return axis == 0u ? v.x : axis == 1u ? v.y : v.z;
+    return mix(mix(v.z, v.y, axis == 1u), v.x, axis == 0u);
 }
 
 void rx_put(inout uvec3 v, uint axis, uint value) {
-    if (axis == 0u) v.x = value;
-    else if (axis == 1u) v.y = value;
-    else v.z = value;
+    v = mix(v, uvec3(value), equal(uvec3(axis), uvec3(0u, 1u, 2u)));
 }
 
 void rx_put(inout vec3 v, uint axis, float value) {
-    if (axis == 0u) v.x = value;
-    else if (axis == 1u) v.y = value;
-    else v.z = value;
+    v = mix(v, vec3(value), equal(uvec3(axis), uvec3(0u, 1u, 2u)));
 }
 
 // 64-bit integers as (low, high), two's complement.
@@ -125,9 +122,9 @@ int rx_walk_compare(RxExact e, uint a, uint n_a, uint next_a, uint b, uint n_b, 
 // The same distance in voxels, as a float of full relative precision: `ahead` planes in front lie at 0 to 1.
 float rx_walk_gap(RxExact e, uint a, uvec2 whole, uint rest) {
     bool behind = int(whole.y) < 0;
-    uint size = behind ? 0u - whole.x : whole.x;  // |whole| <= 2^31 here
+    uint size = mix(whole.x, 0u - whole.x, behind);  // |whole| <= 2^31 here
     precise float gap = float(size) + (behind ? 1.0 : -1.0) * (float(rest) * 5.9604644775390625e-8);
-    return clamp((behind ? -gap : gap) / float(rx_pick(e.d, a)), -1.0, 1.0);
+    return clamp(mix(gap, -gap, behind) / float(rx_pick(e.d, a)), -1.0, 1.0);
 }
 
 // Of the axes in `axes` (bit a: axis a; at least one), the one whose plane in `planes`, or the `next` = 1 behind that, the ray crosses first, or
@@ -316,10 +313,11 @@ bool rx_walk_to(inout RxWalk w, vec3 times, float t, uvec3 to) {
     precise vec3 cell = rounded - RX_ROUND;
     precise vec3 off = abs(place - cell);
     vec3 most = (0.5 - 1.5 * RX_WALK_ERROR) - RX_WALK_ERROR * place;
-    if ((off.x > most.x && !x) || (off.y > most.y && !y) || (off.z > most.z && !z)) return false;
+    bvec3 crossed = bvec3(x, y, z);
+    if (any(mix(greaterThan(off, most), bvec3(false), crossed))) return false;
     uvec3 there = w.entry + (floatBitsToUint(rounded) - floatBitsToUint(RX_ROUND));
-    w.q = uvec3(x ? to.x : there.x, y ? to.y : there.y, z ? to.z : there.z);
-    w.axes = x ? 1u : y ? 2u : 4u;
+    w.q = mix(there, to, crossed);
+    w.axes = mix(mix(4u, 2u, y), 1u, x);
     w.t = t;
     return true;
 }
@@ -401,7 +399,7 @@ bool rx_walk_hit(RxWalk w, RxRay ray, ivec3 corner, uint log2_size, out RxHit hi
         if (mirrored) rx_walk_further(e, a, whole);
         rx_put(place, b, abs(rx_walk_gap(e, a, whole, rest)));
     }
-    hit.uv = a == 0u ? place.yz : a == 1u ? place.xz : place.xy;
+    hit.uv = mix(mix(place.xy, place.xz, bvec2(a == 1u)), place.yz, bvec2(a == 0u));
     return ray.t_max >= RX_FAR || t <= ray.t_max;
 }
 

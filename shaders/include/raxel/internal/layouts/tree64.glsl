@@ -42,7 +42,7 @@ uint rx_child(uvec3 q, uint height) {
 
 // The word of a mask that holds the bit of a child.
 uint rx_half(uvec2 mask, uint child) {
-    return child >= 32u ? mask.y : mask.x;
+    return mix(mask.x, mask.y, child >= 32u);
 }
 
 bool rx_has_child(uvec2 mask, uint child) {
@@ -52,7 +52,7 @@ bool rx_has_child(uvec2 mask, uint child) {
 // Occupied children before `child`.
 uint rx_child_rank(uvec2 mask, uint child) {
     uint below = (1u << (child & 31u)) - 1u;
-    return uint(bitCount(rx_half(mask, child) & below)) + (child >= 32u ? uint(bitCount(mask.x)) : 0u);
+    return uint(bitCount(rx_half(mask, child) & below)) + mix(0u, uint(bitCount(mask.x)), child >= 32u);
 }
 
 // The 2^3 children that `child` makes an aligned cube with are empty.
@@ -72,7 +72,7 @@ uvec3 rx_free_block(uvec2 mask, uint child, uint shift) {
 // Mask of a leaf.
 uvec2 rx_leaf(uint leaf) {
     uvec4 pair = world.quads[leaf >> 1];
-    return (leaf & 1u) != 0u ? pair.zw : pair.xy;
+    return mix(pair.xy, pair.zw, bvec2((leaf & 1u) != 0u));
 }
 
 // Material of a voxel in a leaf: `rank` is the leaf's among its node's, `material` the node's last word.
