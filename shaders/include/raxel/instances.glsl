@@ -117,6 +117,13 @@ uvec3 rx_time_product(uvec2 numerator, uint by) {
     return uvec3(low.x, middle, high.y + (middle < low.y ? 1u : 0u));
 }
 
+// A time in units of d, rounded up. Lengths of the direction will not do: along a long one, a near hit has less than the smallest normal float, and
+// a device may take that for 0.
+float rx_time_end(RxTime time) {
+    float multiples = float(time.numerator.y) * 4294967296.0 + float(time.numerator.x);
+    return multiples / float(time.size) * 32.0 * 1.0001 + 1.0e-3;
+}
+
 // Whether one time comes before another, exactly.
 bool rx_time_before(RxTime a, RxTime b) {
     uvec3 p = rx_time_product(a.numerator, b.size), q = rx_time_product(b.numerator, a.size);
@@ -131,7 +138,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
     RxBoxes boxes = rx_boxes(ray, dir, ivec3(instances.quads[0].xyz), ivec3(instances.quads[1].xyz));
     uint exponent = 127u;  // that of the largest component of dir
     float t_end = ray.t_max >= 1.0e37 ? RX_FAR : ray.t_max * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3;
-    if (found) t_end = min(t_end, hit.at.t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
+    if (found) t_end = min(t_end, rx_time_end(first));
 
     const uint NONE = 0xffffffffu;
     uint stack[RX_INSTANCE_DEPTH];
@@ -163,7 +170,8 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
 
         RxInstance instance = rx_instance_of(leaf);
         bool free = rx_instance_is_free(instance), there = true;
-        RxRay turned = ray;
+        // In units of d.
+        RxRay turned = RxRay(ray.cell, ray.frac, dir, t_end);
         if (free) {
             vec3 direction = rx_direction_in_instance(instance, dir);
             if (leaf == scene_ray.own) {
@@ -176,14 +184,12 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
             RxBoxes own = RxBoxes(mix(1.0 / direction, vec3(RX_NEVER), equal(direction, vec3(0.0))), 2.0 * boxes.room);
             t_free = rx_boxes_time(own, turned, instance.corner + instance.low, instance.corner + instance.high);
             there = there && t_free < RX_NEVER && t_free <= t_end;
-        } else {
-            t_free = rx_walk_lengths(ray.dir, t_free);
+            turned.t_max = t_end;
         }
-        turned.t_max = free ? t_end : t_end >= 1.0e37 ? RX_FAR : rx_walk_lengths(ray.dir, t_end) * 1.0001;
         RxHit at;
         if (!there || !rx_trace_in_instance(instance, turned, t_free, at)) continue;
-        RxTime time = rx_time_of(turned, at, free ? exponent : rx_lattice_top(ray.dir));
-        float t = free ? rx_walk_lengths(ray.dir, at.t) : at.t;
+        RxTime time = rx_time_of(turned, at, exponent);
+        float t = rx_walk_lengths(ray.dir, at.t);
         at.t = t;
         bool nearer = !found || rx_time_before(time, first)
             || (!rx_time_before(first, time) && hit.instance != RX_NO_INSTANCE && leaf < hit.instance);
@@ -193,7 +199,7 @@ bool rx_trace_instances_on(RxSceneRay scene_ray, bool any, bool found, RxTime fi
             first = time;
             found = true;
             if (any) return true;
-            t_end = min(t_end, t * rx_walk_scale(ray.dir) * 1.0001 + 1.0e-3);
+            t_end = min(t_end, rx_time_end(time));
         }
     }
     if (hit.instance == RX_NO_INSTANCE) return found;

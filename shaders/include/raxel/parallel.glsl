@@ -138,7 +138,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
         vec3 place = vec3(cell - world.origin) * sign_of;
         ivec3 across = ivec3(floor(place.xyz * d.yzx - place.yzx * d.xyz)), least = across, most = -across, none = ivec3(0), nothing = ivec3(0);
         rx_parallel_least(near, least, most, none, nothing);
-        if (least.x != 0x7fffffff && rx_parallel_area(vec3(-most - least) + 1.0, d) > RX_PARALLEL_NEAR) {
+        if (least.x != 0x7fffffff && (lattice.x | lattice.y | lattice.z) != 0u && rx_parallel_area(vec3(-most - least) + 1.0, d) > RX_PARALLEL_NEAR) {
             uint all_pixels = 0u;
             for (uint s = 0u; s < 8u; ++s) all_pixels |= all(lessThan(rx_tile_pixel(tile, s), size)) ? 1u << s : 0u;
             return all_pixels;
