@@ -87,13 +87,12 @@ impl Capture {
         if size == 0 {
             return Ok(None);
         }
-        let staging = match spare.take().filter(|spare| spare.size() == size && Arc::strong_count(spare) == 1) {
-            Some(spare) => spare,
-            None => {
-                let usage = vk::BufferUsageFlags::TRANSFER_DST;
-                let info = BufferInfo { size, usage, location: Location::Download };
-                Arc::new(Buffer::new(device, "copy of the shown target", &info, raxel_gpu::Backing::Own)?)
-            }
+        let fits = spare.take_if(|spare| spare.size() == size && Arc::strong_count(spare) == 1);
+        let staging = if let Some(spare) = fits {
+            spare
+        } else {
+            let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
+            Arc::new(Buffer::new(device, "copy of the shown target", &info, raxel_gpu::Backing::Own)?)
         };
         *spare = Some(staging.clone());
         Ok(Some(Capture { staging, part }))

@@ -74,14 +74,25 @@ pub struct History {
     flight: Option<Pose>,
 }
 
+impl Step {
+    /// Whether it changes only what is seen of world and graph.
+    fn is_of_view(&self) -> bool {
+        matches!(self, Step::Camera { .. } | Step::Display { .. })
+    }
+}
+
 impl History {
-    /// Notes a step. Undone steps can no longer be redone.
+    /// Notes a step. Undone steps can no longer be redone, unless the step is a look at what was undone.
     pub fn note(&mut self, step: Step) {
-        self.undone.clear();
+        if !step.is_of_view() {
+            self.undone.clear();
+        }
         self.moving = false;
         self.done.push(step);
         if self.done.len() > MOST {
-            self.done.remove(0);
+            // Many flights must not push edits out.
+            let oldest = self.done.iter().position(Step::is_of_view).unwrap_or(0);
+            self.done.remove(oldest);
         }
     }
 
@@ -110,7 +121,7 @@ impl History {
 
     /// The step of a motion that goes on.
     fn motion(&mut self) -> Option<&mut Step> {
-        if self.moving && self.undone.is_empty() { self.done.last_mut() } else { None }
+        if self.moving { self.done.last_mut() } else { None }
     }
 
     /// The camera flies, and was there before. All motions until [`Self::land`] are one step.
@@ -143,6 +154,7 @@ impl History {
 
     /// Takes the step out that was undone last, to be made again.
     pub fn take_undone(&mut self) -> Option<Step> {
+        self.moving = false;
         self.undone.pop()
     }
 
@@ -158,12 +170,14 @@ impl History {
 
     /// Takes the newest of the steps out that a test holds for.
     pub fn take_last(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+        self.moving = false;
         let at = self.done.iter().rposition(is_it)?;
         Some(self.done.remove(at))
     }
 
     /// The same of the steps that were taken back.
     pub fn take_last_undone(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+        self.moving = false;
         let at = self.undone.iter().rposition(is_it)?;
         Some(self.undone.remove(at))
     }
@@ -221,6 +235,16 @@ mod tests {
         history.fly(at(5.0));
         history.land(at(5.0));
         assert_eq!(history.take_done(), None, "it did not move");
+
+        // Who flies to look at what was undone can still redo it, and a thousand flights push no edit out.
+        history.note(Step::World);
+        history.was_undone(Step::World);
+        for x in 0..1000 {
+            history.fly(at(f64::from(x)));
+            history.land(at(f64::from(x + 1)));
+        }
+        assert_eq!((history.done.len(), &history.done[0]), (MOST, &Step::World));
+        assert_eq!(history.take_undone(), Some(Step::World));
 
         let map = |high| Some(Map { map: 0, range: Some([0.0, high]), channel: 0 });
         history.note_display(None, map(1.0));

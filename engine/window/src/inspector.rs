@@ -57,7 +57,7 @@ pub struct Inspector {
     stale: bool,
     found: Option<Taken>,
     /// The last known numbers, of this copy or of an earlier one.
-    numbers: Option<Numbers>,
+    numbers: Option<Box<Numbers>>,
     /// The search for a value.
     finding: Option<Finding>,
     /// Searches that were begun.

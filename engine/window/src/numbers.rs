@@ -43,7 +43,7 @@ pub enum Done {
     /// A copy was read.
     Copy(Taken),
     /// Its numbers, which end a job.
-    Numbers(Numbers),
+    Numbers(Box<Numbers>),
     /// The copy was lost with its device, which ends a job.
     Lost,
     /// A slice was looked at, which ends a job.
@@ -104,7 +104,7 @@ pub fn start() -> Numberer {
     })
 }
 
-fn numbers(copy: &Taken, channel: u32, began: Instant) -> Numbers {
+fn numbers(copy: &Taken, channel: u32, began: Instant) -> Box<Numbers> {
     let (statistics, not_finite) = match &*copy.captured {
         Captured::Texels(texels) => {
             let channels = texels.format.channels() as usize;
@@ -115,5 +115,6 @@ fn numbers(copy: &Taken, channel: u32, began: Instant) -> Numbers {
         }
         Captured::Bytes { .. } => (None, Vec::new()),
     };
-    Numbers { shown: copy.shown.clone(), number: copy.number, channel, statistics, not_finite, took: began.elapsed() }
+    let (shown, number, took) = (copy.shown.clone(), copy.number, began.elapsed());
+    Box::new(Numbers { shown, number, channel, statistics, not_finite, took })
 }

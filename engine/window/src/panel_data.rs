@@ -372,6 +372,7 @@ fn input_track(name: &str, keys: Vec<f64>) -> Track {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "these values are exact")]
 pub(crate) mod tests {
     use raxel_execute::Region;
     use raxel_runtime::{Observe, Options};
