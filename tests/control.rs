@@ -8,6 +8,7 @@ use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
 
 use common::{Display, Project, Run, Running, Said, command, output, repository, shared_library};
 use serde_json::{Value, json};
@@ -138,6 +139,76 @@ fn a_target_is_read_right_after_a_pass() {
     talk.ask(json!({ "do": "step" }));
     assert_eq!(talk.ask(read)["values"], json!([7.0]));
     assert_eq!(texel(&mut talk, "fin", 0), json!(14.0), "the end of the frame as before");
+}
+
+/// A 3-D target with mips: the first pass writes the number of each texel, NaN at two of them, and -7 at one of mip 1.
+const SLICES: &str = r"#version 460
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(rg32f) uniform writeonly image3D to;
+layout(push_constant) uniform Push { uint mip; } push;
+void main() {
+    ivec3 at = ivec3(gl_GlobalInvocationID);
+    float value = float(at.x + 4 * at.y + 16 * at.z);
+    bool odd = push.mip == 0u && (at == ivec3(1, 2, 1) || at == ivec3(3, 0, 3));
+    if (push.mip == 1u && at == ivec3(1, 1, 1)) value = -7.0;
+    imageStore(to, at, vec4(value, odd ? uintBitsToFloat(0x7fc00000u) : 1.0, 0.0, 0.0));
+}
+";
+
+#[test]
+fn values_are_found_in_all_slices_and_counted_in_one() {
+    let project = Project::empty();
+    let pass = |mip: u32| {
+        format!(
+            "[[passes]]\nname = \"mip{mip}\"\nshader = \"slices.comp\"\ndispatch = {{ threads = \"fog\", mip = {mip} }}\n\
+             bind = {{ to = {{ target = \"fog\", mip = {mip} }} }}\npush = {{ mip = {mip} }}\n"
+        )
+    };
+    let head = "name = \"numbers\"\npresent = \"fog\"\n[targets.fog]\nformat = \"rg32f\"\nsize = [4, 4, 4]\nmips = 2\n";
+    project.write("graphs/numbers.toml", format!("{head}{}{}", pass(0), pass(1))).write("shaders/slices.comp", SLICES);
+    let mut talk = control_numbers(&project);
+    let find = |value: &str, channel: u32, more: Value| {
+        let mut request = json!({ "do": "find", "target": "fog", "value": value, "channel": channel });
+        request.as_object_mut().unwrap().extend(more.as_object().cloned().unwrap_or_default());
+        request
+    };
+    let refused = talk.say(&find("nan", 0, json!({})).to_string());
+    assert!(refused["error"].as_str().unwrap().contains("run a frame"), "{refused}");
+    talk.ask(json!({ "do": "step" }));
+
+    let place = |mip: u32, layer: u32, x: u32, y: u32| json!({ "mip": mip, "layer": layer, "x": x, "y": y });
+    let first = talk.ask(find("nan", 1, json!({})));
+    assert_eq!((&first["found"], &first["slices"]), (&place(0, 1, 1, 2), &json!(2)), "{first}");
+    assert_eq!(first["values"], json!([25.0, "NaN"]));
+    let second = talk.ask(find("nan", 1, json!({ "from": first["found"] })));
+    assert_eq!(second["found"], place(0, 3, 3, 0));
+    assert_eq!(talk.ask(find("nan", 1, json!({ "from": second["found"] })))["found"], first["found"], "round again");
+    assert_eq!(talk.ask(find("nan", 1, json!({ "forward": false })))["found"], second["found"]);
+    assert_eq!(talk.ask(find("smallest", 0, json!({})))["found"], place(1, 1, 1, 1));
+    assert_eq!(talk.ask(find("largest", 0, json!({})))["found"], place(0, 3, 3, 3));
+    assert_eq!(talk.ask(find("smallest", 0, json!({ "mip": 0 })))["found"], place(0, 0, 0, 0));
+    let nothing = talk.ask(find("nan", 1, json!({ "mip": 1 })));
+    assert_eq!((&nothing["found"], &nothing["slices"]), (&Value::Null, &json!(2)), "{nothing}");
+
+    let found = talk.ask(json!({ "do": "statistics", "target": "fog", "layer": 1 }));
+    let [red, green] = found["channels"].as_array().unwrap().as_slice() else { panic!("{found}") };
+    assert_eq!((&red["smallest"], &red["largest"], &red["mean"]), (&json!(16.0), &json!(31.0), &json!(23.5)));
+    assert_eq!((&green["nan"], &green["infinite"], &green["count"]), (&json!(1), &json!(0), &json!(16)));
+    let bars = red["histogram"].as_array().unwrap();
+    assert_eq!((bars.len(), bars.iter().filter_map(Value::as_u64).sum::<u64>()), (64, 16));
+
+    for (request, said) in [
+        (find("odd", 0, json!({})), "`value` must be one of `nan`, `infinite`, `smallest`, `largest`; got `odd`"),
+        (find("nan", 2, json!({})), "`fog` has the channels 0 to 1; got 2"),
+        (find("nan", 0, json!({ "mip": 2 })), "`fog` has no mip 2"),
+        (find("nan", 0, json!({ "layer": 9 })), "`fog` has no layer 9"),
+        (find("nan", 0, json!({ "from": place(1, 0, 2, 0) })), "`from` is no texel that is searched"),
+        (find("nan", 0, json!({ "from": { "x": -1, "y": 0 } })), "`from`: invalid value"),
+        (json!({ "do": "statistics", "target": "fig" }), "did you mean `fog`"),
+    ] {
+        let refused = talk.say(&request.to_string());
+        assert!(refused["error"].as_str().is_some_and(|error| error.contains(said)), "{request}: {refused}");
+    }
 }
 
 #[test]
@@ -394,6 +465,49 @@ fn a_window_is_driven_too() {
     let told = talk.reloaded(|| _ = project.edit("graphs/inspect.toml", "present", "presnet"));
     assert_eq!(told["reloaded"], json!(false), "{told}");
     assert!(told["diagnostics"].to_string().contains("graphs/inspect.toml"), "{told}");
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
+/// Keys move the camera of a window. A flight is one step of undo, and so is a jump.
+#[test]
+fn a_flight_and_a_jump_are_undone() {
+    let display = Display::start();
+    let mut window = command(repository(), &[&["run", "--control", "--no-panels"][..], &SCENE].concat());
+    let mut talk = Talk::start(window.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY"));
+    let mut name = String::new();
+    common::eventually("the window", || {
+        display.xdotool(&["search", "--name", "inspect"]).trim().clone_into(&mut name);
+        !name.is_empty()
+    });
+    display.xdotool(&["windowfocus", "--sync", &name]);
+    let mut camera = || talk.ask(json!({ "do": "camera" }))["position"].clone();
+    let first = camera();
+    // A busy machine may lose a key while the window takes the focus, so it is pressed until it has an effect.
+    let press = |key: &str, camera: &mut dyn FnMut() -> Value, there: &Value| {
+        let mut pressed: Option<Instant> = None;
+        common::eventually(key, || {
+            if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(5)) {
+                display.xdotool(&["key", key]);
+                pressed = Some(Instant::now());
+            }
+            camera() == *there
+        });
+    };
+    display.xdotool(&["keydown", "w"]);
+    common::eventually("the camera flies", || {
+        display.xdotool(&["keydown", "w"]);
+        camera() != first
+    });
+    std::thread::sleep(Duration::from_millis(300));
+    display.xdotool(&["keyup", "w"]);
+    // A flight has ended when the camera has rested for half a second.
+    std::thread::sleep(Duration::from_secs(1));
+    let flown = camera();
+    press("Home", &mut camera, &first);
+    press("ctrl+z", &mut camera, &flown);
+    press("ctrl+z", &mut camera, &first);
+    press("ctrl+y", &mut camera, &flown);
     talk.ask(json!({ "do": "quit" }));
     assert!(talk.child.finish().success());
 }

@@ -389,6 +389,59 @@ fn the_picture_goes_beside_the_panels_and_back() {
     bare.leave();
 }
 
+/// Resident memory of a process, in MiB.
+#[cfg(target_os = "linux")]
+fn resident(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().trim_end_matches(" kB").parse::<u64>().ok().map(|kib| kib >> 10)
+}
+
+/// A million invocations print another text in each frame. The terminal gets what a person can read, memory does not grow, and frames go on.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_million_prints_a_frame_are_bounded_and_stall_nothing() {
+    const FRAMES: u32 = 60;
+    let display = Display::start();
+    let run = |prints: bool| {
+        let project = Project::empty();
+        let graph = "name = \"flood\"\npresent = \"color\"\n[targets.color]\nformat = \"r32f\"\nsize = [1000, 1000]\n\
+            [[passes]]\nname = \"flood\"\nshader = \"flood.comp\"\ndispatch = { threads = \"color\" }\nbind = { to = \"color\" }\n\
+            push = { frame = \"frame.index\" }\n";
+        let shader = "#version 460\n#extension GL_EXT_debug_printf : require\nlayout(local_size_x = 8, local_size_y = 8) in;\n\
+            layout(r32f) writeonly uniform image2D to;\nlayout(push_constant) uniform Push { uint frame; } push;\n\
+            void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(to, at, vec4(push.frame));\n\
+            if (push.frame < LAST) debugPrintfEXT(\"%v2d in frame %u\", at, push.frame); }\n";
+        let shader = shader.replace("LAST", if prints { "1000000u" } else { "0u" });
+        project.write("graphs/flood.toml", graph).write("shaders/flood.comp", shader);
+        let frames = FRAMES.to_string();
+        let arguments = ["run", "graphs/flood.toml", "--size", "320x180", "--frames", &frames];
+        let mut child = Running::start(
+            command(project.root(), &arguments)
+                .env("DISPLAY", &display.name)
+                .env_remove("WAYLAND_DISPLAY")
+                .stderr(fs::File::create(project.path("log")).unwrap()),
+        );
+        let (began, mut memory) = (Instant::now(), Vec::new());
+        while !child.ended() {
+            memory.extend(resident(child.0.id()));
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let log = log(&project.path("log"));
+        assert_eq!(child.finish().code(), Some(0), "{log}");
+        (began.elapsed(), memory, log)
+    };
+    let (quiet, plain, _) = run(false);
+    let (loud, flooded, log) = run(true);
+    let printed = log.lines().filter(|line| line.contains(" in frame ")).count() as u64;
+    assert!((1..=200 * (loud.as_secs() + 2)).contains(&printed), "{printed} lines in {loud:?}");
+    assert!(log.contains(" more"), "it says that there were more");
+    let most = |memory: &[u64]| memory.iter().copied().max().unwrap_or_default();
+    assert!(most(&flooded) < most(&plain) + 256, "{plain:?} and {flooded:?} MiB");
+    // To read a million lines would take seconds a frame.
+    assert!(loud < quiet + Duration::from_millis(500) * FRAMES, "{loud:?} instead of {quiet:?}");
+}
+
 #[test]
 fn frames_of_a_demo_are_counted() {
     let display = Display::start();

@@ -7,7 +7,7 @@ import json
 import os
 import pathlib
 import tempfile
-from typing import IO, Any, NoReturn, Sequence
+from typing import IO, Any, Mapping, NoReturn, Sequence
 
 try:
     import numpy
@@ -272,6 +272,31 @@ class Requests(Conversation):
         """The values of one texel; `after` as for `texels`."""
         values = (await self._answer("pixel", target=target, x=x, y=y, age=age, mip=mip, layer=layer, after=after))["values"]
         return [float(value) if isinstance(value, str) else value for value in values]
+
+    async def statistics(self, target: str, *, age: int = 0, mip: int = 0, layer: int = 0, after: str | None = None) -> Answer:
+        """Counts, range, mean, percentiles and histogram of each channel, in the list `channels`; `after` as for `texels`."""
+        return await self._answer("statistics", target=target, age=age, mip=mip, layer=layer, after=after)
+
+    async def find(
+        self,
+        target: str,
+        value: str,
+        *,
+        channel: int = 0,
+        start: Mapping[str, int] | None = None,
+        forward: bool = True,
+        age: int = 0,
+        mip: int | None = None,
+        layer: int | None = None,
+        after: str | None = None,
+    ) -> dict[str, int] | None:
+        """The `mip`, `layer`, `x` and `y` of the next texel that is "nan", "infinite", "smallest" or "largest"; None if there is none.
+
+        Without `mip` and `layer`, all of them are searched. The search begins after the place `start`, which an earlier call gave.
+        """
+        fields = {"channel": channel, "from": start, "forward": forward, "age": age, "mip": mip, "layer": layer, "after": after}
+        found = (await self._answer("find", target=target, value=value, **fields))["found"]
+        return None if found is None else dict(found)
 
     async def buffer(self, buffer: str, bytes: int, *, start: int = 0, dtype: str | None = None) -> Array:
         """Bytes of a buffer; with `dtype` (numpy's names, e.g. "f4") as an array."""

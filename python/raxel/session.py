@@ -122,6 +122,8 @@ class Session(Conversation):
     picture = _now(Requests.picture)
     texels = _now(Requests.texels)
     pixel = _now(Requests.pixel)
+    statistics = _now(Requests.statistics)
+    find = _now(Requests.find)
     buffer = _now(Requests.buffer)
 
     async def _answer(self, do: str, **fields: Any) -> Answer:

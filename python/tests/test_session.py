@@ -113,6 +113,14 @@ class Driving(unittest.TestCase):
         self.assertTrue(any(0.0 < value < 777.0 for value in values))
         # One texel is the same number.
         self.assertEqual(self.session.pixel("depth", 31, 17), [depth[17, 31, 0]])
+        # So are the statistics, and a search finds where the largest stands.
+        numbers = self.session.statistics("depth")["channels"][0]
+        self.assertEqual((numbers["largest"], numbers["count"]), (max(values), 32 * 18))
+        place = self.session.find("depth", "largest")
+        self.assertEqual(depth[place["y"], place["x"], 0], numbers["largest"])
+        later = self.session.find("depth", "largest", start=place)
+        self.assertEqual(depth[later["y"], later["x"], 0], numbers["largest"])
+        self.assertIsNone(self.session.find("depth", "nan"))
 
     def test_refusals_change_nothing(self):
         before = self.session.camera()

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::Drive;
 use super::describe;
+use super::find;
 use super::inputs;
 use super::read::{self, Middle};
 use super::refusal::Refusal;
@@ -86,6 +87,10 @@ pub(super) fn answer(
             let target = DebugTarget { resource: target, age, mip, layer, after };
             read::pixel(session, &target, [x, y], middle.as_ref())
         }
+        Request::Statistics { target, age, mip, layer, after } => {
+            find::statistics(session, &DebugTarget { resource: target, age, mip, layer, after }, middle.as_ref())
+        }
+        Request::Find(wanted) => find::find(session, &wanted, middle.as_ref()),
         Request::Buffer { buffer, start, bytes } => {
             let found = session.read_buffer(&buffer, start..start.saturating_add(bytes))?;
             Ok(json!({ "bytes": found.len(), "data": BASE64.encode(&found) }))

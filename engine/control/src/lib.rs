@@ -7,6 +7,7 @@
 
 mod answer;
 mod describe;
+mod find;
 mod inputs;
 mod lines;
 mod read;

@@ -60,17 +60,26 @@ pub(super) fn pixel(
         let (width, height) = (texels.width, texels.height);
         return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
     }
-    let (kind, bytes) = numbers(&texels);
+    Ok(values(&texels, [x, y]))
+}
+
+/// The values of a texel that is inside, and their bits.
+pub(super) fn values(texels: &Texels, [x, y]: [u32; 2]) -> Value {
+    let (kind, bytes) = numbers(texels);
     let channels = texels.format.channels() as usize;
     let at = (y as usize * texels.width as usize + x as usize) * channels * 4;
     let words = bytes[at..at + channels * 4].chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]);
     let bits: Vec<u32> = words.map(u32::from_le_bytes).collect();
     let values: Vec<Value> = bits.iter().map(|bits| number(kind, *bits)).collect();
-    Ok(json!({ "format": texels.format.name(), "values": values, "bits": bits }))
+    json!({ "format": texels.format.name(), "values": values, "bits": bits })
 }
 
 /// Texels at the end of the last frame, or right after a pass of it.
-fn texels_of(session: &mut Session, target: &DebugTarget, middle: Option<&Middle>) -> Result<Texels, Refusal> {
+pub(super) fn texels_of(
+    session: &mut Session,
+    target: &DebugTarget,
+    middle: Option<&Middle>,
+) -> Result<Texels, Refusal> {
     if target.after.is_none() {
         return Ok(session.read_texels(&target.resource, target.age, target.mip, target.layer)?);
     }

@@ -75,6 +75,19 @@ pub(super) enum Request {
         layer: u32,
         after: Option<String>,
     },
+    /// Statistics of each channel of a target.
+    Statistics {
+        target: String,
+        #[serde(default)]
+        age: u32,
+        #[serde(default)]
+        mip: u32,
+        #[serde(default)]
+        layer: u32,
+        after: Option<String>,
+    },
+    /// The next texel of a target that has a value.
+    Find(Find),
     /// Bytes of a buffer.
     Buffer {
         buffer: String,
@@ -116,6 +129,36 @@ pub(super) struct CameraMove {
     pub yaw: Option<f64>,
     pub pitch: Option<f64>,
     pub fov: Option<f64>,
+}
+
+/// The value to look for. Without mip and layer, all of them are searched.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Find {
+    pub target: String,
+    pub value: String,
+    #[serde(default)]
+    pub channel: u32,
+    #[serde(default)]
+    pub age: u32,
+    pub mip: Option<u32>,
+    pub layer: Option<u32>,
+    pub after: Option<String>,
+    pub from: Option<Found>,
+    #[serde(default = "yes")]
+    pub forward: bool,
+}
+
+/// A texel that was found.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Found {
+    #[serde(default)]
+    pub mip: u32,
+    #[serde(default)]
+    pub layer: u32,
+    pub x: u32,
+    pub y: u32,
 }
 
 /// Inputs to hold. Absent fields stay as they are.

@@ -28,6 +28,15 @@ pub enum Captured {
     },
 }
 
+/// What a frame shall copy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// The shown part of a target, or these bytes of a buffer.
+    Shown(Range<u64>),
+    /// This layer or slice of this mip of the shown target.
+    Part { mip: u32, layer: u32 },
+}
+
 /// The copy that the frame in recording takes.
 pub(super) struct Capture {
     staging: Arc<Buffer>,
@@ -41,12 +50,14 @@ enum Part {
 }
 
 impl Capture {
-    /// For the shown resource of a plan. `bytes` is the range of a buffer. `None` where there is nothing to copy.
+    /// Of the shown resource of a plan. `None` where there is nothing to copy. `spare` is memory of an earlier copy: it is used again if it has
+    /// the size and nobody else has it.
     pub(super) fn of_shown(
         device: &Arc<Device>,
         plan: &Plan,
         physical: &Physical,
-        bytes: &Range<u64>,
+        wanted: &Wanted,
+        spare: &mut Option<Arc<Buffer>>,
     ) -> Result<Option<Capture>, ExecuteError> {
         let shown = plan.present;
         let planned = plan.resources.iter().find(|planned| planned.resource == shown.resource);
@@ -55,11 +66,20 @@ impl Capture {
             _ => None,
         };
         let (part, size) = if let Some(desc) = image {
-            let [width, height] = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> shown.mip).max(1));
+            let (mip, layer) = match *wanted {
+                Wanted::Shown(_) => (shown.mip, shown.layer),
+                Wanted::Part { mip, layer } => (mip, layer),
+            };
+            let slices = if desc.volume { desc.extent[2].checked_shr(mip).unwrap_or(0).max(1) } else { desc.layers };
+            if mip >= desc.mips || layer >= slices {
+                return Ok(None);
+            }
+            let [width, height] = [desc.extent[0], desc.extent[1]].map(|texels| (texels >> mip).max(1));
             let size = u64::from(width) * u64::from(height) * u64::from(desc.format.bytes());
-            (Part::Texels { format: desc.format, mip: shown.mip, layer: shown.layer, width, height }, size)
+            (Part::Texels { format: desc.format, mip, layer, width, height }, size)
         } else {
             let total = physical.buffer(0).map_or(0, |buffer| buffer.size());
+            let Wanted::Shown(bytes) = wanted else { return Ok(None) };
             let end = bytes.end.min(total) & !3;
             let start = bytes.start.min(end) & !3;
             (Part::Bytes { range: start..end, total }, end - start)
@@ -67,9 +87,15 @@ impl Capture {
         if size == 0 {
             return Ok(None);
         }
-        let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
-        let staging = Buffer::new(device, "copy of the shown target", &info, raxel_gpu::Backing::Own)?;
-        Ok(Some(Capture { staging: Arc::new(staging), part }))
+        let fits = spare.take_if(|spare| spare.size() == size && Arc::strong_count(spare) == 1);
+        let staging = if let Some(spare) = fits {
+            spare
+        } else {
+            let info = BufferInfo { size, usage: vk::BufferUsageFlags::TRANSFER_DST, location: Location::Download };
+            Arc::new(Buffer::new(device, "copy of the shown target", &info, raxel_gpu::Backing::Own)?)
+        };
+        *spare = Some(staging.clone());
+        Ok(Some(Capture { staging, part }))
     }
 
     /// Records the copy. Everything before is waited for, and everything after waits, the host too.

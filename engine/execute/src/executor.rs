@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use raxel_gpu::{Barrier, Device, Image, ReadbackRing, TimelineValue};
+use raxel_gpu::{Barrier, Buffer, Device, Image, ReadbackRing, TimelineValue};
 use raxel_graph::checked::PassId;
 use raxel_graph::plan::{Lifetime, Plan};
 
 use super::FRAMES;
-use super::capture::Captured;
+use super::capture::{Captured, Wanted};
 use super::error::{ExecuteError, Suspect};
 use super::frame::slot_of;
 use super::heartbeat::Observed;
@@ -70,8 +70,10 @@ pub struct Executor {
     pub(super) readbacks: ReadbackRing,
     /// How the debug target is shown.
     pub(super) lens: Lens,
-    /// The next frame copies the shown resource; of a buffer, these bytes.
-    pub(super) capture: Option<Range<u64>>,
+    /// What the next frame copies of the shown resource.
+    pub(super) capture: Option<Wanted>,
+    /// The memory of the last copy.
+    pub(super) capture_spare: Option<Arc<Buffer>>,
     pub(super) captured: Option<ReadTicket<Captured>>,
     pub(super) traced: Option<TracedTexel>,
     pub(super) trace: Option<ReadTicket<TexelTrace>>,
@@ -128,6 +130,7 @@ impl Executor {
             readbacks: ReadbackRing::new(&shared.device),
             lens: Lens::default(),
             capture: None,
+            capture_spare: None,
             captured: None,
             traced: None,
             trace: None,
@@ -313,7 +316,17 @@ impl Executor {
 
     /// The next frame takes a copy of the shown resource; of a buffer, these bytes of it.
     pub fn capture_shown(&mut self, bytes: Range<u64>) {
-        self.capture = Some(bytes);
+        self.capture = Some(Wanted::Shown(bytes));
+    }
+
+    /// The next frame takes a copy of another layer or slice of the shown target, at the point of the frame where the target is shown.
+    pub fn capture_part(&mut self, mip: u32, layer: u32) {
+        self.capture = Some(Wanted::Part { mip, layer });
+    }
+
+    /// Frees the memory of copies: none is taken for a while.
+    pub fn rest_captures(&mut self) {
+        self.capture_spare = None;
     }
 
     /// The copy that was taken last, once.

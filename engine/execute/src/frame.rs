@@ -163,9 +163,13 @@ impl Executor {
     fn prepare_views(&mut self) -> Result<Option<Capture>, ExecuteError> {
         let running = self.running.as_ref().ok_or(ExecuteError::NoPlan)?;
         let capture = match (self.capture.take(), running.display.resource) {
-            (Some(bytes), Some(index)) => {
-                Capture::of_shown(&self.shared.device, running.plan(), &running.resources[index], &bytes)?
-            }
+            (Some(wanted), Some(index)) => Capture::of_shown(
+                &self.shared.device,
+                running.plan(),
+                &running.resources[index],
+                &wanted,
+                &mut self.capture_spare,
+            )?,
             _ => None,
         };
         self.lens.prepare_live(&self.shared, running)?;

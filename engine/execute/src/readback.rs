@@ -31,6 +31,14 @@ impl<T> ReadTicket<T> {
     pub fn poll(&self) -> Result<Option<T>, ExecuteError> {
         Ok(self.readback.poll()?.map(&self.assemble))
     }
+
+    /// Whether [`Self::poll`] has the result. It takes no time, while [`Self::poll`] copies the bytes, and may do so on another thread.
+    ///
+    /// # Errors
+    /// As for [`Self::poll`].
+    pub fn has_arrived(&self) -> Result<bool, ExecuteError> {
+        Ok(self.readback.has_arrived()?)
+    }
 }
 
 impl Executor {

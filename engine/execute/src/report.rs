@@ -107,6 +107,12 @@ impl Texels {
         self.chunks().map(|texel| decoder.floats(texel)).collect()
     }
 
+    /// One channel of the texels as floats, as [`Self::floats`] has it. There are four channels.
+    pub fn channel(&self, channel: u32) -> Vec<f32> {
+        let (decoder, channel) = (Decoder::of(self.format), channel.min(3) as usize);
+        self.chunks().map(|texel| decoder.floats(texel)[channel]).collect()
+    }
+
     /// The texels as unsigned integers; signed integers keep their bits. `None` for float formats.
     pub fn integers(&self) -> Option<Vec<[u32; 4]>> {
         let decoder = Decoder::of(self.format);

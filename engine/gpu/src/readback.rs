@@ -117,6 +117,11 @@ impl Readback {
         if self.device.has_reached(self.submitted)? { self.copied().map(Some) } else { Ok(None) }
     }
 
+    /// Whether [`Self::poll`] has the bytes. It copies none of them.
+    pub fn has_arrived(&self) -> Result<bool> {
+        self.device.has_reached(self.submitted)
+    }
+
     /// The value that the device reaches when it has copied them.
     pub fn submitted(&self) -> TimelineValue {
         self.submitted

@@ -1,6 +1,8 @@
 //! The user's requests.
 
-use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown, Sought};
+use raxel_picture::Sought;
+
+use crate::view::{Brush, CompareMode, FileKind, Lane, Map, Shown};
 
 /// The file that values of params are written into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,17 +44,25 @@ pub enum Action {
     DeletePreset(String),
     /// Put the files that were written last back as they were.
     UndoWrite,
-    /// Pin a texel of the shown target; `None` pins none.
-    Pin(Option<[u32; 2]>),
-    /// Pin the next texel whose channel has what is looked for, or the one before.
+    /// Pin another texel of the shown target.
+    Pin([u32; 2]),
+    /// Put the pin of this number on another texel.
+    MovePin(u32, [u32; 2]),
+    /// Make the pin of this number the active one, whose history is shown.
+    ChoosePin(u32),
+    /// Let go of the pin of this number.
+    Unpin(u32),
+    /// Pin the next texel whose channel has what is looked for, or the one before, in any slice of the shown target.
     Find {
         /// The wanted values.
         sought: Sought,
         /// The channel.
         channel: u32,
-        /// The next one in order of rows, else the one before.
+        /// The next one in order of slices and rows, else the one before.
         forward: bool,
     },
+    /// End the search.
+    StopFind,
     /// Keep the shown picture, to compare with it.
     Keep,
     /// Compare with the target that is shown now, as it goes on.

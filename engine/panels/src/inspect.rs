@@ -6,11 +6,12 @@ use egui::{
     Ui, Vec2, pos2, vec2,
 };
 
+use raxel_picture::{BINS, Sought, Statistics};
+
 use crate::action::Action;
 use crate::bar::{RED, text_of};
 use crate::docks::caption;
-use crate::statistics::{BINS, Statistics};
-use crate::view::{Inspected, Magnified, Map, Shown, Sought, Table, Texel, TexelHistory, View, Zoom};
+use crate::view::{Inspected, Looking, Magnified, Map, Pinned, Shown, Table, Texel, TexelHistory, View, Zoom};
 
 /// Points between columns of numbers, and between their rows.
 const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
@@ -30,6 +31,12 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     if let Some(statistics) = &found.statistics {
         numbers(ui, found, statistics, actions);
         histogram(ui, statistics);
+    }
+    if found.earlier {
+        ui.weak("These numbers are of an earlier frame.");
+    }
+    if let Some(looking) = &found.looking {
+        search(ui, looking, actions);
     }
     texels(ui, found, actions);
     if let Some(table) = &found.table {
@@ -101,12 +108,14 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
     let map = inspected.map.or(inspected.used);
     let chosen = map.map_or(0, |map| map.channel as usize).min(inspected.channels.len().saturating_sub(1));
     let channel = inspected.channels.get(chosen).copied().unwrap_or_default();
+    // The numbers are those of the shown slice, and another one may have what this one lacks.
+    let several = inspected.mips > 1 || inspected.layers > 1;
     Grid::new("statistics").num_columns(3).show(ui, |ui| {
         ui.weak("values");
         ui.monospace(found.count.to_string());
         ui.end_row();
         let [low, high] = found.range;
-        let any = found.nan + found.infinite < found.count;
+        let any = several || found.nan + found.infinite < found.count;
         for (sought, value) in [(Sought::Smallest, low), (Sought::Largest, high)] {
             ui.weak(sought.word());
             ui.monospace(value.to_string());
@@ -125,7 +134,7 @@ fn numbers(ui: &mut Ui, inspected: &Inspected, found: &Statistics, actions: &mut
                 ui.weak(format!("{} in {name}", sought.word()));
                 let text = RichText::new(count.to_string()).monospace();
                 ui.label(if count > 0 { text.color(RED) } else { text });
-                jumps(ui, count > 0, (sought, index, name), actions);
+                jumps(ui, several || count > 0, (sought, index, name), actions);
                 ui.end_row();
             }
         }
@@ -143,6 +152,17 @@ fn jumps(ui: &mut Ui, any: bool, (sought, index, channel): (Sought, usize, &str)
             if button.on_hover_text(format!("Pins the {name}")).clicked() {
                 actions.push(Action::Find { sought, channel: index as u32, forward });
             }
+        }
+    });
+}
+
+/// How far a search has come.
+fn search(ui: &mut Ui, looking: &Looking, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let Looking { sought, looked, slices } = looking;
+        ui.label(format!("looking for {}: slice {looked} of {slices}", sought.word()));
+        if ui.button("Stop").on_hover_text("Ends the search").clicked() {
+            actions.push(Action::StopFind);
         }
     });
 }
@@ -166,17 +186,19 @@ fn histogram(ui: &mut Ui, found: &Statistics) {
     caption(ui, area.right_top() + vec2(-3.0, 1.0), Align2::RIGHT_TOP, &format!("{high}"));
 }
 
-/// The pinned texel, the one under the cursor, and what lies around.
+/// The pinned texels, the one under the cursor, and what lies around.
 fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     let [width, height] = found.extent;
     if width == 0 || height == 0 {
         return;
     }
+    if found.pins.len() > 1 {
+        pins(ui, found, actions);
+    }
     ui.horizontal(|ui| {
         let Some(pinned) = &found.pinned else {
             if ui.button("Pin a texel").on_hover_text("P pins the texel under the cursor").clicked() {
-                actions
-                    .push(Action::Pin(Some(found.cursor.as_ref().map_or([width / 2, height / 2], |texel| texel.at))));
+                actions.push(Action::Pin(found.cursor.as_ref().map_or([width / 2, height / 2], |texel| texel.at)));
             }
             return;
         };
@@ -186,10 +208,10 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
             ui.add(DragValue::new(place).range(0..=size - 1).speed(0.2)).labelled_by(label.id);
         }
         if at != pinned.at {
-            actions.push(Action::Pin(Some(at)));
+            actions.push(Action::MovePin(found.active, at));
         }
-        if ui.button("Unpin").on_hover_text("P").clicked() {
-            actions.push(Action::Pin(None));
+        if ui.button("Unpin").on_hover_text("P over the pin").clicked() {
+            actions.push(Action::Unpin(found.active));
         }
     });
     if let Some(pinned) = &found.pinned {
@@ -212,6 +234,33 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
         over_passes(ui, found, history);
         over_frames(ui, found, &history.frames);
     }
+}
+
+/// A row for each pin. A click makes it the active one.
+fn pins(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
+    Grid::new("pins").num_columns(found.channels.len() + 2).spacing(COLUMNS).show(ui, |ui| {
+        ui.weak("pin");
+        ui.weak("texel");
+        for name in &found.channels {
+            ui.weak(*name);
+        }
+        ui.end_row();
+        for Pinned { number, texel } in &found.pins {
+            let name = format!("pin {number}");
+            let button = ui.selectable_label(*number == found.active, number.to_string());
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::SelectableLabel, true, &name));
+            if button.on_hover_text("Shows the history of this texel").clicked() {
+                actions.push(Action::ChoosePin(*number));
+            }
+            if let Some(Texel { at: [x, y], values }) = texel {
+                ui.monospace(format!("{x}, {y}"));
+                for [value, _] in values {
+                    ui.monospace(value);
+                }
+            }
+            ui.end_row();
+        }
+    });
 }
 
 fn texel(ui: &mut Ui, id: &str, found: &Inspected, texel: &Texel) {
@@ -291,16 +340,26 @@ fn squares(ui: &mut Ui, zoom: &Zoom) {
     painter.rect_stroke(middle, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
 }
 
-/// Marks the pinned texel in the picture, which is in this area, below all panels.
+/// Marks the pinned texels in the picture, which is in this area, below all panels. Several of them have their numbers.
 pub(crate) fn mark(ctx: &Context, area: Rect, found: &Inspected, magnified: &Magnified) {
-    let Some(pinned) = &found.pinned else { return };
-    let center = magnified.point(area, pinned.at.map(|place| f64::from(place) + 0.5), found.extent);
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area);
     // A magnified texel may be larger than the usual circle.
     let texel = if magnified.size < 1.0 { magnified.texel(area).max_elem() } else { 0.0 };
     let radius = (texel * 0.75).clamp(9.0, 400.0);
-    for (width, color) in [(3.5, Color32::from_black_alpha(160)), (1.5, Color32::WHITE)] {
-        painter.circle_stroke(center, radius, Stroke::new(width, color));
+    for Pinned { number, texel } in &found.pins {
+        let Some(Texel { at, .. }) = texel else { continue };
+        let center = magnified.point(area, at.map(|place| f64::from(place) + 0.5), found.extent);
+        let color = if *number == found.active { Color32::WHITE } else { Color32::from_gray(170) };
+        for (width, color) in [(3.5, Color32::from_black_alpha(160)), (1.5, color)] {
+            painter.circle_stroke(center, radius, Stroke::new(width, color));
+        }
+        if found.pins.len() > 1 {
+            let at = center + Vec2::splat(radius * 0.75 + 1.0);
+            let font = egui::TextStyle::Small.resolve(&ctx.style());
+            let text = painter.layout_no_wrap(number.to_string(), font, color);
+            painter.rect_filled(Rect::from_min_size(at, text.size()).expand(1.0), 2.0, Color32::from_black_alpha(160));
+            painter.galley(at, text, color);
+        }
     }
 }
 

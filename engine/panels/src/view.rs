@@ -7,8 +7,9 @@ mod magnified;
 
 use std::sync::Arc;
 
+use raxel_picture::{NotFinite, Sought, Statistics};
+
 use crate::samples::Samples;
-use crate::statistics::{NotFinite, Statistics};
 
 pub use comparing::{Compare, CompareMode, Figures};
 pub use demo::{Lane, Timeline, Track};
@@ -495,14 +496,42 @@ pub struct Inspected {
     pub extent: [u32; 2],
     /// The texel under the cursor.
     pub cursor: Option<Texel>,
-    /// The texel that the user has pinned, in what is shown now.
+    /// The numbers are of an earlier frame than the texels, and those of this one take long.
+    pub earlier: bool,
+    /// The search that is under way.
+    pub looking: Option<Looking>,
+    /// The texels that the user has pinned, in what is shown now.
+    pub pins: Vec<Pinned>,
+    /// Number of the active one.
+    pub active: u32,
+    /// The active one.
     pub pinned: Option<Texel>,
-    /// The pinned texel over the passes of a frame, and over frames.
+    /// The active one over the passes of a frame, and over frames.
     pub history: Option<TexelHistory>,
     /// The texels around the pinned one, or else around the one under the cursor.
     pub zoom: Option<Zoom>,
     /// Rows of a buffer.
     pub table: Option<Table>,
+}
+
+/// A pinned texel.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Pinned {
+    /// Its number, from 1 on.
+    pub number: u32,
+    /// `None` if the picture has no texels.
+    pub texel: Option<Texel>,
+}
+
+/// A search through the slices of a target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Looking {
+    /// What it looks for.
+    pub sought: Sought,
+    /// Slices that it has looked at.
+    pub looked: usize,
+    /// All slices.
+    pub slices: usize,
 }
 
 /// One texel.
@@ -542,31 +571,6 @@ pub struct Zoom {
 impl Zoom {
     /// Texels across and down; odd, so that one is at the centre.
     pub const SIDE: u32 = 11;
-}
-
-/// Properties by which texels can be sought.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sought {
-    /// NaN.
-    Nan,
-    /// Plus or minus infinity.
-    Infinite,
-    /// The smallest finite value.
-    Smallest,
-    /// The largest finite value.
-    Largest,
-}
-
-impl Sought {
-    /// A word for it.
-    pub fn word(self) -> &'static str {
-        match self {
-            Sought::Nan => "NaN",
-            Sought::Infinite => "infinite",
-            Sought::Smallest => "smallest",
-            Sought::Largest => "largest",
-        }
-    }
 }
 
 /// Elements of a buffer.

@@ -4,10 +4,11 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading, Map,
-    Param, PassState, Preset, Problem, Shape, Shown, Sought, Thumbnail, Timeline, Track, Use, WorldExtent,
+    Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading,
+    Looking, Map, Param, PassState, Preset, Problem, Shape, Shown, Thumbnail, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
+use raxel_picture::{NotFinite, Sought};
 
 mod window;
 
@@ -279,10 +280,18 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     assert_eq!(click(&mut harness, "next NaN in g"), find(Sought::Nan, 1, true));
     assert_eq!(click(&mut harness, "previous infinite in r"), find(Sought::Infinite, 0, false));
     assert_eq!(click(&mut harness, "next largest in r"), find(Sought::Largest, 0, true));
-    assert_eq!(click(&mut harness, "Unpin"), [Action::Pin(None)]);
-    harness.state_mut().inspected.as_mut().unwrap().pinned = None;
+    assert_eq!(click(&mut harness, "pin 1"), [Action::ChoosePin(1)]);
+    assert_eq!(click(&mut harness, "Unpin"), [Action::Unpin(2)]);
+    let inspected = harness.state_mut().inspected.as_mut().unwrap();
+    inspected.not_finite = vec![NotFinite::default(); 2];
+    inspected.looking = Some(Looking { sought: Sought::Nan, looked: 3, slices: 64 });
+    (inspected.pins, inspected.pinned) = (Vec::new(), None);
     harness.run_steps(2);
-    assert_eq!(click(&mut harness, "Pin a texel"), [Action::Pin(Some([3, 4]))]);
+    assert!(harness.query_by_label("looking for NaN: slice 3 of 64").is_some());
+    assert_eq!(click(&mut harness, "Stop"), [Action::StopFind]);
+    // There is none in this slice, and may be one in another.
+    assert_eq!(click(&mut harness, "next NaN in r"), find(Sought::Nan, 0, true));
+    assert_eq!(click(&mut harness, "Pin a texel"), [Action::Pin([3, 4])]);
     let own = Map { map: 0, range: None, channel: 0 };
     assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
     assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);

@@ -31,7 +31,8 @@ use raxel_panels::view::{
     Compare, CompareMode, ComponentKind, Figures, Lane, Magnified, Param, PassState, Preset, Problem, Resource, Shown,
     Timeline, Track, Use, WorldExtent, WorldStatistics, WrittenTexel,
 };
-use raxel_panels::{Panel, Samples, Statistics};
+use raxel_panels::{Panel, Samples};
+use raxel_picture::Statistics;
 use raxel_runtime::present::new_overlay;
 
 use window::{Window, inspected, param};

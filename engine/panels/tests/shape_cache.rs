@@ -5,10 +5,11 @@ mod window;
 use egui::epaint::Primitive;
 use egui::{Context, Event, Modifiers, OutputCommand, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, pos2};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Effect, Lane, PassState, Preset, Problem, Resource, Shown, Thumbnail, Timeline, Track,
-    Use, WorldExtent,
+    Brush, Compare, CompareMode, Effect, Inspected, Lane, Looking, PassState, Preset, Problem, Resource, Shown,
+    Thumbnail, Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, split_input};
+use raxel_picture::Sought;
 
 use window::{Window, inspected, param};
 
@@ -28,7 +29,8 @@ fn all_open() -> Window {
         Layout::read(&format!("floating = [{floating}]\ndocks = {{ tabs = [\"picture\"] }}")).unwrap();
     let tracks = vec![Track::new(Lane::Camera, "camera", vec![0.0, 5.0])];
     window.timeline = Some(Timeline { duration: 10.0, drives: true, tracks, ..Timeline::default() });
-    window.inspected = Some(inspected());
+    // Without the list of pins, what comes after it is in sight.
+    window.inspected = Some(Inspected { pins: Vec::new(), ..inspected() });
     window.compare = Compare { kept: Some("color, generation 3".to_owned()), gain: 2.0, ..Compare::default() };
     window
 }
@@ -132,6 +134,9 @@ const CHANGES: &[Change] = &[
     }),
     ("a failure", |window| window.status.failed = Some(9)),
     ("a texel", |window| window.inspected.as_mut().unwrap().cursor.as_mut().unwrap().at = [9, 9]),
+    ("a search", |window| {
+        window.inspected.as_mut().unwrap().looking = Some(Looking { sought: Sought::Nan, looked: 1, slices: 64 });
+    }),
     ("nothing is inspected", |window| window.inspected = None),
     ("a comparison", |window| window.compare.mode = CompareMode::Difference),
     ("a brush", |window| window.brush = Brush { effect: Effect::Add, ..window.brush }),

@@ -1,4 +1,4 @@
-//! Pictures in files, and how far two of them are apart: FLIP, root mean square, largest difference.
+//! Pictures in files, how far two of them are apart (FLIP, root mean square, largest difference), and the statistics of their values.
 //!
 //! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 
@@ -7,10 +7,14 @@
 mod compare;
 mod encode;
 mod read;
+mod search;
+mod statistics;
 
 pub use compare::{CompareError, Comparison, compare};
 pub use encode::{EncodeError, hdr, jpeg};
 pub use read::{ReadError, can_hold, decode, read};
+pub use search::{Place, Search, Sought};
+pub use statistics::{BINS, NotFinite, Statistics, not_finite};
 
 /// Three numbers a pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]

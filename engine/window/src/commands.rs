@@ -9,7 +9,7 @@ use raxel_edit::EditError;
 use raxel_execute::moment::Moment;
 use raxel_graph::checked::{BufferSize, Param, ResourceKind, Value};
 use raxel_output::{self as output, Pending, shown};
-use raxel_panels::view::{Brush, Effect, Lane, Sought};
+use raxel_panels::view::{Brush, Effect, Lane};
 use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -22,7 +22,9 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
+use super::finding::{Ended, Wanted};
 use super::history::{Change, Files, Step};
+use super::pins::{self, Pressed};
 use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
 
@@ -83,7 +85,10 @@ impl Viewer<'_> {
             Action::ShowDefault => self.show_target(DebugTarget::default()),
             Action::Peek(Some(shown)) => self.peek(panel_data::debug_target(&shown)),
             Action::Peek(None) => self.end_peek(),
-            Action::Display(map) => self.inspector.shows(map),
+            Action::Display(map) => {
+                self.history.note_display(self.inspector.map(), map);
+                self.inspector.shows(map);
+            }
             Action::Rows(first) => self.inspector.rows(first),
             Action::WriteTable => self.inspector.write(),
             Action::SetParam(name, value) => self.set_param(&name, &value),
@@ -94,8 +99,14 @@ impl Viewer<'_> {
             Action::ApplyPreset(name) => self.apply_preset(&name),
             Action::DeletePreset(name) => self.delete_preset(&name),
             Action::UndoWrite => self.undo_write(),
-            Action::Pin(at) => self.inspector.pin(at),
-            Action::Find { sought, channel, forward } => self.find(sought, channel, forward),
+            Action::Pin(at) => self.pin_at(at),
+            Action::MovePin(number, at) => self.inspector.move_pin(number, at),
+            Action::ChoosePin(number) => self.inspector.choose_pin(number),
+            Action::Unpin(number) => self.inspector.unpin(number),
+            Action::Find { sought, channel, forward } => {
+                self.inspector.find(&mut self.session, Wanted { sought, channel, forward });
+            }
+            Action::StopFind => self.inspector.stop(&mut self.session),
             action @ (Action::Keep
             | Action::KeepLive
             | Action::KeepFile(_)
@@ -212,8 +223,11 @@ impl Viewer<'_> {
     }
 
     fn go_to(&mut self, camera: Camera) {
+        self.land();
+        self.history.fly(self.pose());
         self.session.take_over();
         self.session.set_camera(camera);
+        self.land();
     }
 
     fn go_to_named(&mut self, name: &str) {
@@ -424,22 +438,40 @@ impl Viewer<'_> {
         }
     }
 
-    /// Pins the next sought texel, or the one before, and brings it into sight. Says when there is none.
-    fn find(&mut self, sought: Sought, channel: u32, forward: bool) {
-        if self.inspector.find(sought, channel, forward) {
-            self.reveal_pin();
-        } else {
-            self.notice(format!("no value of this channel is {}", sought.word()));
+    /// Shows what a search has found, or says that there is nothing.
+    pub(super) fn end_search(&mut self) {
+        match self.inspector.ended() {
+            Some(Ended::Found { shown, .. }) => {
+                if shown != panel_data::shown(self.session.debug_target(), self.session.graph()) {
+                    self.show_target(panel_data::debug_target(&shown));
+                }
+                self.reveal_pin();
+            }
+            Some(Ended::Nothing { sought, slices }) => {
+                let slices = if slices == 1 { String::new() } else { format!(" in any of {slices} slices") };
+                self.notice(format!("no value of this channel is {}{slices}", sought.word()));
+            }
+            Some(Ended::Lost) => self.notice("the search has ended: the target cannot be read any more".to_owned()),
+            None => {}
         }
     }
 
-    /// Pins the texel under the cursor, or no texel any more.
+    fn pin_at(&mut self, at: [u32; 2]) {
+        if !self.inspector.pin(at) {
+            self.notice(full());
+        }
+    }
+
+    /// Pins the texel under the cursor, or lets go of the pin there.
     fn pin(&mut self) {
         let cursor = self.controls.cursor().map(|pixel| self.session.viewport().to_output(pixel));
         if !self.panels.layout.is_open(Panel::Inspect) {
-            self.notice("open Inspect to pin a texel".to_owned());
-        } else if !self.inspector.pin_under(cursor, self.session.size(), &self.magnifier.region()) {
-            self.notice("no texel is under the cursor".to_owned());
+            return self.notice("open Inspect to pin a texel".to_owned());
+        }
+        match self.inspector.pin_under(cursor, self.session.size(), &self.magnifier.region()) {
+            Pressed::Pinned | Pressed::Unpinned => self.touched = true,
+            Pressed::Full => self.notice(full()),
+            Pressed::Nothing => self.notice("no texel is under the cursor".to_owned()),
         }
     }
 
@@ -536,6 +568,11 @@ impl Viewer<'_> {
         output::write_picture(Pending::new(&path)?, &picture)?;
         Ok(path)
     }
+}
+
+/// There is no room for another pin.
+fn full() -> String {
+    format!("{} texels are pinned: let go of one first", pins::MOST)
 }
 
 /// A value that is not the file's.

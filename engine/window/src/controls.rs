@@ -34,7 +34,7 @@ pub(super) enum Command {
     Open,
     /// Show or hide the panels.
     Panels,
-    /// Pin the texel under the cursor, or none any more.
+    /// Pin the texel under the cursor, or let go of the pin there.
     Pin,
     /// Zoom or pan.
     Look(Move),
@@ -79,7 +79,7 @@ right button    the brush: digs a ball out of the world; with Shift, places one;
 Home            back to where the camera began
 C               the camera as the lines of a world's file, on stdout and on the clipboard
 K  G            the camera as a key in the demo's file;  give the camera back to the demo
-P               pin the texel under the cursor in Inspect, and let go of it
+P               pin the texel under the cursor in Inspect, or let go of the pin there
 + -  0          magnify twice, half as much; the whole picture. Ctrl and the wheel magnify, too; in a magnified picture, the wheel alone,
                 a drag and the arrow keys move the picture
 B  X  V         keep what is shown; ways to compare with it: wipe, difference, off;  the kept picture alone
@@ -264,6 +264,12 @@ impl Controls {
     )]
     pub fn cursor(&self) -> Option<[i32; 2]> {
         self.on_picture().map(|[x, y]| [x.floor() as i32, y.floor() as i32])
+    }
+
+    /// Whether a key or a drag moves the camera, or could at any moment.
+    pub fn is_flying(&self) -> bool {
+        let keys = [KeyCode::KeyW, KeyCode::KeyA, KeyCode::KeyS, KeyCode::KeyD, KeyCode::KeyQ, KeyCode::KeyE];
+        self.dragging || keys.iter().any(|key| self.held.contains(key))
     }
 
     /// The camera's motion since the last call, and its speed.

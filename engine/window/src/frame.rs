@@ -23,8 +23,8 @@ use super::presenting::{Open, Pictures};
 use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
-    GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL, Viewer,
-    brush, outline, panel_data,
+    GROUND, Ground, LANDED, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL,
+    Viewer, brush, outline, panel_data,
 };
 
 impl Open {
@@ -115,7 +115,8 @@ impl Viewer<'_> {
             self.data.drop_thumbnails();
         }
         if inspects {
-            self.inspector.take(&mut self.session, &report);
+            self.touched |= self.inspector.take(&mut self.session, &report);
+            self.end_search();
             self.write_table();
             self.take_copy();
         } else {
@@ -484,8 +485,13 @@ impl Viewer<'_> {
             self.magnifier.pan([x / width, y / height]);
         }
         if input == FlyInput::default() {
+            if self.history.flies() && !self.controls.is_flying() && self.flown.elapsed() > LANDED {
+                self.land();
+            }
             return;
         }
+        self.history.fly(self.pose());
+        self.flown = now;
         self.session.take_over();
         let mut camera = *self.session.camera();
         camera.fly(&input, &speed, seconds.min(0.25));

@@ -69,6 +69,8 @@ mod of_system {
     /// The change of a gamepad, in the terms of `input.gamepad_*`.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Happened {
+        /// It was unplugged.
+        Gone,
         /// A button, by its bit.
         Button(u32, bool),
         /// An axis of the sticks.
@@ -81,6 +83,7 @@ mod of_system {
     fn note(inputs: &mut Inputs, happened: Happened) {
         let gamepad = inputs.gamepad();
         match happened {
+            Happened::Gone => inputs.rest_gamepad(),
             Happened::Button(bit, down) => inputs.gamepad_button(bit, down),
             Happened::Stick(axis, value) => {
                 let mut sticks = gamepad.sticks;
@@ -95,48 +98,60 @@ mod of_system {
         }
     }
 
-    /// Reads the gamepad that was touched first, until it is unplugged.
+    /// The gamepad that was touched first, until it is unplugged.
+    struct Used<Id>(Option<Id>);
+
+    impl<Id: PartialEq + Copy> Used<Id> {
+        /// Passes a change of a gamepad to the inputs, if it is the one that is used. Returns a message for the user.
+        fn take(&mut self, id: Id, name: &str, happened: Happened, inputs: &mut Inputs) -> Option<String> {
+            let said = match (self.0, happened) {
+                (Some(used), Happened::Gone) if used == id => {
+                    self.0 = None;
+                    Some(format!("gamepad `{name}` is gone: its values are at rest"))
+                }
+                (_, Happened::Gone) => return None,
+                (Some(used), _) if used != id => return None,
+                (Some(_), _) => None,
+                (None, _) => {
+                    self.0 = Some(id);
+                    Some(format!("gamepad `{name}`"))
+                }
+            };
+            note(inputs, happened);
+            said
+        }
+    }
+
+    /// Reads the used gamepad.
     pub struct Reader {
         gilrs: Gilrs,
-        used: Option<GamepadId>,
+        used: Used<GamepadId>,
     }
 
     impl Reader {
         pub fn open() -> Result<Self, String> {
             match Gilrs::new() {
-                Ok(gilrs) => Ok(Self { gilrs, used: None }),
+                Ok(gilrs) => Ok(Self { gilrs, used: Used(None) }),
                 Err(error) => Err(format!("gamepads cannot be read: {error}")),
             }
         }
 
         /// Passes events since the last call to the inputs. Returns a message for the user.
         pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
-            let mut said = None;
+            let mut said = Vec::new();
             while let Some(event) = self.gilrs.next_event() {
-                let name = || self.gilrs.gamepad(event.id).name().to_owned();
-                if let EventType::Disconnected = event.event {
-                    if self.used == Some(event.id) {
-                        said = Some(format!("gamepad `{}` is gone: its values are at rest", name()));
-                        self.used = None;
-                        inputs.rest_gamepad();
-                    }
-                    continue;
-                }
-                let Some(happened) = happened(event.event) else { continue };
-                if self.used.is_none() {
-                    said = Some(format!("gamepad `{}`", name()));
-                    self.used = Some(event.id);
-                }
-                if self.used == Some(event.id) {
-                    note(inputs, happened);
+                if let Some(happened) = happened(event.event) {
+                    said.extend(self.used.take(event.id, self.gilrs.gamepad(event.id).name(), happened, inputs));
                 }
             }
-            said
+            // One may go and another be touched between two frames.
+            (!said.is_empty()).then(|| said.join("; "))
         }
     }
 
     fn happened(event: EventType) -> Option<Happened> {
         match event {
+            EventType::Disconnected => Some(Happened::Gone),
             EventType::ButtonPressed(button, _) => Some(Happened::Button(bit(button)?, true)),
             EventType::ButtonReleased(button, _) => Some(Happened::Button(bit(button)?, false)),
             EventType::ButtonChanged(Button::LeftTrigger2, value, _) => Some(Happened::Trigger(0, value.into())),
@@ -191,6 +206,29 @@ mod of_system {
             }
             let told = inputs.gamepad();
             assert_eq!((told.buttons, told.sticks, told.triggers), (8, [0.0, 0.0, -0.5, 0.0], [0.0, 0.25]));
+        }
+
+        #[test]
+        fn an_unplugged_gamepad_is_at_rest_and_said_once() {
+            assert_eq!(happened(EventType::Disconnected), Some(Happened::Gone));
+            let (mut inputs, mut used) = (Inputs::default(), Used(None));
+            let mut take = |id: u32, happened| {
+                let said = used.take(id, &format!("pad {id}"), happened, &mut inputs);
+                (said, inputs.gamepad().buttons, inputs.gamepad().sticks, inputs.gamepad().triggers)
+            };
+            let press = Happened::Button(4, true);
+            let rest = ([0.0; 4], [0.0; 2]);
+            assert_eq!(take(1, Happened::Gone), (None, 0, rest.0, rest.1), "none was used");
+            assert_eq!(take(1, press), (Some("gamepad `pad 1`".to_owned()), 4, rest.0, rest.1));
+            take(1, Happened::Stick(0, 0.5));
+            take(1, Happened::Trigger(1, 0.25));
+            let held = (None, 4, [0.5, 0.0, 0.0, 0.0], [0.0, 0.25]);
+            assert_eq!(take(2, Happened::Button(8, true)), held, "another one is not used");
+            assert_eq!(take(2, Happened::Gone), held, "nor missed");
+            let gone = "gamepad `pad 1` is gone: its values are at rest".to_owned();
+            assert_eq!(take(1, Happened::Gone), (Some(gone), 0, rest.0, rest.1));
+            assert_eq!(take(1, Happened::Gone), (None, 0, rest.0, rest.1), "it is said once");
+            assert_eq!(take(2, press), (Some("gamepad `pad 2`".to_owned()), 4, rest.0, rest.1), "the next one is used");
         }
 
         #[test]

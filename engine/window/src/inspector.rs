@@ -4,17 +4,22 @@ use std::time::{Duration, Instant};
 
 use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, TracedTexel, display_of};
 use raxel_graph::checked::{Display, DisplayMap, Graph, ResourceKind};
-use raxel_panels::view::{Inspected, Map, Shown, Sought, Table, Texel, WrittenTexel};
-use raxel_panels::{NotFinite, Statistics, not_finite, view};
+use raxel_panels::view::{self, Inspected, Map, Pinned, Shown, Table, Texel, WrittenTexel};
 use raxel_runtime::Session;
 use raxel_shader::interface::ScalarKind;
 
 use super::elements::Elements;
+use super::finding::{Ended, Finding, Wanted};
+use super::numbers::{self, Done, Job, Numberer, Numbers, Taken};
+use super::pins::{Pin, Pins, Pressed};
 use super::texel_history::TexelHistory;
 use super::{locate, panel_data};
 
 /// Shortest time between two copies of something that changes.
 const EVERY: Duration = Duration::from_millis(250);
+
+/// A reader is told that numbers are of an earlier frame when the newest copy has waited for its own so long.
+const OLD: Duration = Duration::from_secs(1);
 
 /// Bytes that are copied of a buffer at most, unless its later rows are looked at.
 const HEAD: u64 = 4 << 20;
@@ -39,12 +44,26 @@ const MAPS: [DisplayMap; 8] = [
 pub struct Inspector {
     on_its_way: Option<(Shown, ReadTicket<Captured>)>,
     asked: Option<Instant>,
-    /// The time to decode the last copy: a large one is taken less often.
+    /// The time to work out the numbers of the last copy: a large one is taken less often.
     cost: Duration,
+    /// The thread that does, once there was a copy.
+    numberer: Option<Numberer>,
+    /// It has a job.
+    works: bool,
+    /// Copies that it was given.
+    given: u64,
     /// The last request, and whether the target may have changed since.
     of: Option<Shown>,
     stale: bool,
-    found: Option<Found>,
+    found: Option<Taken>,
+    /// The last known numbers, of this copy or of an earlier one.
+    numbers: Option<Box<Numbers>>,
+    /// The search for a value.
+    finding: Option<Finding>,
+    /// Searches that were begun.
+    searches: u64,
+    /// How the last one ended, until [`Self::ended`].
+    ended: Option<Ended>,
     /// The user's own way of showing it.
     map: Option<Map>,
     /// The first row of a buffer that is shown.
@@ -54,19 +73,11 @@ pub struct Inspector {
     /// A copy that was asked for, and then one that has come.
     copying: Option<CopiedFor>,
     copied: Option<(CopiedFor, Shown)>,
-    pinned: Option<Pin>,
-    /// The pinned texel over passes and frames.
+    /// Pinned texels.
+    pins: Pins,
+    /// The active one over passes and frames.
     history: TexelHistory,
     seen: Inspected,
-}
-
-/// A pinned texel.
-#[derive(Clone, Copy, Debug)]
-pub struct Pin {
-    /// Its place.
-    pub texel: [u32; 2],
-    /// Extent of the picture that it was pinned in.
-    pub extent: [u32; 2],
 }
 
 /// The purpose of a copy of the shown target.
@@ -86,14 +97,6 @@ pub struct Copy {
     pub shown: Shown,
     /// Its texels and the way they are shown; `None` of a buffer.
     pub texels: Option<(Texels, Display)>,
-}
-
-struct Found {
-    shown: Shown,
-    captured: Captured,
-    statistics: Option<(u32, Option<Statistics>)>,
-    /// Of each channel.
-    not_finite: Vec<NotFinite>,
 }
 
 impl Inspector {
@@ -119,26 +122,33 @@ impl Inspector {
     /// No panel shows it: the known contents are stale from here on, and no texel is followed.
     pub fn rest(&mut self, session: &mut Session) {
         self.stale = true;
+        self.stop(session);
         self.history.follow(session, None);
+        session.rest_captures();
     }
 
     /// The values of the texels in a region of the shown target, as far as they are known.
     pub fn written(&self, shown: &Shown, region: &Region) -> Vec<WrittenTexel> {
-        match self.found.as_ref().filter(|found| found.shown == *shown).map(|found| &found.captured) {
+        match self.found.as_ref().filter(|found| found.shown == *shown).map(|found| &*found.captured) {
             Some(Captured::Texels(texels)) => locate::written(texels, region),
             _ => Vec::new(),
         }
     }
 
-    /// The pinned texel.
+    /// The active one of the pinned texels.
     pub fn pinned(&self) -> Option<Pin> {
-        self.pinned
+        self.pins.active()
     }
 
     /// Before a frame: asks for a copy when there is something new to copy.
     pub fn ask(&mut self, session: &mut Session) {
         let shown = panel_data::shown(session.debug_target(), session.graph());
         self.history.follow(session, self.traced(&shown));
+        if let Some(finding) = self.finding.as_mut().filter(|finding| finding.is_of(&shown)) {
+            return finding.ask(session);
+        }
+        // The user shows another target: there is nothing to go back to.
+        self.finding = None;
         let new = self.of.as_ref() != Some(&shown);
         if new {
             (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
@@ -154,7 +164,7 @@ impl Inspector {
     /// The pinned texel of the shown target, if its values are those of the present frame.
     fn traced(&self, shown: &Shown) -> Option<TracedTexel> {
         let found = self.found.as_ref().filter(|found| found.shown == *shown && shown.age == 0)?;
-        let Captured::Texels(texels) = &found.captured else { return None };
+        let Captured::Texels(texels) = &*found.captured else { return None };
         let at = self.pinned_in(texels)?;
         Some(TracedTexel { target: shown.resource.clone(), mip: shown.mip, layer: shown.layer, at })
     }
@@ -167,73 +177,188 @@ impl Inspector {
         if end <= HEAD { 0..HEAD } else { elements.offset(self.first)..end }
     }
 
-    /// After a frame: takes the copies that have come, and applies the user's display.
-    pub fn take(&mut self, session: &mut Session, report: &FrameReport) {
-        match (session.captured(), self.of.clone()) {
-            (Some(ticket), Some(shown)) => self.on_its_way = Some((shown, ticket)),
-            _ => self.stale |= report.displayed || report.dispatched > 0,
-        }
-        if let Some((shown, ticket)) = self.on_its_way.take() {
-            match ticket.poll() {
-                Ok(Some(captured)) => {
-                    if self.of.as_ref() == Some(&shown) {
-                        self.copied = self.copying.take().map(|purpose| (purpose, shown.clone()));
-                    }
-                    self.found = Some(Found { shown, captured, statistics: None, not_finite: Vec::new() });
-                }
-                Ok(None) => self.on_its_way = Some((shown, ticket)),
-                // The next frame reopens the device and asks again.
-                Err(_) => self.stale = true,
+    /// After a frame: takes the copies and the numbers that have come, and applies the user's display. Whether the panel has news.
+    pub fn take(&mut self, session: &mut Session, report: &FrameReport) -> bool {
+        if let Some(finding) = &mut self.finding {
+            let copied = finding.take(session);
+            self.stale |= report.dispatched > 0;
+            if !copied {
+                self.end(session, Ended::Lost);
+            }
+        } else {
+            match (session.captured(), self.of.clone()) {
+                (Some(ticket), Some(shown)) => self.on_its_way = Some((shown, ticket)),
+                _ => self.stale |= report.displayed || report.dispatched > 0,
             }
         }
         self.history.take(session);
-        self.judge(session.graph());
+        let news = self.take_done(session);
+        self.hand_over(session.graph());
         let display = self.map.map(|map| self.display(session.graph(), map));
         session.set_display(display);
+        news
     }
 
-    /// Forgets the user's way of showing when another resource is shown.
+    /// Takes what the other thread has done. Whether there was anything.
+    fn take_done(&mut self, session: &mut Session) -> bool {
+        let mut news = false;
+        while let Some(done) = self.numberer.as_ref().and_then(Numberer::done) {
+            news = true;
+            match done {
+                Done::Copy(copy) => {
+                    if self.of.as_ref() == Some(&copy.shown) {
+                        self.copied = self.copying.take().map(|purpose| (purpose, copy.shown.clone()));
+                        self.found = Some(copy);
+                    }
+                    continue;
+                }
+                Done::Numbers(numbers) => {
+                    self.cost = numbers.took;
+                    self.numbers = Some(numbers);
+                }
+                // The next frame reopens the device and asks again.
+                Done::Lost => self.stale = true,
+                Done::Looked(looked) => {
+                    if let Some(ended) = self.finding.as_mut().and_then(|finding| finding.looked(looked)) {
+                        self.end(session, ended);
+                    }
+                }
+            }
+            self.works = false;
+        }
+        news
+    }
+
+    /// Gives the other thread its next job, if it has none: a slice to look at, a copy that has arrived, or another channel.
+    fn hand_over(&mut self, graph: &Graph) {
+        if self.works {
+            return;
+        }
+        let job = self.finding.as_mut().and_then(Finding::hand_over).map(Job::Look);
+        if let Some(job) = job.or_else(|| self.arrived(graph)).or_else(|| self.other_channel(graph)) {
+            self.numberer.get_or_insert_with(numbers::start).ask(job);
+            self.works = true;
+        }
+    }
+
+    /// The copy that was asked for, once it has arrived.
+    fn arrived(&mut self, graph: &Graph) -> Option<Job> {
+        // The other thread reports the loss of a device.
+        let arrived = |(_, ticket): &mut (Shown, ReadTicket<Captured>)| ticket.has_arrived().unwrap_or(true);
+        let (shown, ticket) = self.on_its_way.take_if(arrived)?;
+        self.given += 1;
+        let channel = self.channel(graph, &shown);
+        Some(Job::Read { shown, ticket, number: self.given, channel })
+    }
+
+    /// The known copy, if the known numbers are of another channel or of another copy.
+    fn other_channel(&self, graph: &Graph) -> Option<Job> {
+        let copy = self.found.as_ref()?;
+        let channel = self.channel(graph, &copy.shown);
+        let known = self.numbers.as_ref().is_some_and(|known| (known.number, known.channel) == (copy.number, channel));
+        (!known).then(|| Job::Channel { copy: copy.clone(), channel })
+    }
+
+    /// The channel whose distribution is shown.
+    fn channel(&self, graph: &Graph, shown: &Shown) -> u32 {
+        self.map.unwrap_or_else(|| graphs_map(graph, shown)).channel
+    }
+
+    /// The user's own way of showing.
+    pub fn map(&self) -> Option<Map> {
+        self.map
+    }
+
+    /// Shows texels in the user's own way from now on, or in the graph's.
     pub fn shows(&mut self, map: Option<Map>) {
         self.map = map;
     }
 
     /// The picture that was copied last.
     fn picture(&self) -> Option<&Texels> {
-        match &self.found.as_ref()?.captured {
+        match &*self.found.as_ref()?.captured {
             Captured::Texels(texels) => Some(texels),
             Captured::Bytes { .. } => None,
         }
     }
 
-    /// The pinned texel in a picture, which may have another extent than the one it was pinned in.
+    /// The active pin in a picture, which may have another extent than the one it was pinned in.
     fn pinned_in(&self, texels: &Texels) -> Option<[u32; 2]> {
-        self.pinned.map(|pin| locate::scaled(pin.texel, pin.extent, extent_of(texels)))
+        self.pins.active().map(|pin| pin.place_in(extent_of(texels)))
     }
 
-    /// Pins a texel of the shown target; it stays while other resources and passes are shown.
-    pub fn pin(&mut self, at: Option<[u32; 2]>) {
+    /// Pins a texel of the shown target; it stays while other resources and passes are shown. False when there are too many pins.
+    pub fn pin(&mut self, at: [u32; 2]) -> bool {
         let extent = self.picture().map(extent_of);
-        self.pinned = at.zip(extent).map(|(texel, extent)| Pin { texel, extent });
+        extent.is_none_or(|extent| self.pins.add(at, extent))
     }
 
-    /// Pins the texel under a pixel of the output, or lets go of the one that is pinned. False when there is no picture under it.
-    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2], region: &Region) -> bool {
-        if self.pinned.take().is_some() {
-            return true;
+    /// Puts a pin on another texel of the shown target.
+    pub fn move_pin(&mut self, number: u32, at: [u32; 2]) {
+        if let Some(extent) = self.picture().map(extent_of) {
+            self.pins.go(number, at, extent);
         }
-        let at = self.picture().zip(pixel).and_then(|(texels, pixel)| texel_under(texels, pixel, output, region));
-        self.pin(at);
-        at.is_some()
     }
 
-    /// Pins the next texel with a sought value in its channel, or the one before. False when there is none.
-    pub fn find(&mut self, sought: Sought, channel: u32, forward: bool) -> bool {
-        let found =
-            self.picture().and_then(|texels| locate::next(texels, channel, sought, self.pinned_in(texels), forward));
-        if found.is_some() {
-            self.pin(found);
+    /// Makes a pin the active one.
+    pub fn choose_pin(&mut self, number: u32) {
+        self.pins.choose(number);
+    }
+
+    /// Lets go of a pin.
+    pub fn unpin(&mut self, number: u32) {
+        self.pins.remove(number);
+    }
+
+    /// Pins the texel under a pixel of the output, or lets go of the pin that is there.
+    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2], region: &Region) -> Pressed {
+        let Some((texels, pixel)) = self.picture().zip(pixel) else { return Pressed::Nothing };
+        let Some(at) = texel_under(texels, pixel, output, region) else { return Pressed::Nothing };
+        if let Some(number) = self.pins.under(texels, at, pixel, output, region) {
+            self.pins.remove(number);
+            return Pressed::Unpinned;
         }
-        found.is_some()
+        if self.pin(at) { Pressed::Pinned } else { Pressed::Full }
+    }
+
+    /// Looks for a value in all slices of the shown target, from the active pin on, which the value gets then: [`Self::ended`] has the result.
+    pub fn find(&mut self, session: &mut Session, wanted: Wanted) {
+        self.stop(session);
+        let Some(Taken { shown, captured, .. }) = &self.found else { return };
+        let Captured::Texels(texels) = &**captured else { return };
+        self.searches += 1;
+        let from = self.pinned_in(texels);
+        self.finding = Finding::new(session, (shown, captured), wanted, from, self.searches);
+    }
+
+    /// Ends the search without a result.
+    pub fn stop(&mut self, session: &mut Session) {
+        if let Some(finding) = self.finding.take() {
+            self.stale = true;
+            go_back(session, &finding);
+        }
+    }
+
+    /// The time that the last numbers took, on their thread.
+    pub fn cost(&self) -> Duration {
+        self.cost
+    }
+
+    /// The end of a search, once.
+    pub fn ended(&mut self) -> Option<Ended> {
+        self.ended.take()
+    }
+
+    fn end(&mut self, session: &mut Session, ended: Ended) {
+        match &ended {
+            Ended::Found { texel, extent, .. } => {
+                self.finding = None;
+                self.stale = true;
+                self.pins.add_found(*texel, *extent);
+            }
+            Ended::Nothing { .. } | Ended::Lost => self.stop(session),
+        }
+        self.ended = Some(ended);
     }
 
     /// Rows of a buffer from here on.
@@ -249,7 +374,7 @@ impl Inspector {
     /// The columns and rows of the whole buffer, once they are there after [`Self::write`].
     pub fn whole(&mut self, graph: &Graph) -> Option<(String, Vec<String>, Vec<Vec<String>>)> {
         let found = self.found.as_ref().filter(|_| self.writing)?;
-        let Captured::Bytes { start: 0, total, bytes } = &found.captured else { return None };
+        let Captured::Bytes { start: 0, total, bytes } = &*found.captured else { return None };
         if (bytes.len() as u64) < *total & !3 {
             return None;
         }
@@ -262,34 +387,14 @@ impl Inspector {
     /// The channel and range that a map reads, automatic ones found from the percentiles.
     fn display(&self, graph: &Graph, map: Map) -> Display {
         let automatic = || {
-            let statistics = self.found.as_ref().and_then(|found| found.statistics.as_ref()?.1.as_ref());
+            // Those of an earlier copy, or of another channel, until its own are there.
+            let known = self.numbers.as_ref().filter(|known| self.of.as_ref() == Some(&known.shown));
+            let statistics = known.and_then(|known| known.statistics.as_ref());
             statistics.map(|statistics| statistics.percentiles).filter(|[low, high]| low < high)
         };
         let graphs = self.of.as_ref().map(|shown| graphs_map(graph, shown).range);
         let range = map.range.or_else(automatic).or(graphs.flatten()).unwrap_or([0.0, 1.0]);
         Display { map: MAPS[map.map.min(MAPS.len() - 1)], range, channel: map.channel }
-    }
-
-    /// Finds the numbers of the chosen channel, once for each copy.
-    fn judge(&mut self, graph: &Graph) {
-        let Some(found) = &mut self.found else { return };
-        let channel = self.map.unwrap_or_else(|| graphs_map(graph, &found.shown)).channel;
-        if found.statistics.as_ref().is_some_and(|(known, _)| *known == channel) {
-            return;
-        }
-        let began = Instant::now();
-        let statistics = match &found.captured {
-            Captured::Texels(texels) => {
-                let channels = texels.format.channels() as usize;
-                let texels = texels.floats();
-                found.not_finite = not_finite(&texels, channels);
-                let channel = (channel as usize).min(channels - 1);
-                Statistics::of(texels.into_iter().map(|texel| texel[channel]))
-            }
-            Captured::Bytes { .. } => None,
-        };
-        found.statistics = Some((channel, statistics));
-        self.cost = began.elapsed();
     }
 
     /// The panel's view. `cursor` is a pixel of the output, which shows a region of the picture.
@@ -309,9 +414,10 @@ impl Inspector {
             mips: 1,
             layers: 1,
             map: self.map,
+            looking: self.finding.as_ref().map(Finding::view),
             ..Inspected::default()
         };
-        match &found.captured {
+        match &*found.captured {
             Captured::Texels(texels) => {
                 let size = graph
                     .find_resource(&found.shown.resource)
@@ -325,11 +431,19 @@ impl Inspector {
                     Some(map) => Map { range: Some(self.display(graph, map).range), ..map },
                     None => graphs_map(graph, &found.shown),
                 });
-                seen.statistics = found.statistics.as_ref().and_then(|(_, statistics)| statistics.clone());
-                seen.not_finite.clone_from(&found.not_finite);
+                let channel = self.channel(graph, &found.shown);
+                let known = self.numbers.as_ref();
+                if let Some(known) = known.filter(|known| known.shown == found.shown && known.channel == channel) {
+                    seen.statistics.clone_from(&known.statistics);
+                    seen.not_finite.clone_from(&known.not_finite);
+                    seen.earlier = known.number != found.number && found.read.elapsed() > OLD;
+                }
                 seen.extent = extent_of(texels);
                 let under = cursor.and_then(|pixel| texel_under(texels, pixel, session.size(), region));
                 seen.cursor = under.and_then(|at| texel(texels, at));
+                let pin = |pin: &Pin| Pinned { number: pin.number, texel: texel(texels, pin.place_in(seen.extent)) };
+                seen.pins = self.pins.all().iter().map(pin).collect();
+                seen.active = self.pins.active().map_or(0, |pin| pin.number);
                 let pinned = self.pinned_in(texels);
                 seen.pinned = pinned.and_then(|at| texel(texels, at));
                 let channel = seen.used.map_or(0, |used| used.channel);
@@ -353,6 +467,14 @@ impl Inspector {
         }
         self.seen = seen;
         Some(&self.seen)
+    }
+}
+
+/// Shows what was shown before a search showed other slices.
+fn go_back(session: &mut Session, finding: &Finding) {
+    if let Some(shown) = finding.gone_from() {
+        // A graph that was edited since may not have it, and the next search begins elsewhere.
+        let _ = session.set_debug_target(panel_data::debug_target(shown));
     }
 }
 
@@ -437,26 +559,30 @@ mod tests {
     }
 
     #[test]
-    fn a_nan_is_pinned_and_the_pin_stays_where_it_is_in_another_picture() {
-        let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    fn pins_stay_where_they_are_in_another_picture_and_a_key_takes_them_away() {
         let picture = |width, values: &[f32]| {
-            let texels = Texels { format: Format::R32f, width, height: 2, bytes: bytes(values) };
-            let captured = Captured::Texels(texels);
-            Some(Found { shown: Shown::default(), captured, statistics: None, not_finite: Vec::new() })
+            let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            let texels = Texels { format: Format::R32f, width, height: 2, bytes };
+            let captured = Captured::Texels(texels).into();
+            Some(Taken { shown: Shown::default(), captured, number: 1, read: Instant::now() })
         };
         let mut inspector = Inspector { found: picture(2, &[1.0, 2.0, f32::NAN, 4.0]), ..Inspector::default() };
-        let pinned = |inspector: &Inspector| inspector.pinned_in(inspector.picture().unwrap());
-        assert!(inspector.find(Sought::Nan, 0, true));
-        assert_eq!(pinned(&inspector), Some([0, 1]));
-        assert!(!inspector.find(Sought::Infinite, 0, true));
-        assert_eq!(pinned(&inspector), Some([0, 1]), "what is not there moves nothing");
-        // Twice as wide: the same place.
+        let press = |inspector: &mut Inspector, pixel| inspector.pin_under(pixel, [80, 80], &Region::WHOLE);
+        let pinned = |inspector: &Inspector| {
+            let extent = extent_of(inspector.picture().unwrap());
+            inspector.pins.all().iter().map(|pin| pin.place_in(extent)).collect::<Vec<_>>()
+        };
+        assert_eq!(press(&mut inspector, Some([20, 60])), Pressed::Pinned);
+        assert_eq!(press(&mut inspector, Some([60, 10])), Pressed::Pinned);
+        assert_eq!(pinned(&inspector), [[0, 1], [1, 0]]);
+        // Twice as wide: the same places.
         inspector.found = picture(4, &[0.0; 8]);
-        assert_eq!(pinned(&inspector), Some([1, 1]));
-        assert!(inspector.pin_under(None, [8, 8], &Region::WHOLE), "let go of");
-        assert_eq!(pinned(&inspector), None);
-        assert!(!inspector.pin_under(None, [8, 8], &Region::WHOLE), "nothing is under the cursor");
-        assert!(inspector.pin_under(Some([7, 0]), [8, 8], &Region::WHOLE));
-        assert_eq!(pinned(&inspector), Some([3, 0]));
+        assert_eq!(pinned(&inspector), [[1, 1], [3, 0]]);
+        assert_eq!(press(&mut inspector, None), Pressed::Nothing, "nothing is under the cursor");
+        // The marks are at 30, 60 and 70, 20; six pixels reach the one beside the texel.
+        assert_eq!(press(&mut inspector, Some([19, 60])), Pressed::Pinned, "ten pixels are too far");
+        assert_eq!(press(&mut inspector, Some([32, 61])), Pressed::Unpinned);
+        assert_eq!(press(&mut inspector, Some([61, 5])), Pressed::Unpinned, "anywhere in its texel");
+        assert_eq!(pinned(&inspector), [[0, 1]]);
     }
 }

@@ -13,20 +13,23 @@ mod demo_keys;
 mod described;
 mod editor;
 mod elements;
+mod finding;
 mod frame;
 mod gamepad;
 mod given;
 mod history;
-mod inspector;
+pub mod inspector;
 mod layout_file;
 mod locate;
 mod looking;
 pub mod lost_display;
 mod magnifier;
 mod microphone;
+mod numbers;
 mod outline;
 mod overlay;
 mod panel_data;
+mod pins;
 mod presenting;
 mod presets;
 mod problem_log;
@@ -37,6 +40,7 @@ mod texel_history;
 mod title;
 mod undoing;
 mod waiting;
+mod worker;
 mod write_back;
 
 use std::sync::Arc;
@@ -101,6 +105,9 @@ const MEANWHILE: Duration = Duration::from_millis(50);
 
 /// The ground of a window that has no picture yet, sRGB-encoded.
 const GROUND: [f32; 3] = [0.078, 0.078, 0.078];
+
+/// Time without a motion of the camera after which the next one is another flight, for undo.
+const LANDED: Duration = Duration::from_millis(500);
 
 /// Longest wait for the device between two looks at the window's events.
 const SLICE: Duration = Duration::from_millis(8);
@@ -254,6 +261,8 @@ struct Viewer<'a> {
     fps_cap: Option<u32>,
     /// Where the camera began.
     home: Camera,
+    /// When the user moved it last.
+    flown: Instant,
     controls: Controls,
     holder: Holder,
     placed: Placed,
@@ -417,6 +426,7 @@ impl<'a> Viewer<'a> {
             console,
             reloads: ReloadLog::new(console),
             home: *session.camera(),
+            flown: Instant::now(),
             problems: Vec::new(),
             files: Vec::new(),
             printed: PrintLog::default(),

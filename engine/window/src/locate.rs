@@ -2,36 +2,9 @@
 
 use raxel_execute::{Region, Texels};
 use raxel_graph::checked::{Display, DisplayMap};
-use raxel_panels::view::{Sought, WrittenTexel, Zoom};
+use raxel_panels::view::{WrittenTexel, Zoom};
 use raxel_shader::interface::ScalarKind;
 use raxel_world::srgb_from_linear;
-
-/// The texel after another, or the one before, with a sought value in its channel: in order of rows, and from the last to the first. The
-/// texel itself when there is no other; `None` when there is none.
-pub fn next(texels: &Texels, channel: u32, sought: Sought, from: Option<[u32; 2]>, forward: bool) -> Option<[u32; 2]> {
-    let channel = channel.min(3) as usize;
-    let values: Vec<f32> = texels.floats().into_iter().map(|texel| texel[channel]).collect();
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let end = match sought {
-        Sought::Smallest => finite().reduce(f32::min),
-        Sought::Largest => finite().reduce(f32::max),
-        Sought::Nan | Sought::Infinite => None,
-    };
-    let is_it = |value: f32| match sought {
-        Sought::Nan => value.is_nan(),
-        Sought::Infinite => value.is_infinite(),
-        Sought::Smallest | Sought::Largest => end == Some(value),
-    };
-    let (count, width) = (values.len(), texels.width.max(1) as usize);
-    let start = match from {
-        Some([x, y]) => y as usize * width + x as usize,
-        None if forward => count.checked_sub(1)?,
-        None => 0,
-    };
-    let mut order = (1..=count).map(|step| if forward { start + step } else { start + count - step } % count);
-    let found = order.find(|index| is_it(values[*index]))?;
-    Some([found % width, found / width].map(|place| u32::try_from(place).unwrap_or(u32::MAX)))
-}
 
 /// The same place in a picture of another extent.
 #[expect(clippy::cast_possible_truncation, reason = "the place is below `to`")]
@@ -122,30 +95,6 @@ mod tests {
         let values = [1.0, f32::NAN, f32::INFINITY, 3.0, f32::NAN, 1.0_f32];
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         Texels { format: Format::R32f, width: 3, height: 2, bytes }
-    }
-
-    #[test]
-    fn what_is_counted_is_found_in_order_of_rows_and_round_again() {
-        let texels = texels();
-        let all = |sought, forward| {
-            let mut from = None;
-            [(); 3].map(|()| {
-                from = next(&texels, 0, sought, from, forward);
-                from.unwrap()
-            })
-        };
-        assert_eq!(all(Sought::Nan, true), [[1, 0], [1, 1], [1, 0]]);
-        assert_eq!(all(Sought::Nan, false), [[1, 1], [1, 0], [1, 1]]);
-        assert_eq!(all(Sought::Infinite, true), [[2, 0]; 3]);
-        assert_eq!(all(Sought::Smallest, true), [[0, 0], [2, 1], [0, 0]]);
-        assert_eq!(all(Sought::Largest, false), [[0, 1]; 3]);
-        // A place that came from another picture is as good as any.
-        assert_eq!(next(&texels, 0, Sought::Nan, Some([1, 0]), true), Some([1, 1]));
-        // A channel that the format does not have is 0 everywhere, and has no NaN.
-        assert_eq!(next(&texels, 1, Sought::Nan, None, true), None);
-        let none = Texels { width: 0, height: 0, bytes: Vec::new(), ..texels };
-        assert_eq!(next(&none, 0, Sought::Nan, None, true), None);
-        assert_eq!(next(&none, 0, Sought::Smallest, Some([4, 4]), false), None);
     }
 
     #[test]

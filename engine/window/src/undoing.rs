@@ -8,7 +8,7 @@ use raxel_output::{demo_path, take_name};
 use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
-use super::history::{Change, Files, Step};
+use super::history::{Change, Files, Pose, Step};
 use super::recording::Recording;
 use super::{Viewer, demo_keys, write_back};
 
@@ -20,8 +20,10 @@ enum Way {
 }
 
 impl Viewer<'_> {
-    /// Takes the newest step back: of the world, of files, of params. Edits that a save had before the window was opened come last.
+    /// Takes the newest step back: of the world, of files, of params, of the camera, of the way of showing. Edits that a save had before the
+    /// window was opened come last.
     pub(super) fn undo(&mut self) {
+        self.land();
         match self.history.take_done() {
             Some(step) => {
                 if let Some(step) = self.go(step, Way::Back) {
@@ -35,6 +37,7 @@ impl Viewer<'_> {
 
     /// Makes the step again that was taken back last.
     pub(super) fn redo(&mut self) {
+        self.land();
         match self.history.take_undone() {
             Some(step) => {
                 if let Some(step) = self.go(step, Way::Again) {
@@ -118,7 +121,34 @@ impl Viewer<'_> {
                 let other = |Change { name, before, after }| Change { name, before: after, after: before };
                 Some(Step::Params(changes.into_iter().map(other).collect()))
             }
+            Step::Camera { before, after } => {
+                match before {
+                    Pose::Demo => self.session.hand_back(),
+                    Pose::At(camera) => {
+                        self.session.take_over();
+                        self.session.set_camera(camera);
+                    }
+                }
+                self.notice("moved the camera back".to_owned());
+                Some(Step::Camera { before: after, after: before })
+            }
+            Step::Display { before, after } => {
+                self.inspector.shows(before);
+                self.notice("changed the map back".to_owned());
+                Some(Step::Display { before: after, after: before })
+            }
         }
+    }
+
+    /// Who says where the camera is.
+    pub(super) fn pose(&self) -> Pose {
+        if self.session.demo_drives() { Pose::Demo } else { Pose::At(*self.session.camera()) }
+    }
+
+    /// Ends a flight, which is one step.
+    pub(super) fn land(&mut self) {
+        let pose = self.pose();
+        self.history.land(pose);
     }
 
     /// Gives params the values that files had taken over from the window, unless they were moved since.

@@ -53,6 +53,17 @@ impl Size {
         }
     }
 
+    /// Mip and layer of each picture that a target consists of: all layers, or slices of a 3-D target, mip after mip. None of a buffer.
+    pub fn slices(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let layers = match *self {
+            Size::Image { .. } => {
+                (0..self.mips()).map(|mip| self.texels(mip).map_or(0, |[_, _, layers]| layers)).collect()
+            }
+            Size::Buffer { .. } => Vec::new(),
+        };
+        (0..).zip(layers).flat_map(|(mip, layers)| (0..layers).map(move |layer| [mip, layer]))
+    }
+
     /// Elements of a buffer, texels of a target's mip 0.
     pub(crate) fn elements(&self) -> u64 {
         match self {

@@ -4,10 +4,11 @@
 
 use raxel_panels::view::{
     Brush, Compare, ComponentKind, Editing, FileKind, Frame, Inspected, Magnified, Map, Param, Pass, PassState,
-    PassTexel, Preset, Problem, ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel, TexelHistory,
-    Thumbnail, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
+    PassTexel, Pinned, Preset, Problem, ProjectFile, Resource, Shown, Solids, Status, Swatch, Table, Texel,
+    TexelHistory, Thumbnail, Timeline, Use, World, WorldExtent, WorldStatistics, Zoom,
 };
-use raxel_panels::{Action, Layout, Panel, Panels, Samples, Statistics, View, not_finite};
+use raxel_panels::{Action, Layout, Panel, Panels, Samples, View};
+use raxel_picture::{Statistics, not_finite};
 
 /// A window with a small graph of three passes, one of them left out.
 pub struct Window {
@@ -181,7 +182,12 @@ pub fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
     }
 }
 
-/// A target with a texel that is read, and a buffer, at once.
+/// A pinned texel of two equal channels.
+fn pin(number: u32, at: [u32; 2], value: &str) -> Pinned {
+    Pinned { number, texel: Some(Texel { at, values: vec![[value.to_owned(), "0x7e00".to_owned()]; 2] }) }
+}
+
+/// A target with texels that are read, and a buffer, at once.
 pub fn inspected() -> Inspected {
     Inspected {
         shown: Shown::after("color", None),
@@ -199,6 +205,8 @@ pub fn inspected() -> Inspected {
             at: [3, 4],
             values: vec![["0.25".to_owned(), "0x3400".to_owned()], ["7".to_owned(), "0x4700".to_owned()]],
         }),
+        pins: vec![pin(1, [60, 40], "0.5"), pin(2, [20, 30], "NaN")],
+        active: 2,
         pinned: Some(Texel { at: [20, 30], values: vec![["NaN".to_owned(), "0x7e00".to_owned()]; 2] }),
         history: Some(TexelHistory {
             writes: [("clear", "0"), ("shade", "NaN")]

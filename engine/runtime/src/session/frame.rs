@@ -98,7 +98,23 @@ impl Session {
         self.renderer.executor.capture_shown(bytes);
     }
 
-    /// The copy that [`Self::capture_shown`] requested, after a frame has made it.
+    /// Lets the next frame copy another layer or slice of the shown target, at the point where the target is shown. False if the running plan
+    /// leaves out a pass that writes this part, which then has to be shown to be known.
+    pub fn capture_part(&mut self, mip: u32, layer: u32) -> bool {
+        let plan = self.plan();
+        let written = plan.is_some_and(|plan| plan.culled_writer(plan.present.resource, mip, layer).is_none());
+        if written {
+            self.renderer.executor.capture_part(mip, layer);
+        }
+        written
+    }
+
+    /// Frees the memory that copies were taken into: none is taken for a while.
+    pub fn rest_captures(&mut self) {
+        self.renderer.executor.rest_captures();
+    }
+
+    /// The copy that [`Self::capture_shown`] or [`Self::capture_part`] requested, after a frame has made it.
     pub fn captured(&mut self) -> Option<ReadTicket<Captured>> {
         self.renderer.executor.captured()
     }
