@@ -293,6 +293,54 @@ fn an_access_out_of_bounds_is_a_diagnostic_while_checks_are_on() {
     assert!(talk.child.finish().success());
 }
 
+/// A program finds the line and the invocation that wrote a texel, of the same moment, and asking runs no frame.
+#[test]
+fn the_writers_of_a_texel_are_found() {
+    let project = Project::shipped();
+    let scene = ["control", "graphs/examples/print.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
+    let mut talk = Talk::start(&mut command(project.root(), &scene));
+    talk.ask(json!({ "do": "step" }));
+    let texel = |x: u32| json!({ "do": "writers", "target": "color", "x": x, "y": 20 });
+    let refused = talk.say(&texel(70).to_string());
+    assert_eq!(
+        (refused["ok"].clone(), refused["help"][0].clone()),
+        (json!(false), json!("send `record_writes`, and then `wait_reload`"))
+    );
+    assert_eq!(talk.ask(json!({ "do": "record_writes" }))["compiles"], true);
+    assert_eq!(talk.ask(json!({ "do": "wait_reload", "seconds": 60 }))["reloaded"], true);
+    assert_eq!(talk.ask(json!({ "do": "record_writes" }))["compiles"], false);
+    talk.ask(json!({ "do": "pause" }));
+    let text = std::fs::read_to_string(project.root().join("shaders/examples/print.comp")).unwrap();
+    let line = 1 + text.lines().position(|line| line.contains("imageStore")).unwrap();
+    for (x, frame) in [(70, 1), (9, 2)] {
+        assert_eq!(talk.ask(texel(x))["passes"], json!([]), "no frame has run for it");
+        talk.ask(json!({ "do": "step" }));
+        let found = talk.ask(texel(x));
+        let [pass] = found["passes"].as_array().unwrap().as_slice() else { panic!("{found}") };
+        let write = &pass["writes"][0];
+        let values = talk.ask(json!({ "do": "pixel", "target": "color", "x": x, "y": 20 }))["values"].clone();
+        assert_eq!(
+            (&pass["count"], &pass["race"], &pass["frame"]),
+            (&json!(1), &json!(false), &json!(frame)),
+            "{found}"
+        );
+        assert_eq!((&write["file"], &write["line"]), (&json!("shaders/examples/print.comp"), &json!(line)), "{found}");
+        assert_eq!((&write["invocation"], &write["workgroup"]), (&json!([x, 20, 0]), &json!([x / 8, 2, 0])), "{found}");
+        assert_eq!(write["values"].as_array().unwrap().len(), values.as_array().unwrap().len());
+    }
+    for (wrong, said) in [
+        (json!({ "do": "writers", "target": "color", "x": 96, "y": 0 }), "there is none at 96, 0"),
+        (json!({ "do": "writers", "target": "none", "x": 0, "y": 0 }), "no target `none`"),
+        (json!({ "do": "writers", "target": "color", "mip": 3, "x": 0, "y": 0 }), "mip"),
+    ] {
+        let refused = talk.say(&wrong.to_string());
+        assert!(refused["error"].as_str().is_some_and(|error| error.contains(said)), "{refused}");
+    }
+    assert_eq!(talk.ask(json!({ "do": "record_writes", "on": false }))["compiles"], true);
+    talk.ask(json!({ "do": "quit" }));
+    assert!(talk.child.finish().success());
+}
+
 /// A count that should be 0 is an event once, and among the diagnostics for as long as it lasts.
 #[test]
 fn a_full_queue_is_an_event_and_a_diagnostic() {

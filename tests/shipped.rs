@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use raxel::execute::TracedTexel;
 use raxel::runtime::debug_target::DebugTarget;
 use raxel::{Observe, Options, Project, Session, Validation};
 use raxel_graph::needs;
@@ -162,6 +163,40 @@ fn no_access_of_a_graph_is_out_of_bounds() {
             .collect();
         assert!(said.is_empty(), "{graph}: {said:#?}");
     }
+}
+
+/// Shaders that record their writes draw the same pictures, and tell who wrote the texel in the middle.
+#[test]
+fn every_example_tells_who_wrote_a_texel() {
+    let _turn = turn();
+    let project = repository();
+    let mut silent = Vec::new();
+    for graph in [vec!["graphs/primary.toml".to_owned()], project.graphs_in("graphs/examples")].concat() {
+        let world = if has_models(&graph, "worlds/menger.toml") { "worlds/menger.toml" } else { "worlds/valley.toml" };
+        let pictures = [false, true].map(|record_writes| {
+            let (graph_file, world) = (Some((&graph).into()), Some(world.into()));
+            let mut session = open(&graph, Options { graph: graph_file, world, record_writes, ..options() });
+            let present = session.graph().present;
+            let target = session.graph().resource(present).name.clone();
+            let size = session.plan().expect("it runs").sizes[present.0 as usize].texels(0);
+            let [width, height, _] = size?;
+            session.find_writers(Some(TracedTexel { target, mip: 0, layer: 0, at: [width / 2, height / 2] }));
+            run(&graph, &mut session);
+            session.wait().unwrap();
+            let writers = session.writers();
+            assert_eq!(!writers.is_empty(), record_writes, "{graph}");
+            if record_writes && writers.iter().all(|pass| pass.count == 0) {
+                silent.push(graph.clone());
+            }
+            Some(session.read_presented().unwrap().rgba)
+        });
+        assert!(pictures[0] == pictures[1], "{graph} draws another picture");
+    }
+    assert_eq!(
+        silent,
+        ["changed", "keep"].map(|name| format!("graphs/examples/{name}.toml")),
+        "they leave texels as they are"
+    );
 }
 
 #[test]

@@ -135,6 +135,19 @@ class Requests(Conversation):
         if (await self._answer("check_bounds", on=on))["compiles"]:
             await self._answer("wait_reload", seconds=60.0)
 
+    async def writers(self, target: str, x: int, y: int, *, mip: int = 0, layer: int = 0) -> list[Answer]:
+        """The passes that may write a texel, each with its `writes` in the last frame that ran it: file, line, invocation, workgroup, values.
+
+        The first call compiles the shaders with records of their writes. The writes are those of frames after the call with this texel.
+        """
+        await self.record_writes()
+        return (await self._answer("writers", target=target, x=x, y=y, mip=mip, layer=layer))["passes"]
+
+    async def record_writes(self, on: bool = True) -> None:
+        """Compiles the shaders with records of their writes for `writers`, or without, and waits for them."""
+        if (await self._answer("record_writes", on=on))["compiles"]:
+            await self._answer("wait_reload", seconds=60.0)
+
     # What is driven.
 
     async def set(self, param: str, value: Value) -> Value:

@@ -100,6 +100,8 @@ class Session(Conversation):
     timings = _now(Requests.timings)
     diagnostics = _now(Requests.diagnostics)
     check_bounds = _now(Requests.check_bounds)
+    writers = _now(Requests.writers)
+    record_writes = _now(Requests.record_writes)
     set = _now(Requests.set)
     unset = _now(Requests.unset)
     target = _now(Requests.target)

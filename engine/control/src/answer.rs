@@ -1,6 +1,7 @@
 //! Carries requests out, and answers them.
 
 use data_encoding::BASE64;
+use raxel_execute::TracedTexel;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -13,6 +14,7 @@ use super::inputs;
 use super::read::{self, Middle};
 use super::refusal::Refusal;
 use super::request::{CameraMove, Request};
+use super::writers;
 
 /// An answer as the program reads it.
 pub(super) fn line(id: &Value, answer: Result<Value, Refusal>) -> Value {
@@ -115,6 +117,10 @@ pub(super) fn answer(
         Request::CheckBounds { on } => {
             let compiles = session.checks_bounds() != on && session.check_bounds(on);
             Ok(json!({ "on": on, "compiles": compiles }))
+        }
+        Request::RecordWrites { on } => Ok(writers::record(session, on)),
+        Request::Writers { target, x, y, mip, layer } => {
+            writers::find(session, drive, TracedTexel { target, mip, layer, at: [x, y] })
         }
         Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
     }

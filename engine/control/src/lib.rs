@@ -13,6 +13,7 @@ mod lines;
 mod read;
 mod refusal;
 mod request;
+mod writers;
 
 use std::io::BufReader;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};

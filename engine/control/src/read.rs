@@ -141,7 +141,7 @@ fn numbers(texels: &Texels) -> (&'static str, Vec<u8>) {
 }
 
 /// A word as a number of JSON. JSON has neither NaN nor infinity, so those are text.
-fn number(kind: &str, bits: u32) -> Value {
+pub(super) fn number(kind: &str, bits: u32) -> Value {
     match kind {
         "u4" => bits.into(),
         "i4" => bits.cast_signed().into(),

@@ -110,6 +110,21 @@ pub(super) enum Request {
         #[serde(default = "yes")]
         on: bool,
     },
+    /// Compiles all shaders again with records of their writes of a texel, or without them.
+    RecordWrites {
+        #[serde(default = "yes")]
+        on: bool,
+    },
+    /// The invocations that write a texel of a target.
+    Writers {
+        target: String,
+        x: u32,
+        y: u32,
+        #[serde(default)]
+        mip: u32,
+        #[serde(default)]
+        layer: u32,
+    },
     /// Waits until an edit is swapped in or found to be wrong.
     WaitReload {
         #[serde(default = "ten")]

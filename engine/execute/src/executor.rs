@@ -25,6 +25,7 @@ use super::thumbnails::Thumbnails;
 use super::times::Times;
 use super::told::Told;
 use super::upload::Uploads;
+use super::writers::Writers;
 
 /// The work of an executor besides running passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +78,7 @@ pub struct Executor {
     pub(super) captured: Option<ReadTicket<Captured>>,
     pub(super) traced: Option<TracedTexel>,
     pub(super) trace: Option<ReadTicket<TexelTrace>>,
+    pub(super) writers: Writers,
     pub(super) wants_thumbnails: bool,
     pub(super) thumbnails: Option<Thumbnails>,
     /// Reports of passes in finished frames.
@@ -134,6 +136,7 @@ impl Executor {
             captured: None,
             traced: None,
             trace: None,
+            writers: Writers::default(),
             wants_thumbnails: false,
             thumbnails: None,
             told: Told::default(),
@@ -213,6 +216,7 @@ impl Executor {
         self.running = Some(next);
         self.lens.swapped();
         self.thumbnails = None;
+        self.writers.renew();
         self.shared.pipelines.swapped();
         self.needs_full_barrier = true;
         self.supply_sources();

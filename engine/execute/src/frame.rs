@@ -20,6 +20,7 @@ use super::slot::FrameSlot;
 use super::texel_trace::Tracing;
 use super::thumbnails::{Making, Thumbnails};
 use super::upload::Uploads;
+use super::writers::Watching;
 
 /// The work before the passes of a frame that is recorded.
 #[derive(Clone, Copy)]
@@ -44,6 +45,7 @@ struct DecidedFrame<'a, 't> {
     capture: Option<&'a Capture>,
     making: Option<&'a mut Making<'t>>,
     tracing: Option<&'a mut Tracing>,
+    watching: Option<Watching>,
 }
 
 impl Executor {
@@ -83,6 +85,7 @@ impl Executor {
         self.note_sources()?;
         let capture = self.prepare_views()?;
         let mut tracing = self.begin_trace()?;
+        let watching = self.writers.begin(self.running.as_ref());
         let running = self.running.as_mut().ok_or(ExecuteError::NoPlan)?;
         let moves = self.dispatched > 0;
         let look = self.lens.look(&device, &running.display, (capture.is_some(), moves))?;
@@ -93,7 +96,7 @@ impl Executor {
         let runs = self.memo.then(|| running.replay.memo.runs());
         let begun = self.thumbnails.as_mut().map(|thumbnails| thumbnails.begin(&device, runs));
         let mut making = begun.transpose()?;
-        running.replay.memo.force(making.iter().flat_map(Making::forced));
+        running.replay.memo.force(making.iter().flat_map(Making::forced).chain(self.writers.forced()));
         let decided = running.replay.decide(number, inputs);
 
         let running = &*running;
@@ -108,10 +111,12 @@ impl Executor {
             };
             let (capture, making, uploads) = (capture.as_ref(), making.as_mut(), &self.uploads);
             let tracing = tracing.as_mut();
-            let frame = DecidedFrame { number, slot, running, before, uploads, look, capture, making, tracing };
+            let frame =
+                DecidedFrame { number, slot, running, before, uploads, look, capture, making, tracing, watching };
             let (counts, submitted) = frame.submit(&mut self.slots[slot])?;
             self.progress.begin(&device);
             self.uploads.submitted();
+            self.writers.ran(&self.slots[slot].ran);
             (counts, Some(submitted))
         } else {
             (running.replay.walk(&mut NullRecorder), None)
@@ -183,7 +188,7 @@ impl Executor {
 impl DecidedFrame<'_, '_> {
     /// Records the frame and hands it to the device.
     fn submit(self, slot: &mut FrameSlot) -> Result<(Counts, TimelineValue), ExecuteError> {
-        let Self { number, slot: index, running, before, uploads, look, capture, making, tracing } = self;
+        let Self { number, slot: index, running, before, uploads, look, capture, making, tracing, watching } = self;
         slot.begin(number, &running.instrumentation);
         let mut recording = slot.commands.begin()?;
         match before {
@@ -191,7 +196,7 @@ impl DecidedFrame<'_, '_> {
             Before::Wait(barrier) => recording.barrier(barrier),
             Before::Init => initialize_resources(&mut recording, running),
         }
-        running.printed.begin(&mut recording);
+        running.printed.begin(&mut recording, watching.as_ref());
         uploads.record(&mut recording, index, &running.updates);
         if let Some(timestamps) = &running.instrumentation.timestamps[index] {
             recording.reset_timestamps(timestamps);
@@ -216,7 +221,8 @@ impl DecidedFrame<'_, '_> {
         }
         running.counted.record(&mut recording, running, (number, index), (&slot.ran, &mut slot.copied));
         slot.counted = Some(running.counted.clone());
-        running.printed.record(&mut recording, index, &slot.ran, &mut slot.printing);
+        running.printed.record(&mut recording, index, (&slot.ran, watching.as_ref()), &mut slot.printing);
+        slot.watching = watching;
         slot.printed = Some(running.printed.clone());
         // Nothing may fail from here on: the frame is a fact.
         let submitted = recording.submit()?;

@@ -43,6 +43,7 @@ mod times;
 mod told;
 mod upload;
 mod values;
+mod writers;
 
 pub use capture::Captured;
 pub use counters::CounterReading;
@@ -63,6 +64,7 @@ pub use source::{ExternalResource, Sources, WriteError};
 pub use texel_trace::{TexelTrace, TexelWrite, TracedTexel};
 pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
+pub use writers::{InvocationWrite, PassWrites};
 
 /// Target of the `tracing` events, of level `INFO`, that name slow steps: fields `event` (`compiling` or `working`), `seconds` and `pass`
 /// (if it is known), of `compiling` also `left`; and a message that can be shown as it is.

@@ -1,5 +1,6 @@
-//! Prints of passes: a buffer on the device for all passes of a plan that print, copied at the end of each frame in which one of them ran,
-//! and read when the device has finished that frame. Nothing waits for it. A plan without such passes has no buffer and copies nothing.
+//! Prints of passes, and other records of theirs: a buffer on the device for all passes of a plan that print, copied at the end of each
+//! frame in which one of them ran, and read when the device has finished that frame. Nothing waits for it. A plan without such passes has no
+//! buffer and copies nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,6 +11,8 @@ use raxel_shader::prints::{Access, Call, OutOfBounds, Prints};
 
 use super::FRAMES;
 use super::error::ExecuteError;
+use super::texel_trace::TracedTexel;
+use super::writers::{PassWrites, Watching};
 
 /// A pass's part of the buffer begins at a multiple of this: no device asks for a larger one (Vulkan 1.3, `minStorageBufferOffsetAlignment`).
 const ALIGNMENT: u64 = 256;
@@ -29,6 +32,8 @@ pub struct PassPrints {
     pub assertions: Vec<Assertion>,
     /// The checked accesses that were out of bounds.
     pub out_of_bounds: Vec<(Access, OutOfBounds)>,
+    /// Its writes of the watched texel, if it may write that.
+    pub written: Option<PassWrites>,
 }
 
 /// One line that an invocation printed.
@@ -111,21 +116,45 @@ impl PrintReadback {
         Some(Resource::Buffer { buffer: buffer.clone(), offset: pass.offset, size: pass.bytes })
     }
 
-    /// Fills a new buffer with zeros, before the passes of a frame.
-    pub(super) fn begin(&self, recording: &mut Recording<'_>) {
-        if let (Some((buffer, _)), false) = (&self.memory, self.cleared.load(Ordering::Relaxed)) {
+    /// The passes that may write a texel, and record it.
+    pub(super) fn watch(&self, texel: &Arc<TracedTexel>) -> Watching {
+        Watching::new(&self.plan, texel, self.passes.iter().map(|pass| pass.planned))
+    }
+
+    /// Fills a new buffer with zeros, before the passes of a frame. Then tells the passes which texel is watched.
+    pub(super) fn begin(&self, recording: &mut Recording<'_>, watching: Option<&Watching>) {
+        let Some((buffer, _)) = &self.memory else { return };
+        let fills = !self.cleared.load(Ordering::Relaxed);
+        if fills {
             recording.fill_buffer(buffer, 0, self.bytes, 0);
+        }
+        let watched: Vec<_> = self.passes.iter().filter_map(|pass| Some((pass, watching?.of(pass.planned)?))).collect();
+        if fills && !watched.is_empty() {
+            recording.barrier(&Barrier::default().memory(COPIED, COPIED));
+        }
+        for (pass, of) in &watched {
+            recording.update_buffer(buffer, pass.offset + of.offset, bytemuck::cast_slice(&of.words));
+        }
+        if fills || !watched.is_empty() {
             recording.barrier(&Barrier::default().memory(COPIED, PASSES));
         }
     }
 
     /// Copies the prints of the passes that `ran`, and clears their buffers for the next frame. Notes their indices in `copied`.
-    pub(super) fn record(&self, recording: &mut Recording<'_>, slot: usize, ran: &[u32], copied: &mut Vec<usize>) {
+    pub(super) fn record(
+        &self,
+        recording: &mut Recording<'_>,
+        slot: usize,
+        (ran, watching): (&[u32], Option<&Watching>),
+        copied: &mut Vec<usize>,
+    ) {
         copied.clear();
         let Some((buffer, staging)) = &self.memory else { return };
         let did_run = |pass: &PrintingPass| ran.iter().any(|ran| *ran as usize == pass.planned);
         copied.extend((0..self.passes.len()).filter(|index| did_run(&self.passes[*index])));
-        if copied.is_empty() {
+        // A pass that did not run was told of the texel all the same.
+        let is_used = |pass: &&PrintingPass| did_run(pass) || watching.is_some_and(|of| of.of(pass.planned).is_some());
+        if !self.passes.iter().any(|pass| is_used(&pass)) {
             return;
         }
         recording.barrier(&Barrier::default().memory(PASSES, COPIED));
@@ -133,7 +162,7 @@ impl PrintReadback {
             recording.copy_buffer((buffer, *offset), (staging, self.staged(slot) + offset), *bytes);
         }
         recording.barrier(&Barrier::default().memory(COPIED, COPIED));
-        for PrintingPass { offset, bytes, .. } in copied.iter().map(|index| &self.passes[*index]) {
+        for PrintingPass { offset, bytes, .. } in self.passes.iter().filter(is_used) {
             recording.fill_buffer(buffer, *offset, *bytes, 0);
         }
         let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
@@ -152,7 +181,12 @@ impl PrintReadback {
     }
 
     /// The prints of the passes that were copied in a finished frame.
-    pub(super) fn read(&self, slot: usize, frame: u64, copied: &[usize]) -> Vec<PassPrints> {
+    pub(super) fn read(
+        &self,
+        slot: usize,
+        frame: u64,
+        (copied, watching): (&[usize], Option<&Watching>),
+    ) -> Vec<PassPrints> {
         let Some((_, staging)) = &self.memory else { return Vec::new() };
         let passes = copied.iter().filter_map(|index| self.passes.get(*index));
         let read = passes.filter_map(|pass| {
@@ -161,7 +195,9 @@ impl PrintReadback {
             let prints = planned.shader.interface.prints.as_ref()?;
             let copied = staging.read(self.staged(slot) + pass.offset, &mut bytes);
             let words = bytes.chunks_exact(4).map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]]));
-            copied.then(|| told(prints, &words.collect::<Vec<u32>>(), frame, &planned.name))
+            let words: Vec<u32> = words.collect();
+            let written = || watching?.written(&self.plan, pass.planned, &words, frame);
+            copied.then(|| PassPrints { written: written(), ..told(prints, &words, frame, &planned.name) })
         });
         read.collect()
     }
@@ -188,6 +224,7 @@ fn told(prints: &Prints, words: &[u32], frame: u64, pass: &str) -> PassPrints {
         omitted: Vec::new(),
         assertions: Vec::new(),
         out_of_bounds: prints.accesses.iter().filter_map(beyond).collect(),
+        written: None,
     };
     let mut lines = Vec::new();
     for call in &prints.calls {

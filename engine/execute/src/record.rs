@@ -201,7 +201,7 @@ fn fill(recording: &mut Recording<'_>, physical: &Physical, copy: usize, clear: 
         Copies::Buffers(buffers) => {
             if let Some(buffer) = buffers.get(copy) {
                 match physical.values() {
-                    Some(bytes) => recording.update_buffer(buffer, bytes),
+                    Some(bytes) => recording.update_buffer(buffer, 0, bytes),
                     None => recording.fill_buffer(buffer, 0, buffer.size(), pattern(clear)),
                 }
             }

@@ -9,6 +9,7 @@ use super::counters::CounterReadback;
 use super::error::{ExecuteError, Suspect};
 use super::instrumentation::Instrumentation;
 use super::prints::PrintReadback;
+use super::writers::Watching;
 
 /// One of the frames in flight.
 pub(super) struct FrameSlot {
@@ -26,6 +27,8 @@ pub(super) struct FrameSlot {
     /// The print buffer and the passes whose prints that frame has copied; none once they are read.
     pub(super) printed: Option<Arc<PrintReadback>>,
     pub(super) printing: Vec<usize>,
+    /// The texel whose writes that frame has recorded.
+    pub(super) watching: Option<Watching>,
     /// When it was submitted last.
     pub(super) submitted: Instant,
 }
@@ -43,6 +46,7 @@ impl FrameSlot {
             copied: Vec::new(),
             printed: None,
             printing: Vec::new(),
+            watching: None,
             submitted: Instant::now(),
         })
     }
@@ -60,6 +64,7 @@ impl FrameSlot {
         self.ran.clear();
         self.copied.clear();
         self.printing.clear();
+        self.watching = None;
         self.times_read = true;
     }
 

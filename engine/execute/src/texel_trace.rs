@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use raxel_gpu::{Backing, Barrier, Buffer, BufferInfo, Device, Location, Readback, Recording, TimelineValue, vk};
-use raxel_graph::plan::{CopySelector, ResourceDesc, Step};
+use raxel_graph::plan::{CopySelector, Plan, ResourceDesc, Step};
 use raxel_shader::format::Format;
 
 use super::error::ExecuteError;
@@ -71,18 +71,26 @@ struct Writer {
     selector: CopySelector,
 }
 
+impl TracedTexel {
+    /// The index of its target into the plan's resources; `None` where the plan has no such texel.
+    pub(super) fn find(&self, plan: &Plan) -> Option<usize> {
+        let id = plan.graph.find_resource(&self.target)?;
+        let size = &plan.sizes[id.0 as usize];
+        let extent = size.texels(self.mip).filter(|_| self.mip < size.mips())?;
+        let is_inside = self.at[0] < extent[0] && self.at[1] < extent[1] && self.layer < extent[2];
+        plan.resources.iter().position(|planned| planned.resource == id).filter(|_| is_inside)
+    }
+}
+
 impl Tracing {
     /// `None` where the plan has no such texel, or no pass that writes it.
     fn new(device: &Arc<Device>, running: &Prepared, texel: &TracedTexel) -> Result<Option<Self>, ExecuteError> {
         let plan = running.plan();
-        let Some(id) = plan.graph.find_resource(&texel.target) else { return Ok(None) };
-        let Some(resource) = plan.resources.iter().position(|planned| planned.resource == id) else { return Ok(None) };
-        let ResourceDesc::Image(desc) = &plan.resources[resource].desc else { return Ok(None) };
-        let size = &plan.sizes[id.0 as usize];
-        let Some(extent) = size.texels(texel.mip).filter(|_| texel.mip < size.mips()) else { return Ok(None) };
-        if texel.at[0] >= extent[0] || texel.at[1] >= extent[1] || texel.layer >= extent[2] {
+        let Some(resource) = texel.find(plan) else { return Ok(None) };
+        let (id, ResourceDesc::Image(desc)) = (plan.resources[resource].resource, &plan.resources[resource].desc)
+        else {
             return Ok(None);
-        }
+        };
         let mut writers = Vec::new();
         for (step, kind) in plan.steps.iter().enumerate() {
             let Step::Dispatch { pass } = kind else { continue };

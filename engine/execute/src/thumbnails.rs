@@ -61,7 +61,7 @@ struct Node {
     sets: Vec<Descriptors>,
     push: Push,
     size: [u32; 2],
-    /// The pass writes targets alone.
+    /// See [`repeats`].
     repeats: bool,
     /// The frame of the newest thumbnail, made or possible, and the digest of that run of the pass.
     made: Option<(u64, Digest)>,
@@ -174,11 +174,17 @@ impl Node {
         let target = physical::view(device, image, vk::ImageViewType::TYPE_2D, Interval::one(0), Interval::one(0))?;
         let sets = display_sets(device, &pipeline, &sources, &Resource::StorageImage(target), none)?;
         let selector = plan.selector(step, of);
-        let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
-        let mut accesses = plan.graph.pass(plan.passes[pass].pass).accesses.iter();
-        let repeats = accesses.all(|bound| !bound.access.writes() || is_target(bound.resource));
+        let repeats = repeats(plan, pass);
         Ok(Some(Node { pass, access, resource, selector, pipeline, sets, push, size, repeats, made: None }))
     }
+}
+
+/// Whether a pass writes targets alone, so that it may run again for what it tells. Buffers that passes write may be acted on, so no pass that
+/// writes one runs again.
+pub(super) fn repeats(plan: &Plan, pass: usize) -> bool {
+    let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
+    let mut accesses = plan.graph.pass(plan.passes[pass].pass).accesses.iter();
+    accesses.all(|bound| !bound.access.writes() || is_target(bound.resource))
 }
 
 /// How a target is shown in `size` pixels.
@@ -198,8 +204,7 @@ fn fitting(extent: [u32; 2]) -> [u32; 2] {
 }
 
 impl Making<'_> {
-    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes the same contents again. Buffers that passes
-    /// write may be acted on, so no pass that writes one runs again.
+    /// Passes that run for their thumbnails, even if nothing else asks for it: a run makes the same contents again.
     pub(super) fn forced(&self) -> impl Iterator<Item = usize> + '_ {
         let nodes = self.chosen.iter().map(|(index, _)| &self.thumbnails.nodes[*index]);
         nodes.filter(|node| node.repeats).map(|node| node.pass)

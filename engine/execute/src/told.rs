@@ -51,7 +51,8 @@ impl Executor {
         }
         slot.copied.clear();
         if let Some(printed) = slot.printed.take() {
-            self.told.printed.extend(printed.read(slot.index, slot.frame, &slot.printing));
+            let watching = slot.watching.take();
+            self.told.printed.extend(printed.read(slot.index, slot.frame, (&slot.printing, watching.as_ref())));
         }
         slot.printing.clear();
     }

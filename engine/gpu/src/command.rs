@@ -251,17 +251,17 @@ impl Recording<'_> {
         unsafe { self.device().raw.cmd_fill_buffer(self.raw(), buffer.raw, offset, size, pattern) };
     }
 
-    /// Writes bytes into a buffer from its start, out of the command buffer itself: for small tables.
+    /// Writes bytes into a buffer from `offset` on, out of the command buffer itself: for small tables.
     ///
     /// # Panics
-    /// If the buffer is smaller, or the number of bytes is no multiple of 4.
-    pub fn update_buffer(&mut self, buffer: &Buffer, bytes: &[u8]) {
+    /// If the bytes do not lie in the buffer, or their offset or number is no multiple of 4.
+    pub fn update_buffer(&mut self, buffer: &Buffer, offset: u64, bytes: &[u8]) {
         // `vkCmdUpdateBuffer` takes this many bytes at a time.
         const MOST: usize = 65_536;
-        buffer.require(0, bytes.len() as u64, 4);
+        buffer.require(offset, bytes.len() as u64, 4);
         self.uses(buffer);
         for (number, part) in bytes.chunks(MOST).enumerate() {
-            let offset = (number * MOST) as u64;
+            let offset = offset + (number * MOST) as u64;
             // SAFETY: as in `clear_image`; the part lies in the buffer and has at most 65,536 bytes, a multiple of 4.
             unsafe { self.device().raw.cmd_update_buffer(self.raw(), buffer.raw, offset, part) };
         }

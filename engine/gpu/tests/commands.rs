@@ -85,7 +85,7 @@ fn nothing_is_recorded_that_reaches_beyond_a_buffer() {
     refused("a fill behind the end", &|to| to.fill_buffer(&buffer, 32, 36, 0));
     refused("a fill whose end overflows", &|to| to.fill_buffer(&buffer, u64::MAX - 3, 8, 0));
     refused("a fill of half a word", &|to| to.fill_buffer(&buffer, 0, 6, 0));
-    refused("bytes for a larger buffer", &|to| to.update_buffer(&other, &[0; 64]));
+    refused("bytes for a larger buffer", &|to| to.update_buffer(&other, 0, &[0; 64]));
     refused("a copy out of a smaller buffer", &|to| to.copy_buffer((&other, 0), (&buffer, 0), 64));
     refused("a copy into a smaller buffer", &|to| to.copy_buffer((&buffer, 0), (&other, 16), 32));
     refused("a dispatch without a pipeline", &|to| to.dispatch([1; 3]));

@@ -10,6 +10,7 @@ use hand::Hand;
 use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::{Format, ScalarKind};
 use raxel_shader::interface::{Access, Binding, BindingKind, ByteRanges, Dim};
+use raxel_shader::prints::Prints;
 
 #[test]
 fn shared_variables_must_fit() {
@@ -61,4 +62,15 @@ fn what_a_pass_binds_must_fit() {
     hand.limits.bindings.resources = 4;
     let found = hand.plan("color").unwrap_err();
     assert_eq!(found[0].message, "pass `wide` binds 5 resources, but the device allows 4");
+    // Prints and other records go into a buffer of their own.
+    let pass = &mut hand.graph.passes[0];
+    let mut shader = (*pass.shader).clone();
+    shader.interface.prints = Some(Prints::default());
+    pass.shader = Arc::new(shader);
+    (hand.limits.bindings.resources, hand.limits.bindings.storage_buffers) = (6, 1);
+    assert!(hand.plan("color").is_ok());
+    hand.limits.bindings.storage_buffers = 0;
+    let found = hand.plan("color").unwrap_err();
+    assert_eq!(found[0].message, "pass `wide` binds 1 storage buffers, but the device allows 0");
+    assert_eq!(found[0].notes.len(), 2, "{found:?}");
 }

@@ -273,7 +273,7 @@ fn trace(publications: u64, rays: u64) {
             // The oldest is the one that would be overwritten first.
             let publication: &Arc<Publication> = &in_flight[0];
             run(&device, |recording| {
-                recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));
+                recording.update_buffer(&memory.buffer, 0, bytemuck::cast_slice(publication.words()));
             });
             let tiles = if levels {
                 source.edited_heights().into_iter().for_each(|heights| shape.include(heights));
@@ -427,8 +427,8 @@ impl OwnBuffers {
         self.ranges.write(0, bytemuck::cast_slice(&words)).unwrap();
         let mut recording = self.commands.begin().unwrap();
         recording.barrier(&Barrier::full());
-        recording.update_buffer(&memory.buffer, bytemuck::cast_slice(publication.words()));
-        recording.update_buffer(&lamps.buffer, bytemuck::cast_slice(&publication.lights.expect("there are lamps")));
+        recording.update_buffer(&memory.buffer, 0, bytemuck::cast_slice(publication.words()));
+        recording.update_buffer(&lamps.buffer, 0, bytemuck::cast_slice(&publication.lights.expect("there are lamps")));
         recording.barrier(&Barrier::full());
         recording.bind(pipeline, &self.descriptors);
         recording.dispatch([ranges.len() as u32, 1, 1]);

@@ -101,6 +101,8 @@ pub enum Action {
     Cancel,
     /// Compile the shaders with checks of the bounds of their accesses, or without them.
     CheckBounds(bool),
+    /// Compile the shaders so that they tell who writes the pinned texel, or without that.
+    FindWriters(bool),
     /// Put the demo at this number of seconds.
     Seek(f64),
     /// Start the demo over at its end, or stay there.

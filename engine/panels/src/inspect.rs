@@ -9,12 +9,18 @@ use egui::{
 use raxel_picture::{BINS, Sought, Statistics};
 
 use crate::action::Action;
-use crate::bar::{RED, text_of};
+use crate::bar::{RED, YELLOW, text_of};
 use crate::docks::caption;
-use crate::view::{Inspected, Looking, Magnified, Map, Pinned, Shown, Table, Texel, TexelHistory, View, Zoom};
+use crate::problems::place_of;
+use crate::view::{
+    Inspected, Looking, Magnified, Map, PassWriters, Pinned, Shown, Table, Texel, TexelHistory, View, Zoom,
+};
 
 /// Points between columns of numbers, and between their rows.
 const COLUMNS: Vec2 = Vec2::new(12.0, 3.0);
+
+/// Writes of a pass that are drawn; the others are counted.
+const WRITES: usize = 12;
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
@@ -233,6 +239,62 @@ fn texels(ui: &mut Ui, found: &Inspected, actions: &mut Vec<Action>) {
     if let (Some(_), Some(history)) = (&found.pinned, &found.history) {
         over_passes(ui, found, history);
         over_frames(ui, found, &history.frames);
+    }
+    if found.pinned.is_some() {
+        who_wrote(ui, found.writers.as_deref(), actions);
+    }
+}
+
+/// The invocations that wrote the pinned texel, for as long as they are asked for.
+fn who_wrote(ui: &mut Ui, writers: Option<&[PassWriters]>, actions: &mut Vec<Action>) {
+    let mut asked = writers.is_some();
+    let about =
+        "Compile the shaders so that they tell which invocation writes the pinned texel. The passes become slower.";
+    if ui.toggle_value(&mut asked, "Who wrote it").on_hover_text(about).changed() {
+        actions.push(Action::FindWriters(asked));
+    }
+    let Some(passes) = writers else { return };
+    if passes.is_empty() {
+        ui.weak("No pass that may write it has run with these shaders.");
+    }
+    for (index, pass) in passes.iter().enumerate() {
+        written_by(ui, index, pass, actions);
+    }
+}
+
+/// The writes of one pass.
+fn written_by(ui: &mut Ui, index: usize, pass: &PassWriters, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        ui.monospace(&pass.pass);
+        ui.weak(match pass.count {
+            0 => format!("did not write it in frame {}", pass.frame),
+            1 => format!("in frame {}", pass.frame),
+            count => format!("{count} times in frame {}", pass.frame),
+        });
+    });
+    if pass.race {
+        let text =
+            "Several invocations wrote it: without a barrier between them, the device decides which value is left.";
+        ui.label(RichText::new(text).color(YELLOW));
+    }
+    let shown = &pass.writes[..pass.writes.len().min(WRITES)];
+    Grid::new(("written by", index)).num_columns(4).spacing(COLUMNS).show(ui, |ui| {
+        for write in shown {
+            let list = |numbers: [u32; 3]| format!("({}, {}, {})", numbers[0], numbers[1], numbers[2]);
+            ui.horizontal(|ui| {
+                if let Some(place) = &write.place {
+                    place_of(ui, place, ui.visuals().hyperlink_color, actions);
+                }
+            });
+            ui.monospace(list(write.invocation)).on_hover_text("gl_GlobalInvocationID");
+            ui.monospace(write.values.join("  "));
+            ui.monospace(list(write.workgroup)).on_hover_text("gl_WorkGroupID");
+            ui.end_row();
+        }
+    });
+    let more = pass.count as usize - shown.len().min(pass.count as usize);
+    if more > 0 {
+        ui.weak(format!("and {more} more"));
     }
 }
 

@@ -1,6 +1,6 @@
 //! The problems, as the terminal prints them.
 
-use egui::{RichText, Ui};
+use egui::{Color32, RichText, Ui};
 
 use crate::action::Action;
 use crate::bar::{RED, YELLOW};
@@ -27,19 +27,24 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     problem_list(ui, view.problems, actions);
 }
 
+/// A place in a file, and a button that opens it.
+pub(crate) fn place_of(ui: &mut Ui, place: &str, color: Color32, actions: &mut Vec<Action>) {
+    let button = ui.link(RichText::new(place).color(color).monospace());
+    if button.on_hover_text("Click copies it").clicked() {
+        actions.push(Action::Copy(place.to_owned()));
+    }
+    if ui.small_button("edit").on_hover_text("Open it in $EDITOR").clicked() {
+        actions.push(Action::Edit(place.to_owned()));
+    }
+}
+
 /// Each problem with its text; a click on its place copies it.
 pub(crate) fn problem_list(ui: &mut Ui, problems: &[Problem], actions: &mut Vec<Action>) {
     for problem in problems.iter().take(SHOWN) {
         ui.horizontal(|ui| {
             let color = if problem.error { RED } else { YELLOW };
             if let Some(place) = &problem.place {
-                let button = ui.link(RichText::new(place).color(color).monospace());
-                if button.on_hover_text("Click copies it").clicked() {
-                    actions.push(Action::Copy(place.clone()));
-                }
-                if ui.small_button("edit").on_hover_text("Open it in $EDITOR").clicked() {
-                    actions.push(Action::Edit(place.clone()));
-                }
+                place_of(ui, place, color, actions);
             }
             ui.label(RichText::new(&problem.title).color(color));
         });

@@ -508,6 +508,8 @@ pub struct Inspected {
     pub pinned: Option<Texel>,
     /// The active one over the passes of a frame, and over frames.
     pub history: Option<TexelHistory>,
+    /// The passes that may write the pinned texel, in their order, as far as they have told; `None` while nobody asks.
+    pub writers: Option<Vec<PassWriters>>,
     /// The texels around the pinned one, or else around the one under the cursor.
     pub zoom: Option<Zoom>,
     /// Rows of a buffer.
@@ -558,6 +560,34 @@ pub struct PassTexel {
     /// Name of the pass.
     pub pass: String,
     /// Of each channel its value, as an integer where it is one.
+    pub values: Vec<String>,
+}
+
+/// The writes of a texel by a pass.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PassWriters {
+    /// Name of the pass.
+    pub pass: String,
+    /// The last frame in which it ran.
+    pub frame: u64,
+    /// How often it wrote the texel in that frame.
+    pub count: u32,
+    /// Several invocations wrote it, and the device decides which value is left.
+    pub race: bool,
+    /// The first writes.
+    pub writes: Vec<TexelWriter>,
+}
+
+/// A write of a texel.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TexelWriter {
+    /// `path:line`, when the source is known.
+    pub place: Option<String>,
+    /// `gl_GlobalInvocationID`.
+    pub invocation: [u32; 3],
+    /// `gl_WorkGroupID`.
+    pub workgroup: [u32; 3],
+    /// The written value of each channel, as an integer where it is one.
     pub values: Vec<String>,
 }
 

@@ -5,7 +5,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
     Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading,
-    Looking, Map, Param, PassState, Preset, Problem, Shape, Shown, Thumbnail, Timeline, Track, Use, WorldExtent,
+    Looking, Map, Param, PassState, PassWriters, Preset, Problem, Shape, Shown, TexelWriter, Thumbnail, Timeline, Track,
+    Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 use raxel_picture::{NotFinite, Sought};
@@ -295,6 +296,44 @@ fn a_texel_and_the_numbers_of_a_channel_are_read() {
     let own = Map { map: 0, range: None, channel: 0 };
     assert_eq!(click(&mut harness, "own map"), [Action::Display(Some(own))]);
     assert_eq!(click(&mut harness, "CSV"), [Action::WriteTable]);
+}
+
+/// The writers of the pinned texel are asked for by a button, and each line opens in the editor.
+#[test]
+fn the_writers_of_the_pinned_texel_are_listed() {
+    let mut window = Window::new(&[Panel::Inspect]);
+    window.inspected = Some(inspected());
+    let mut harness = window.harness(1280.0, 20_000.0);
+    assert!(harness.query_by_label("(9, 1, 0)").is_none());
+    assert_eq!(click(&mut harness, "Who wrote it"), [Action::FindWriters(true)]);
+    let none = "No pass that may write it has run with these shaders.";
+    harness.state_mut().inspected.as_mut().unwrap().writers = Some(Vec::new());
+    harness.run_steps(2);
+    assert!(harness.query_by_label(none).is_some());
+    let place = "shaders/shade.comp:41";
+    let write = |invocation| TexelWriter {
+        place: Some(place.to_owned()),
+        invocation,
+        workgroup: [1, 0, 0],
+        values: vec!["0.5".to_owned(), "7".to_owned()],
+    };
+    let pass =
+        |pass: &str, count, writes| PassWriters { pass: pass.to_owned(), frame: 12, count, race: count > 1, writes };
+    harness.state_mut().inspected.as_mut().unwrap().writers = Some(vec![
+        pass("clear", 0, Vec::new()),
+        pass("shade", 1, vec![write([9, 1, 0])]),
+        pass("sum", 300, vec![TexelWriter { place: None, ..write([3, 4, 5]) }; 256]),
+    ]);
+    harness.run_steps(2);
+    let race = "Several invocations wrote it: without a barrier between them, the device decides which value is left.";
+    for said in ["did not write it in frame 12", "in frame 12", "300 times in frame 12", race, "(9, 1, 0)", "0.5  7"] {
+        assert!(harness.query_all_by_label(said).next().is_some(), "{said}");
+    }
+    assert!(harness.query_by_label("and 288 more").is_some() && harness.query_by_label(none).is_none());
+    assert_eq!(harness.query_all_by_label("(3, 4, 5)").count(), 12);
+    assert_eq!(click(&mut harness, place), [Action::Copy(place.to_owned())]);
+    assert_eq!(click(&mut harness, "edit"), [Action::Edit(place.to_owned())]);
+    assert_eq!(click(&mut harness, "Who wrote it"), [Action::FindWriters(false)]);
 }
 
 /// Everything that can be seen and read of a window, in order: its role, its text, its state, and its place, in points.

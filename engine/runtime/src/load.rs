@@ -129,6 +129,16 @@ impl Loader {
         self.compiler.checks_bounds()
     }
 
+    /// Makes shaders with records of their writes of a texel, or without them: graphs that are loaded from now on.
+    pub fn record_writes(&self, on: bool) {
+        self.compiler.record_writes(on);
+    }
+
+    /// Whether shaders are made with records of their writes of a texel.
+    pub fn records_writes(&self) -> bool {
+        self.compiler.records_writes()
+    }
+
     /// Texts of shaders that were compiled, not found in a cache.
     #[cfg(test)]
     pub(crate) fn compiled(&self) -> u64 {

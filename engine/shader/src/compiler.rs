@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use raxel_diagnostics::{Diagnostic, Files, SourceMap, Span, codes};
-use raxel_spirv::{Module, ModuleError};
+use raxel_spirv::{Checks, Module, ModuleError};
 
 use crate::compile;
 use crate::front_end::{self, Job};
@@ -35,6 +35,7 @@ pub struct Compiler {
     on_disk: Option<Arc<raxel_cache::Cache>>,
     compiled: AtomicU64,
     checks_bounds: AtomicBool,
+    records_writes: AtomicBool,
 }
 
 impl Compiler {
@@ -46,6 +47,7 @@ impl Compiler {
             on_disk: raxel_cache::of_process(),
             compiled: AtomicU64::new(0),
             checks_bounds: AtomicBool::new(false),
+            records_writes: AtomicBool::new(false),
         }
     }
 
@@ -57,6 +59,20 @@ impl Compiler {
     /// Whether shaders are made with checks of the bounds of their accesses.
     pub fn checks_bounds(&self) -> bool {
         self.checks_bounds.load(Ordering::Relaxed)
+    }
+
+    /// Makes shaders from now on with or without records of their writes of a texel.
+    pub fn record_writes(&self, on: bool) {
+        self.records_writes.store(on, Ordering::Relaxed);
+    }
+
+    /// Whether shaders are made with records of their writes of a texel.
+    pub fn records_writes(&self) -> bool {
+        self.records_writes.load(Ordering::Relaxed)
+    }
+
+    fn checks(&self) -> Checks {
+        Checks { bounds: self.checks_bounds(), writes: self.records_writes() }
     }
 
     /// Keeps modules in this cache, or in none.
@@ -76,17 +92,17 @@ impl Compiler {
 
     /// Whether the newest module of a request was made from one of these files. A module that is not there may be.
     pub(crate) fn may_depend_on(&self, request: &Request, files: &BTreeSet<String>) -> bool {
-        let newest = self.lock().candidates(request, self.checks_bounds()).into_iter().next();
+        let newest = self.lock().candidates(request, self.checks()).into_iter().next();
         newest.is_none_or(|entry| entry.dependencies.iter().any(|(path, _)| files.contains(path)))
     }
 
-    fn compile(&self, request: &Request, checked: bool, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
+    fn compile(&self, request: &Request, checks: Checks, texts: &mut SourceMap) -> Result<Entry, Vec<Diagnostic>> {
         let mut sources = Sources::new(&*self.files);
         let ready = request.path.to_ascii_lowercase().ends_with(".spv");
         let words =
-            if ready { self.ready(request, &mut sources) } else { self.of_text(request, checked, &mut sources) };
+            if ready { self.ready(request, &mut sources) } else { self.of_text(request, checks.any(), &mut sources) };
         let result = words.and_then(|words| {
-            let finished = finish(&words, request, Finish { ready, checked }, &sources);
+            let finished = finish(&words, request, Finish { ready, checks }, &sources);
             finished.map_err(|diagnostic| sources.diagnostics.push(*diagnostic)).ok()
         });
         let result = result.map(|Finished { spirv, interface, said }| {
@@ -96,7 +112,7 @@ impl Compiler {
         texts.extend(&sources.texts);
         match result {
             Some((spirv, interface)) if !sources.diagnostics.iter().any(Diagnostic::is_error) => {
-                Ok(Entry::new(request, checked, spirv, interface, sources))
+                Ok(Entry::new(request, checks, spirv, interface, sources))
             }
             _ => Err(sources.diagnostics),
         }
@@ -142,10 +158,10 @@ impl Compiler {
     fn cached(
         &self,
         request: &Request,
-        checked: bool,
+        checks: Checks,
         texts: &mut SourceMap,
     ) -> Option<(Arc<Shader>, Vec<Diagnostic>)> {
-        let candidates = self.lock().candidates(request, checked);
+        let candidates = self.lock().candidates(request, checks);
         let mut answers: HashMap<&str, Option<blake3::Hash>> = HashMap::new();
         for entry in &candidates {
             let holds = entry.dependencies.iter().all(|(path, expected)| {
@@ -175,13 +191,13 @@ impl ShaderProvider for Compiler {
         request: &Request,
         texts: &mut SourceMap,
     ) -> Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let checked = self.checks_bounds();
-        if let Some(hit) = self.cached(request, checked, texts) {
+        let checks = self.checks();
+        if let Some(hit) = self.cached(request, checks, texts) {
             tracing::debug!("reused {}", request.path);
             return Ok(hit);
         }
         let _span = tracing::debug_span!("load shader", path = request.path.as_str()).entered();
-        let entry = self.compile(request, checked, texts)?;
+        let entry = self.compile(request, checks, texts)?;
         let entry = self.lock().insert(entry);
         Ok((entry.shader.clone(), entry.warnings.clone()))
     }
@@ -206,15 +222,15 @@ struct Finished {
 struct Finish {
     /// It came ready, and was not compiled here.
     ready: bool,
-    /// It checks the bounds of its accesses.
-    checked: bool,
+    /// What it records besides its prints.
+    checks: Checks,
 }
 
 /// Checks a module, reads its interface, and makes the driver's module of it.
 fn finish(
     words: &[u32],
     request: &Request,
-    Finish { ready, checked }: Finish,
+    Finish { ready, checks }: Finish,
     sources: &Sources<'_>,
 ) -> Result<Finished, Box<Diagnostic>> {
     let open = |words| Module::new(words, &request.entry);
@@ -233,7 +249,7 @@ fn finish(
     let binding = interface.bindings.iter().filter(|binding| binding.set == 0).map(|binding| binding.binding + 1).max();
     let binding = binding.unwrap_or(0);
     let recording =
-        module.with_records(binding, checked).map_err(|error| Box::new(prints::unprintable(&error, sources)))?;
+        module.with_records(binding, checks).map_err(|error| Box::new(prints::unprintable(&error, sources)))?;
     interface.prints = recording.as_ref().map(|recording| Prints::of(recording, binding, sources, &mut said));
     let module = recording.as_ref().map_or(Ok(module), |recording| open(&recording.words)).map_err(refused)?;
     let bounded = module.with_shared_bounds().map_err(refused)?;
@@ -243,8 +259,8 @@ fn finish(
 
 /// A compiled shader, and its dependencies.
 struct Entry {
-    /// It checks the bounds of its accesses.
-    checked: bool,
+    /// What it records besides its prints.
+    checks: Checks,
     shader: Arc<Shader>,
     warnings: Vec<Diagnostic>,
     dependencies: Vec<Dependency>,
@@ -252,7 +268,7 @@ struct Entry {
 }
 
 impl Entry {
-    fn new(request: &Request, checked: bool, spirv: Vec<u32>, interface: Interface, sources: Sources<'_>) -> Self {
+    fn new(request: &Request, checks: Checks, spirv: Vec<u32>, interface: Interface, sources: Sources<'_>) -> Self {
         let mut key = blake3::Hasher::new();
         let mut field = |bytes: &[u8]| {
             key.update(&(bytes.len() as u64).to_le_bytes());
@@ -261,7 +277,7 @@ impl Entry {
         field(front_end::VERSION.as_bytes());
         field(request.path.as_bytes());
         field(request.entry.as_bytes());
-        field(&[u8::from(checked)]);
+        field(&[u8::from(checks.bounds) | u8::from(checks.writes) << 1]);
         for (name, value) in &request.defines {
             field(name.as_bytes());
             field(value.as_bytes());
@@ -288,10 +304,13 @@ impl Entry {
         for access in interface.prints.iter().flat_map(|prints| &prints.accesses) {
             module.update(format!("{access:?}").as_bytes());
         }
+        if let Some(writes) = interface.prints.as_ref().and_then(|prints| prints.writes.as_ref()) {
+            module.update(format!("{writes:?}").as_bytes());
+        }
         let [key, module] = [key, module].map(|hasher| *hasher.finalize().as_bytes());
         let shader = Shader { request: request.clone(), spirv: spirv.into(), interface, files, key, module };
         Self {
-            checked,
+            checks,
             shader: Arc::new(shader),
             warnings: sources.diagnostics,
             dependencies: sources.dependencies,
@@ -309,8 +328,8 @@ struct Cache {
 
 impl Cache {
     /// Newest first.
-    fn candidates(&self, request: &Request, checked: bool) -> Vec<Arc<Entry>> {
-        let fits = |entry: &&Arc<Entry>| entry.checked == checked && entry.shader.request == *request;
+    fn candidates(&self, request: &Request, checks: Checks) -> Vec<Arc<Entry>> {
+        let fits = |entry: &&Arc<Entry>| entry.checks == checks && entry.shader.request == *request;
         self.entries.iter().rev().filter(fits).cloned().collect()
     }
 

@@ -31,6 +31,7 @@ mod request;
 mod sources;
 mod stripped;
 pub mod worker;
+pub mod writes;
 
 pub use compiler::Compiler;
 pub use first_look::FirstLook;

@@ -1,4 +1,4 @@
-//! A shader's prints, and its accesses out of bounds: the buffer that it needs, and the meaning of its records.
+//! A shader's prints, its accesses out of bounds, and its writes of a texel: the buffer that it needs, and the meaning of its records.
 
 use std::sync::Arc;
 
@@ -10,11 +10,12 @@ use crate::lexer;
 use crate::messages;
 use crate::print_format::{self, Piece};
 use crate::sources::Sources;
+use crate::writes::Writes;
 
 /// The text that marks a print as that of `rx_assert` in `raxel/print.glsl`.
 const ASSERTION: &str = "rx_assert";
 
-/// A shader's prints with `debugPrintfEXT` and `rx_assert`, and its accesses that are checked.
+/// A shader's prints with `debugPrintfEXT` and `rx_assert`, its accesses that are checked, and its writes that are recorded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Prints {
     /// The binding, in set 0, of the storage buffer that it prints to.
@@ -26,6 +27,9 @@ pub struct Prints {
     /// The accesses that are checked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accesses: Vec<Access>,
+    /// The writes of texels that are recorded, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub writes: Option<Writes>,
 }
 
 /// An access to an array, a vector, a matrix or an image that is compared with its bounds.
@@ -105,7 +109,8 @@ impl Prints {
                 None
             }
         });
-        Self { binding, bytes: recording.bytes, calls: calls.collect(), accesses }
+        let writes = recording.writes.as_ref().map(|writes| Writes::of(writes, sources));
+        Self { binding, bytes: recording.bytes, calls: calls.collect(), accesses, writes }
     }
 }
 

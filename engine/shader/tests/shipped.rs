@@ -91,6 +91,40 @@ fn every_shader_compiles_with_checks_of_bounds() {
     assert!(checked > 100, "{checked}");
 }
 
+/// A module that records its writes is valid, alone and with checks of bounds, and knows the line of each write.
+#[test]
+fn every_shader_compiles_with_records_of_writes() {
+    let compiler = Compiler::new(Arc::new(DiskFiles::new(&root()).unwrap()));
+    compiler.record_writes(true);
+    let mut sites = 0;
+    for (path, layout) in used() {
+        let request =
+            Request { path: path.clone(), entry: "main".to_owned(), defines: vec![(layout.clone(), "1".to_owned())] };
+        let shader =
+            compiler.shader(&request, &mut SourceMap::default()).unwrap_or_else(|found| panic!("{path}: {found:?}")).0;
+        assert_eq!(raxel_spirv::validate(&shader.spirv), Ok(()), "{path} with {layout}");
+        let bindings = || shader.interface.bindings.iter();
+        let is_written = |binding: &&raxel_shader::interface::Binding| {
+            matches!(binding.kind, BindingKind::StorageImage { .. }) && binding.access.writes()
+        };
+        let writes = shader.interface.prints.as_ref().and_then(|prints| prints.writes.as_ref());
+        if let Some(binding) = bindings().find(is_written) {
+            let writes = writes.unwrap_or_else(|| panic!("{path} with {layout}: nothing writes `{}`", binding.name));
+            let unknown = writes.sites.iter().find(|site| site.line.is_none());
+            assert_eq!(unknown, None, "{path} with {layout}");
+            sites += writes.sites.len();
+        }
+    }
+    assert!(sites > 20, "{sites}");
+    compiler.check_bounds(true);
+    let defines = vec![("RX_LAYOUT_TREE64".to_owned(), "1".to_owned())];
+    let request = Request { path: "shaders/primary.comp".to_owned(), entry: "main".to_owned(), defines };
+    let shader = compiler.shader(&request, &mut SourceMap::default()).unwrap().0;
+    assert_eq!(raxel_spirv::validate(&shader.spirv), Ok(()));
+    let prints = shader.interface.prints.as_ref().unwrap();
+    assert!(prints.writes.is_some() && !prints.accesses.is_empty());
+}
+
 fn check_places(shader: &Shader, texts: &SourceMap) {
     let path = &shader.request.path;
     for binding in &shader.interface.bindings {

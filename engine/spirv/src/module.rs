@@ -10,7 +10,7 @@ use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
 use crate::print::PrintError;
 use crate::reads::Chains;
-use crate::record::{self, Recording};
+use crate::record::{self, Checks, Recording};
 use crate::undefined::{self, Undefined};
 use crate::{bindings, bounds, check, opaque, reads};
 
@@ -221,13 +221,13 @@ impl<'w> Module<'w> {
         bounds::bounded(self.words, &self.instructions)
     }
 
-    /// The module that records into the storage buffer at `binding` of set 0 its prints and, if `checked`, its accesses out of bounds;
-    /// `None` when it does neither.
+    /// The module that records into the storage buffer at `binding` of set 0 its prints and what `checks` asks for; `None` when it records
+    /// nothing.
     ///
     /// # Errors
-    /// When it prints values other than numbers of 32 bits, booleans and vectors of them, or has too many such calls or accesses.
-    pub fn with_records(&self, binding: u32, checked: bool) -> Result<Option<Recording>, PrintError> {
-        record::recording(self.words, &self.instructions, binding, checked)
+    /// When it prints values other than numbers of 32 bits, booleans and vectors of them, or has too many such calls, accesses or writes.
+    pub fn with_records(&self, binding: u32, checks: Checks) -> Result<Option<Recording>, PrintError> {
+        record::recording(self.words, &self.instructions, binding, checks)
     }
 
     /// The module with values of uniform blocks and push constants that no driver can fold into it; `None` when it has none of them, or no room

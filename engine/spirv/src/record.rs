@@ -1,4 +1,5 @@
-//! Records that a shader writes into a storage buffer, which the caller binds: its prints, and its accesses out of bounds.
+//! Records that a shader writes into a storage buffer, which the caller binds: its prints, its accesses out of bounds, and its writes of one
+//! texel.
 //!
 //! The buffer begins with a word that numbers the records in the order in which they are written. Then each call has a part of its own: the
 //! number of times that it was reached, and its first records. A record is its number, the three components of `gl_GlobalInvocationID`, and
@@ -13,11 +14,28 @@ use crate::additions::{Additions, built_in, write};
 use crate::check::literal;
 use crate::instruction::Instruction;
 use crate::print::{self, PrintCall, PrintError, PrintedScalar, PrintedType, unsupported};
+use crate::writes::{TexelWrites, Writes};
 
 /// Words of a record before its values: its number, and the invocation.
 pub const RECORD_HEAD: u32 = 4;
 
-/// A module that records its prints and accesses.
+/// What a module records besides its prints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Checks {
+    /// Its accesses out of bounds.
+    pub bounds: bool,
+    /// Its writes of one texel.
+    pub writes: bool,
+}
+
+impl Checks {
+    /// Whether it records anything.
+    pub fn any(self) -> bool {
+        self.bounds || self.writes
+    }
+}
+
+/// A module that records its prints, accesses and writes.
 #[derive(Debug)]
 pub struct Recording {
     /// The module.
@@ -26,23 +44,25 @@ pub struct Recording {
     pub calls: Vec<PrintCall>,
     /// The accesses that are checked, in the order of the module.
     pub accesses: Vec<Access>,
+    /// The writes to storage images that are compared with a texel, if there are any.
+    pub writes: Option<TexelWrites>,
     /// Bytes of the buffer.
     pub bytes: u64,
 }
 
-/// The module that records into the storage buffer at `binding` of set 0 its prints and, if `checked`, its accesses out of bounds; `None`
-/// when it does neither.
+/// The module that records into the storage buffer at `binding` of set 0 its prints and what `checks` asks for; `None` when it records
+/// nothing.
 ///
 /// # Errors
-/// For printed values that are no numbers of 32 bits, booleans or vectors of them, and for modules with too many calls or accesses.
+/// For printed values that are no numbers of 32 bits, booleans or vectors of them, and for modules with too many calls, accesses or writes.
 pub(crate) fn recording(
     words: &[u32],
     instructions: &[Instruction<'_>],
     binding: u32,
-    checked: bool,
+    checks: Checks,
 ) -> Result<Option<Recording>, PrintError> {
     let set = print::set(instructions);
-    if set.is_none() && !checked {
+    if set.is_none() && !checks.any() {
         return Ok(None);
     }
     let split = instructions.iter().position(|instruction| instruction.is(Op::Function)).unwrap_or(instructions.len());
@@ -50,7 +70,8 @@ pub(crate) fn recording(
     let mut writer = Writer::new(words, declarations, binding)?;
     let strings = strings(declarations);
     let mut calls = print::Calls::new(declarations, strings.clone());
-    let mut accesses = checked.then(|| Accesses::new(instructions));
+    let mut accesses = checks.bounds.then(|| Accesses::new(instructions));
+    let mut writes = if checks.writes { Writes::new(instructions, &mut writer) } else { None };
     let mut line = None;
     let mut rewritten = Vec::new();
     for instruction in functions {
@@ -72,14 +93,21 @@ pub(crate) fn recording(
         if let Some(accesses) = &mut accesses {
             accesses.check(instruction, line.as_ref(), &mut writer, &mut rewritten)?;
         }
+        if let Some(writes) = &mut writes {
+            writes.before(instruction, &mut writer, &mut rewritten);
+        }
         instruction.write(&mut rewritten);
+        if let Some(writes) = &mut writes {
+            writes.after(instruction, line.as_ref(), &mut writer, &mut rewritten)?;
+        }
     }
     let (calls, accesses) = (calls.found, accesses.map(|accesses| accesses.found).unwrap_or_default());
-    if calls.is_empty() && accesses.is_empty() {
+    let writes = writes.and_then(Writes::found);
+    if calls.is_empty() && accesses.is_empty() && writes.is_none() {
         return Ok(None);
     }
     let words = writer.assemble(words, declarations, set, &rewritten)?;
-    Ok(Some(Recording { words, calls, accesses, bytes: 4 * u64::from(writer.end) }))
+    Ok(Some(Recording { words, calls, accesses, writes, bytes: 4 * u64::from(writer.end) }))
 }
 
 fn strings(declarations: &[Instruction<'_>]) -> HashMap<u32, String> {
@@ -99,13 +127,15 @@ pub(crate) struct Writer {
     end: u32,
     /// The module asks images for their extents.
     queries: bool,
+    /// Entry points list all their variables, not inputs and outputs only.
+    lists_all: bool,
     pub void: u32,
     pub bool: u32,
     pub uint: u32,
     triple: u32,
     /// The variable of the buffer, and the type of a pointer to a word of it.
-    buffer: u32,
-    word: u32,
+    pub buffer: u32,
+    pub word: u32,
     /// `gl_GlobalInvocationID`.
     invocation: u32,
     scope: u32,
@@ -160,6 +190,7 @@ impl Writer {
             recorders,
             end: 1,
             queries: false,
+            lists_all,
             void,
             bool,
             uint,
@@ -180,6 +211,28 @@ impl Writer {
         let first = self.end;
         self.end += 1 + records * (RECORD_HEAD + words);
         first
+    }
+
+    /// The word at which the words of a texel begin that the caller puts into the buffer.
+    pub fn words_of_texel(&self) -> u32 {
+        self.end
+    }
+
+    /// Parts begin at this word from here on.
+    pub fn reserve(&mut self, end: u32) {
+        self.end = end;
+    }
+
+    /// A variable of an invocation: a `uint`.
+    pub fn private(&mut self) -> u32 {
+        let class = StorageClass::Private as u32;
+        let pointer = self.additions.ty(Op::TypePointer, &[class, self.uint]);
+        let variable = self.additions.id();
+        write(Op::Variable, &[pointer, variable, class], &mut self.additions.words);
+        if self.lists_all {
+            self.additions.interface.push(variable);
+        }
+        variable
     }
 
     /// The module will ask images for their extents.

@@ -133,6 +133,7 @@ mod tests {
             omitted: vec![Omitted { place, count: 9998 }],
             assertions: Vec::new(),
             out_of_bounds: Vec::new(),
+            written: None,
         };
         assert_eq!(
             lines(&prints),

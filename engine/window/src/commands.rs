@@ -132,6 +132,7 @@ impl Viewer<'_> {
             Action::Edit(place) => self.open_editor(&place),
             Action::Cancel => self.cancel(event_loop),
             Action::CheckBounds(on) => self.check_bounds(on),
+            Action::FindWriters(on) => self.find_writers(on),
             Action::Seek(seconds) => self.seek(seconds),
             Action::Loop(looped) => self.looped = Some(looped),
             Action::HandBack => self.session.hand_back(),
@@ -252,6 +253,14 @@ impl Viewer<'_> {
     fn check_bounds(&mut self, on: bool) {
         self.session.check_bounds(on);
         self.notice(format!("compiling the shaders {} checks of bounds", if on { "with" } else { "without" }));
+    }
+
+    fn find_writers(&mut self, on: bool) {
+        self.inspector.find_writers(&mut self.session, on);
+        if self.session.records_writes() != on && self.session.record_writes(on) {
+            let records = if on { "with" } else { "without" };
+            self.notice(format!("compiling the shaders {records} records of their writes"));
+        }
     }
 
     fn open_editor(&mut self, place: &str) {

@@ -127,6 +127,11 @@ impl Inspector {
         session.rest_captures();
     }
 
+    /// Asks for the invocations that write the pinned texel, or no more.
+    pub fn find_writers(&mut self, session: &mut Session, on: bool) {
+        self.history.find_writers(session, on);
+    }
+
     /// The values of the texels in a region of the shown target, as far as they are known.
     pub fn written(&self, shown: &Shown, region: &Region) -> Vec<WrittenTexel> {
         match self.found.as_ref().filter(|found| found.shown == *shown).map(|found| &*found.captured) {
@@ -448,6 +453,7 @@ impl Inspector {
                 seen.pinned = pinned.and_then(|at| texel(texels, at));
                 let channel = seen.used.map_or(0, |used| used.channel);
                 seen.history = seen.pinned.as_ref().and_then(|_| self.history.view(channel));
+                seen.writers = seen.pinned.as_ref().and_then(|_| self.history.view_writers());
                 let display = seen.used.map(|used| self.display(graph, used));
                 seen.zoom = pinned.or(under).zip(display).map(|(at, display)| locate::zoom(texels, at, &display));
             }

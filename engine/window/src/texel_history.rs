@@ -1,8 +1,8 @@
-//! The pinned texel over the passes of a frame, and over frames.
+//! The pinned texel over the passes of a frame, and over frames; and who wrote it.
 
 use std::collections::VecDeque;
 
-use raxel_execute::{ReadTicket, TexelTrace, TracedTexel};
+use raxel_execute::{InvocationWrite, PassWrites, ReadTicket, TexelTrace, TracedTexel};
 use raxel_panels::view;
 use raxel_runtime::Session;
 
@@ -19,19 +19,41 @@ pub struct TexelHistory {
     newest: Option<TexelTrace>,
     /// After each frame that wrote it, oldest first: the channels, as floats.
     frames: VecDeque<[f32; 4]>,
+    /// The known writes of each pass, while the user asks for them.
+    writers: Option<Vec<PassWrites>>,
 }
 
 impl TexelHistory {
     /// Before a frame: follows a texel, or none. What was known of another one is forgotten.
     pub fn follow(&mut self, session: &mut Session, texel: Option<TracedTexel>) {
         if self.of != texel {
-            *self = Self { of: texel.clone(), ..Self::default() };
+            let writers = self.writers.as_ref().map(|_| Vec::new());
+            *self = Self { of: texel.clone(), writers, ..Self::default() };
+        }
+        if self.writers.is_some() {
+            session.find_writers(texel.clone());
         }
         session.trace_texel(texel);
     }
 
+    /// Asks for the writers of the followed texel from the next frame on, or no more.
+    pub fn find_writers(&mut self, session: &mut Session, on: bool) {
+        self.writers = on.then(Vec::new);
+        if !on {
+            session.find_writers(None);
+        }
+    }
+
+    /// The panel's view of the writers.
+    pub fn view_writers(&self) -> Option<Vec<view::PassWriters>> {
+        Some(self.writers.as_ref()?.iter().map(writers_of).collect())
+    }
+
     /// After a frame: takes what has come.
     pub fn take(&mut self, session: &mut Session) {
+        if let Some(writers) = &mut self.writers {
+            *writers = session.writers();
+        }
         self.on_their_way.extend(session.texel_trace());
         while let Some(ticket) = self.on_their_way.front() {
             match ticket.poll() {
@@ -64,6 +86,22 @@ impl TexelHistory {
         let channel = channel.min(3) as usize;
         let frames = self.frames.iter().map(|values| Some(values[channel]).filter(|value| value.is_finite()));
         Some(view::TexelHistory { writes: writes.collect(), frames: frames.collect() })
+    }
+}
+
+fn writers_of(written: &PassWrites) -> view::PassWriters {
+    let write = |write: &InvocationWrite| view::TexelWriter {
+        place: write.place.as_ref().map(|(file, line)| format!("{file}:{line}")),
+        invocation: write.invocation,
+        workgroup: write.workgroup,
+        values: write.value.texts(4),
+    };
+    view::PassWriters {
+        pass: written.pass.clone(),
+        frame: written.frame,
+        count: written.count,
+        race: written.races(),
+        writes: written.writes.iter().map(write).collect(),
     }
 }
 

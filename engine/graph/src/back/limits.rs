@@ -412,12 +412,14 @@ fn bindings(pass: &Pass, limits: &DeviceLimits, found: &mut Vec<Diagnostic>) {
     for (what, count, (name, limit)) in needs::bindings(pass, &limits.bindings) {
         if count > limit {
             let message = format!("pass `{}` binds {count} {what}, but the device allows {limit}", pass.name);
-            found.push(
-                Diagnostic::error(codes::graph::TOO_MANY_BINDINGS, message)
-                    .label(pass.place.clone(), format!("by the interface of `{}`", pass.shader.request.path))
-                    .note(format!("the limit is `{name}` = {limit}"))
-                    .help("split the pass, or put several of them into one"),
-            );
+            let mut error = Diagnostic::error(codes::graph::TOO_MANY_BINDINGS, message)
+                .label(pass.place.clone(), format!("by the interface of `{}`", pass.shader.request.path))
+                .note(format!("the limit is `{name}` = {limit}"))
+                .help("split the pass, or put several of them into one");
+            if pass.shader.interface.prints.is_some() && what == "storage buffers" {
+                error = error.note("one of them takes what the shader prints, or what its checks and records find");
+            }
+            found.push(error);
         }
     }
 }

@@ -32,6 +32,7 @@ use crate::back::describe::describe;
 use crate::back::lifetimes::{Life, lifetimes};
 use crate::back::order::{Action, Instance, Order, order};
 use crate::back::poison::poison;
+pub use crate::back::sizes::local_size;
 use crate::back::sizes::{groups, materials, sizes, specialization};
 use crate::back::unroll::unroll;
 use crate::back::updates::source_updates;

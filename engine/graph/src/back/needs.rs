@@ -61,7 +61,7 @@ pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
 /// A kind of binding, how many a pass has, and the limit: Vulkan's name and the device's number.
 pub(crate) type Count = (&'static str, u64, (&'static str, u64));
 
-/// Resources that a pass binds, by kind.
+/// Resources that a pass binds, by kind. A shader's records (prints, checks, writes) need a storage buffer.
 pub(crate) fn bindings(pass: &Pass, limits: &BindingLimits) -> [Count; 5] {
     let mut counts = [0_u64; 4];
     for binding in &pass.shader.interface.bindings {
@@ -74,6 +74,7 @@ pub(crate) fn bindings(pass: &Pass, limits: &BindingLimits) -> [Count; 5] {
         };
         counts[kind] += u64::from(binding.count.max(1));
     }
+    counts[0] += u64::from(pass.shader.interface.prints.is_some());
     let [buffers, images, sampled, blocks] = counts;
     let kind = |what, count, limit, has: u32| (what, count, (limit, u64::from(has)));
     [

@@ -61,6 +61,7 @@ enum Message {
     DeviceChanged,
     Open(ProjectFile),
     CheckBounds(bool),
+    RecordWrites(bool),
     Stop,
 }
 
@@ -149,6 +150,12 @@ impl Reloader {
     pub fn check_bounds(&self, on: bool) {
         // A builder that has stopped compiles nothing.
         let _ = self.messages.send(Message::CheckBounds(on));
+    }
+
+    /// Compiles all shaders again, with or without records of their writes: an outcome as of an edit.
+    pub fn record_writes(&self, on: bool) {
+        // A builder that has stopped compiles nothing.
+        let _ = self.messages.send(Message::RecordWrites(on));
     }
 
     /// The outcomes since the last call, oldest first.
@@ -258,7 +265,14 @@ impl Builder {
             Message::FolderChanged => self.watcher.renew(),
             Message::DeviceChanged => self.unfinished = self.unfinished.or(self.without_device.take()),
             Message::Open(file) => self.open(&file),
-            Message::CheckBounds(on) => self.check_bounds(on),
+            Message::CheckBounds(on) => {
+                let is_other = self.loader.checks_bounds() != on;
+                self.compile_again(is_other, |loader| loader.check_bounds(on));
+            }
+            Message::RecordWrites(on) => {
+                let is_other = self.loader.records_writes() != on;
+                self.compile_again(is_other, |loader| loader.record_writes(on));
+            }
             Message::Stop => return false,
         }
         true
@@ -275,14 +289,14 @@ impl Builder {
         self.watch();
     }
 
-    /// Loads all graphs again, with or without checks of the bounds of accesses.
-    fn check_bounds(&mut self, on: bool) {
-        if self.loader.checks_bounds() == on {
+    /// Loads all graphs again for another way to make shaders.
+    fn compile_again(&mut self, is_other: bool, change: impl FnOnce(&Loader)) {
+        if !is_other {
             return;
         }
         let start = Instant::now();
         (self.held, self.without_device, self.unfinished) = (None, None, Some(start));
-        self.loader.check_bounds(on);
+        change(&self.loader);
         self.state.graph = self.loader.graph(&self.state.graph_path);
         for (path, graph) in &mut self.state.other_graphs {
             *graph = self.loader.graph(path);

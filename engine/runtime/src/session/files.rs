@@ -59,6 +59,11 @@ impl ProjectFiles {
         self.reloader.as_ref().map(|reloader| reloader.check_bounds(on)).is_some()
     }
 
+    /// Compiles all shaders again, with or without records of their writes. False where nothing builds them.
+    pub fn record_writes(&self, on: bool) -> bool {
+        self.reloader.as_ref().map(|reloader| reloader.record_writes(on)).is_some()
+    }
+
     /// The edits that were built since the last call.
     pub fn poll(&self) -> Vec<Outcome> {
         self.reloader.as_ref().map(Reloader::poll).unwrap_or_default()

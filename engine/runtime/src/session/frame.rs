@@ -218,6 +218,7 @@ impl Session {
             disabled: &self.renderer.off.passes,
         };
         let before = self.device().submitted();
+        self.renderer.executor.find_writers(self.renderer.writers.texel.clone());
         let report = self.renderer.executor.frame(&inputs)?;
         if let Some(stream) = self.stream() {
             stream.end(before);

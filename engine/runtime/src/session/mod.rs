@@ -28,6 +28,7 @@ mod switched_off;
 mod take;
 mod waiting;
 mod world;
+mod writers;
 
 use std::sync::Arc;
 

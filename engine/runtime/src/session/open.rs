@@ -54,6 +54,7 @@ impl Session {
         })?;
         let loader = Arc::new(loader.with_layout(options.layout).with_unused(options.unused));
         loader.check_bounds(options.check_bounds);
+        loader.record_writes(options.record_writes);
         let (state, device) = load(&project, &options, &loader, device)?;
         Self::start(options, ProjectFiles::new(project, loader, state), device)
     }

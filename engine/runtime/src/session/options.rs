@@ -47,6 +47,8 @@ pub struct Options {
     pub unused: Severity,
     /// Whether shaders check the bounds of their accesses ([`Session::check_bounds`]).
     pub check_bounds: bool,
+    /// Whether shaders record their writes of a texel ([`Session::record_writes`]).
+    pub record_writes: bool,
     /// Replaces the layout of every buffer that holds a world. `None` keeps the layouts of the graph.
     pub layout: Option<Layout>,
     /// The Vulkan device: a part of its name, or its number.
@@ -91,6 +93,7 @@ impl Default for Options {
             observe: Observe::Everything,
             unused: Severity::Error,
             check_bounds: false,
+            record_writes: false,
             layout: None,
             device: None,
             validation: Validation::Off,

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
-use raxel_execute::PassPrints;
+use raxel_execute::{PassPrints, PassWrites};
 use raxel_shader::prints::{Access, Call};
 
 use super::counter_warnings::GONE;
@@ -81,13 +81,15 @@ impl Prints {
         self.frames.push_back((executed, frame));
     }
 
-    /// Takes the prints of a pass in a frame.
-    pub(super) fn note(&mut self, mut prints: PassPrints) {
+    /// Takes the prints of a pass in a frame. Returns its writes of a texel, if it is of the present graph.
+    pub(super) fn note(&mut self, mut prints: PassPrints) -> Option<PassWrites> {
         let executed = prints.frame;
         let known = self.frames.iter().rev().find(|(known, _)| *known == executed);
         prints.frame = known.map_or(executed, |(_, frame)| *frame);
         let assertions = std::mem::take(&mut prints.assertions);
         let out_of_bounds = std::mem::take(&mut prints.out_of_bounds);
+        let written = prints.written.take().filter(|_| executed >= self.since);
+        let written = written.map(|written| PassWrites { frame: prints.frame, ..written });
         if executed >= self.since {
             let frame = prints.frame;
             for failing in self.failing.iter_mut().filter(|failing| failing.pass == prints.pass) {
@@ -109,7 +111,7 @@ impl Prints {
             }
         }
         if prints.lines.is_empty() {
-            return;
+            return written;
         }
         self.waiting_lines += prints.lines.len();
         self.waiting.push_back(prints);
@@ -118,6 +120,7 @@ impl Prints {
         {
             self.waiting_lines -= lost.lines.len();
         }
+        written
     }
 
     fn judge(&mut self, pass: &str, what: Failed, failure: Failure) {

@@ -14,6 +14,7 @@ use super::plans::Plans;
 use super::prints::Prints;
 use super::recover::Budget;
 use super::switched_off::SwitchedOff;
+use super::writers::Writers;
 use crate::build::{self, Assembly, DeviceContext, Selection};
 use crate::build_error::BuildError;
 use crate::debug_target::DebugTarget;
@@ -35,6 +36,7 @@ pub(super) struct Renderer {
     /// Counts of passes that should be 0.
     pub counters: CounterWarnings,
     pub prints: Prints,
+    pub writers: Writers,
 }
 
 /// The shown part of a graph, and its size.
@@ -84,6 +86,7 @@ impl Renderer {
             still: ChangeTracker::default(),
             counters: CounterWarnings::default(),
             prints: Prints::default(),
+            writers: Writers::default(),
         })
     }
 

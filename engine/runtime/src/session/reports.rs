@@ -46,7 +46,9 @@ impl Renderer {
             self.counters.note(counted);
         }
         for prints in self.executor.take_prints() {
-            self.prints.note(prints);
+            if let Some(written) = self.prints.note(prints) {
+                self.writers.note(written);
+            }
         }
     }
 
@@ -62,6 +64,8 @@ impl Renderer {
     pub(super) fn forget_reports(&mut self) {
         self.counters.forget();
         self.prints.forget();
+        self.writers.forget();
+        self.executor.find_writers_again();
     }
 
     fn has_prints(&self) -> bool {

@@ -1,0 +1,328 @@
+//! The invocations that write a texel: their lines and values, races, volumes, layers and mips, and what a shader with records computes.
+
+mod project;
+
+use std::time::Duration;
+
+use project::{TestProject, assert_silent};
+use raxel_execute::{PassWrites, TracedTexel};
+use raxel_graph::checked::Value;
+use raxel_runtime::reload::ReloadEvent;
+use raxel_runtime::{Observe, Options, Session};
+
+const GRAPH: &str = r#"
+name = "writers"
+present = "color"
+
+[params.n]
+type = "u32"
+default = 0
+range = [0, 1000]
+
+[targets.color]
+format = "rgba32f"
+[targets.pale]
+format = "rgba32f"
+[targets.spots]
+format = "rgba32f"
+[targets.levels]
+format = "r32f"
+size = [16, 16]
+mips = 3
+[targets.volume]
+format = "r32i"
+size = [8, 8, 8]
+[targets.layers]
+format = "rg16f"
+size = [8, 8]
+layers = 4
+[targets.counts]
+format = "r32ui"
+size = [4, 4]
+clear = 5
+
+[loops.more]
+count = 3
+
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = { threads = "color" }
+bind = { color = "color", pale = "pale" }
+push = { n = "param.n" }
+[[passes]]
+name = "again"
+shader = "again.comp"
+dispatch = { threads = "color" }
+bind.color = { target = "color", partial = true }
+loop = "more"
+push = { round = "loop.index" }
+[[passes]]
+name = "level"
+shader = "level.comp"
+dispatch = { threads = "levels" }
+bind = { low = { target = "levels", mip = 1 }, high = { target = "levels", mip = 0 } }
+[[passes]]
+name = "deep"
+shader = "deep.comp"
+dispatch = { threads = "volume" }
+bind = { volume = "volume", layers = "layers" }
+[[passes]]
+name = "third"
+shader = "third.comp"
+dispatch = { threads = "layers" }
+bind.third = { target = "layers", layer = 2, partial = true }
+[[passes]]
+name = "race"
+shader = "race.comp"
+dispatch = { threads = "color" }
+bind = { counts = { target = "counts", partial = true }, spots = { target = "spots", partial = true } }
+"#;
+
+/// Two images go through a function that writes its argument.
+const FILL: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 4) in;
+uniform writeonly image2D color;
+uniform writeonly image2D pale;
+layout(push_constant) uniform PC { uint n; } pc;
+void put(writeonly image2D to, ivec2 at, vec4 value) {
+    imageStore(to, at, value);
+}
+void both(writeonly image2D to, ivec2 at, vec4 value) {
+    put(to, at, value);
+}
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    put(color, at, vec4(at, pc.n, 0.5));
+    both(pale, at, vec4(-1.0));
+}
+";
+
+/// One invocation writes the texel of another.
+const AGAIN: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D color;
+layout(push_constant) uniform PC { uint round; } pc;
+void main() {
+    if (gl_GlobalInvocationID.xy != uvec2(9, 1)) return;
+    imageStore(color, ivec2(2, 3), vec4(0.0, 1.0, 2.0, float(pc.round)));
+}
+";
+
+const LEVEL: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) uniform writeonly image2D low;
+layout(r32f) uniform writeonly image2D high;
+void main() {
+    uvec2 at = gl_GlobalInvocationID.xy;
+    imageStore(high, ivec2(at), vec4(0.25));
+    if (all(lessThan(at, uvec2(8)))) imageStore(low, ivec2(at), vec4(0.75));
+}
+";
+
+const DEEP: &str = "#version 460
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
+layout(r32i) uniform iimage3D volume;
+layout(rg16f) uniform writeonly image2DArray layers;
+void main() {
+    ivec3 at = ivec3(gl_GlobalInvocationID);
+    imageStore(volume, at, ivec4(-at.z));
+    if (at.z < 4) imageStore(layers, at, vec4(at.z));
+}
+";
+
+const THIRD: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rg16f) uniform writeonly image2D third;
+void main() {
+    ivec3 at = ivec3(gl_GlobalInvocationID);
+    if (at.z == 3) imageStore(third, at.xy, vec4(9.0, 8.0, 7.0, 6.0));
+}
+";
+
+const RACE: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32ui) uniform uimage2D counts;
+layout(rgba32f) uniform writeonly image2D spots;
+void main() {
+    imageAtomicAdd(counts, ivec2(1, 2), 3u);
+    if (gl_LocalInvocationIndex == 0u) imageStore(spots, ivec2(0), vec4(gl_WorkGroupID, 1.0));
+    if (gl_GlobalInvocationID.xy == uvec2(0)) imageAtomicCompSwap(counts, ivec2(0), 4u, 6u);
+    if (gl_GlobalInvocationID.xy == uvec2(1)) imageAtomicMax(counts, ivec2(0), 7u);
+}
+";
+
+fn project() -> TestProject {
+    let project = TestProject::new();
+    project.write("graphs/writers.toml", GRAPH);
+    let shaders =
+        [("fill", FILL), ("again", AGAIN), ("level", LEVEL), ("deep", DEEP), ("third", THIRD), ("race", RACE)];
+    for (name, text) in shaders {
+        project.write(&format!("shaders/{name}.comp"), text);
+    }
+    project
+}
+
+fn options(project: &TestProject) -> Options {
+    Options { graph: Some("graphs/writers.toml".into()), observe: Observe::Everything, ..project.options() }
+}
+
+fn open(project: &TestProject) -> Session {
+    TestProject::open_with(Options { record_writes: true, ..options(project) })
+}
+
+fn texel(target: &str, at: [u32; 2]) -> TracedTexel {
+    TracedTexel { target: target.to_owned(), mip: 0, layer: 0, at }
+}
+
+fn frame(session: &mut Session) -> Vec<PassWrites> {
+    session.frame().unwrap_or_else(|error| panic!("{error}"));
+    session.wait().unwrap();
+    assert_silent(session);
+    session.writers()
+}
+
+/// The writers of a texel as text: pass, line, invocation, workgroup, value.
+fn written(session: &mut Session, texel: TracedTexel) -> Vec<String> {
+    session.find_writers(Some(texel));
+    let passes = frame(session);
+    passes.iter().flat_map(|pass| pass.writes.iter().map(|write| shown(&pass.pass, write))).collect()
+}
+
+fn shown(pass: &str, write: &raxel_execute::InvocationWrite) -> String {
+    let (file, line) = write.place.as_ref().expect("the source is known");
+    let value = write.value.texts(4).join(" ");
+    format!("{pass} {file}:{line} {:?} of {:?}: {value}", write.invocation, write.workgroup)
+}
+
+#[test]
+fn a_texel_has_its_pass_line_invocation_and_value() {
+    let project = project();
+    let mut session = open(&project);
+    assert!(session.records_writes());
+    assert_eq!(frame(&mut session), [], "nobody has asked");
+    session.set_param("n", Value::U32(7)).unwrap();
+    let again = |round: u32| format!("again[{round}] shaders/again.comp:7 [9, 1, 0] of [1, 0, 0]: 0 1 2 {round}");
+    let mut all = vec!["fill shaders/fill.comp:7 [2, 3, 0] of [0, 0, 0]: 2 3 7 0.5".to_owned()];
+    all.extend([0, 1, 2].map(again));
+    assert_eq!(written(&mut session, texel("color", [2, 3])), all);
+    // A pass that ran and did not write it is told, too.
+    let ran: Vec<(String, u32)> = session.writers().into_iter().map(|pass| (pass.pass, pass.count)).collect();
+    assert_eq!(ran.len(), 4, "{ran:?}");
+    // The argument of two functions.
+    assert_eq!(
+        written(&mut session, texel("pale", [9, 6])),
+        ["fill shaders/fill.comp:7 [9, 6, 0] of [1, 1, 0]: -1 -1 -1 -1"]
+    );
+}
+
+#[test]
+fn mips_layers_and_slices_are_told_apart() {
+    let project = project();
+    let mut session = open(&project);
+    let low = TracedTexel { mip: 1, ..texel("levels", [3, 2]) };
+    assert_eq!(written(&mut session, low), ["level shaders/level.comp:8 [3, 2, 0] of [0, 0, 0]: 0.75"]);
+    assert_eq!(
+        written(&mut session, texel("levels", [3, 2])),
+        ["level shaders/level.comp:7 [3, 2, 0] of [0, 0, 0]: 0.25"]
+    );
+    let slice = TracedTexel { layer: 5, ..texel("volume", [1, 6]) };
+    assert_eq!(written(&mut session, slice), ["deep shaders/deep.comp:7 [1, 6, 5] of [0, 1, 2]: -5"]);
+    let layer = |layer| TracedTexel { layer, ..texel("layers", [4, 0]) };
+    assert_eq!(written(&mut session, layer(1)), ["deep shaders/deep.comp:8 [4, 0, 1] of [1, 0, 0]: 1 1"]);
+    // Another binding shows the third layer alone.
+    let third = "third shaders/third.comp:6 [4, 0, 3] of [0, 0, 3]: 9 8";
+    assert_eq!(written(&mut session, layer(2)), ["deep shaders/deep.comp:8 [4, 0, 2] of [1, 0, 1]: 2 2", third]);
+    // There is no such texel.
+    for wrong in [
+        texel("none", [0, 0]),
+        TracedTexel { mip: 1, ..texel("color", [0, 0]) },
+        TracedTexel { layer: 8, ..texel("volume", [0, 0]) },
+        texel("color", [1 << 20, 0]),
+    ] {
+        session.find_writers(Some(wrong));
+        assert_eq!(frame(&mut session), []);
+    }
+}
+
+#[test]
+fn a_race_is_told_and_atomic_operations_have_their_results() {
+    let project = project();
+    let mut session = open(&project);
+    let of = |session: &mut Session, at: TracedTexel| {
+        session.find_writers(Some(at));
+        frame(session).into_iter().find(|pass| pass.pass == "race").expect("it ran")
+    };
+    let race = of(&mut session, texel("spots", [0, 0]));
+    let [width, height] = session.size().map(|side| side.div_ceil(8));
+    assert_eq!((race.count, race.writes.len(), race.races()), (width * height, (width * height) as usize, true));
+    assert!(race.writes.iter().all(|write| {
+        let [x, y, _] = write.workgroup;
+        write.value.texts(4) == [x.to_string(), y.to_string(), "0".to_owned(), "1".to_owned()]
+    }));
+    // Each addition is one of an order, and no race.
+    let sum = of(&mut session, texel("counts", [1, 2]));
+    let threads = 64 * width * height;
+    assert_eq!((sum.count, sum.writes.len(), sum.races()), (threads, 256.min(threads as usize), false));
+    let mut values: Vec<u32> = sum.writes.iter().map(|write| write.value.words[0]).collect();
+    values.sort_unstable();
+    values.dedup();
+    assert_eq!(values.len(), sum.writes.len(), "no two additions leave the same");
+    assert!(values.iter().all(|value| (*value - 5) % 3 == 0 && *value <= 5 + 3 * threads));
+    // A comparison that fails writes nothing.
+    let max = of(&mut session, texel("counts", [0, 0]));
+    let [write] = max.writes.as_slice() else { panic!("{max:?}") };
+    assert_eq!((max.count, shown("race", write).as_str()), (1, "race shaders/race.comp:9 [1, 1, 0] of [0, 0, 0]: 7"));
+}
+
+/// A paused frame tells of another texel, and computes the same as shaders without records.
+#[test]
+fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
+    let project = project();
+    let mut all = Vec::new();
+    for record in [false, true] {
+        let mut session = TestProject::open_with(Options { record_writes: record, ..options(&project) });
+        session.pause(true);
+        session.frame().unwrap();
+        // Some passes run in every frame: they change contents that they read.
+        let usual = session.frame().unwrap().dispatched;
+        for at in [[2, 3], [5, 5], [2, 3]] {
+            session.find_writers(Some(texel("color", at)));
+            let found = frame(&mut session);
+            let names: Vec<&str> = found.iter().map(|pass| pass.pass.as_str()).collect();
+            assert_eq!(names, if record { &["fill", "again[0]", "again[1]", "again[2]"][..] } else { &[] });
+            assert_eq!(session.frame().unwrap().dispatched, usual, "once");
+            session.wait().unwrap();
+            assert_eq!(session.writers(), found, "what is known stays");
+        }
+        let read = |session: &mut Session, name: &str| session.read_target(name).unwrap().bytes;
+        // `spots` has a race.
+        let names = ["color", "pale", "volume", "layers", "levels", "counts"];
+        all.push(names.map(|name| read(&mut session, name)));
+        assert_eq!(session.clock().now().map(|now| now.time.seconds()), Some(0.0), "no time went by");
+    }
+    assert_eq!(all[0], all[1]);
+}
+
+/// A session that watches its files makes shaders with records while it runs, and without them again.
+#[test]
+fn records_are_switched_while_it_runs() {
+    let project = project();
+    let mut session = TestProject::open_with(options(&project));
+    session.find_writers(Some(texel("color", [5, 5])));
+    assert_eq!(frame(&mut session), []);
+    for on in [true, false, true] {
+        assert!(session.record_writes(on));
+        let events = session.wait_reload(Duration::from_secs(60));
+        assert!(matches!(events.as_slice(), [ReloadEvent::Reloaded(_)]), "{events:?}");
+        assert_eq!(session.records_writes(), on);
+        assert_eq!(!frame(&mut session).is_empty(), on);
+    }
+    // Checks of bounds and records are made side by side.
+    assert!(session.check_bounds(true));
+    session.wait_reload(Duration::from_secs(60));
+    assert_eq!(frame(&mut session)[0].writes.len(), 1);
+    session.find_writers(None);
+    assert_eq!(frame(&mut session), []);
+    assert!(!TestProject::open_with(Options { watch: false, ..options(&project) }).record_writes(true));
+}
