@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use raxel_control::Next;
-use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
 use raxel_panels::view::{Compiling, Editing, FirstPicture, Status, World};
@@ -16,6 +15,7 @@ use raxel_runtime::{FrameError, ReadError};
 use raxel_terminal::console::To;
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::frame_failure;
+use raxel_workbench::demo;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
@@ -24,7 +24,7 @@ use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
     GROUND, Ground, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL, Viewer,
-    brush, outline, panel_data,
+    brush, outline, panel_data, preset_list,
 };
 
 impl Open {
@@ -71,7 +71,7 @@ impl Viewer<'_> {
         if !self.is_done(progress)? {
             return self.draw_meanwhile(event_loop);
         }
-        self.turn_demo();
+        demo::turn(&mut self.session, self.looped);
         self.fly();
         self.record_frame();
         let inspects =
@@ -171,20 +171,6 @@ impl Viewer<'_> {
                 self.warn(error.to_string());
                 self.session.frame()
             }
-        }
-    }
-
-    /// At the end of the demo: starts it over or stays there, as the user has chosen.
-    fn turn_demo(&mut self) {
-        let (Some(looped), Some(duration)) = (self.looped, self.session.demo().map(|demo| demo.duration)) else {
-            return;
-        };
-        let ended = self.session.clock().now().is_some_and(|now| now.time >= Moment::from(duration));
-        if ended && looped {
-            self.session.seek(0.0);
-        } else if ended && !self.session.clock().paused() {
-            self.session.seek(duration * (1.0 - 1e-9));
-            self.session.pause(true);
         }
     }
 
@@ -300,7 +286,7 @@ impl Viewer<'_> {
             passes: self.data.passes(&self.session),
             resources,
             thumbnails: self.data.thumbnails(),
-            presets: self.presets.view(self.session.graph_path(), &params),
+            presets: preset_list::view(&self.presets, self.session.graph_path(), &params),
             params,
             records: self.recorder.is_on(),
             checks_bounds: self.session.checks_bounds(),

@@ -9,7 +9,6 @@ mod brush;
 mod commands;
 mod comparing;
 mod controls;
-mod demo_keys;
 mod described;
 mod editor;
 mod elements;
@@ -28,16 +27,14 @@ mod outline;
 mod overlay;
 mod panel_data;
 mod presenting;
-mod presets;
+mod preset_list;
 mod problem_log;
-mod recording;
 mod reload_log;
 mod switching;
 mod texel_history;
 mod title;
 mod undoing;
 mod waiting;
-mod write_back;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -73,8 +70,6 @@ use self::magnifier::Magnifier;
 use self::microphone::Capture;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
-use self::presets::Presets;
-use self::recording::Recorder;
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use raxel_control::{Control, Drive};
@@ -82,6 +77,9 @@ use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::prints::PrintLog;
 use raxel_terminal::session::{open_failure, print_log, print_validation, validated};
+use raxel_workbench::presets::Presets;
+use raxel_workbench::recording::{self, Recorder};
+use raxel_workbench::{demo_keys, write_back};
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
