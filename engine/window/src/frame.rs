@@ -41,14 +41,12 @@ impl Viewer<'_> {
     /// and an edit taken in while the device works.
     pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         self.take_events()?;
-        if let Some(control) = &mut self.control {
-            if control.poll(&mut self.session) == Next::Quit {
-                event_loop.exit();
-                return Ok(());
-            }
-            if let Some(complaint) = control.complaint() {
-                self.console.message(complaint);
-            }
+        if self.answer_requests() == Next::Quit {
+            event_loop.exit();
+            return Ok(());
+        }
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
         }
         if self.session.is_waiting() {
             return self.draw_mistakes(event_loop);

@@ -16,6 +16,7 @@ mod frame;
 mod gamepad;
 mod given;
 mod history;
+mod hosting;
 mod inspector;
 mod layout_file;
 mod locate;
