@@ -56,7 +56,8 @@ impl Viewer<'_> {
             return Ok(());
         }
         self.greet(event_loop)?;
-        if self.unshown && !self.show(event_loop)? {
+        let hidden = self.is_hidden();
+        if self.unshown && !hidden && !self.show(event_loop)? {
             return self.draw_meanwhile(event_loop);
         }
         if let Some(at) = self.next_frame()
@@ -118,6 +119,11 @@ impl Viewer<'_> {
             self.take_copy();
         } else {
             self.inspector.rest(&mut self.session);
+        }
+        if hidden {
+            // It is drawn once it is seen.
+            self.touched = true;
+            return Ok(());
         }
         let still = !report.displayed && report.dispatched == 0;
         let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());

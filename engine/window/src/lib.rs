@@ -15,6 +15,7 @@ mod elements;
 mod frame;
 mod gamepad;
 mod given;
+mod hidden;
 mod history;
 mod hosting;
 mod inspector;
@@ -64,6 +65,7 @@ use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
 use self::gamepad::Gamepads;
+use self::hidden::Redraws;
 use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
@@ -256,6 +258,7 @@ struct Viewer<'a> {
     controls: Controls,
     holder: Holder,
     placed: Placed,
+    redraws: Redraws,
     gamepads: Gamepads,
     capture: Capture,
     /// The effect of the right button on voxels.
@@ -304,6 +307,9 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if matches!(event, WindowEvent::RedrawRequested) {
+            self.redraws.came();
+        }
         if self.session.is_waiting() {
             return self.waiting_event(event_loop, &event);
         }
@@ -386,17 +392,14 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        // Minimised, nothing is drawn until something happens.
-        let drawn = self.window.as_ref().is_some_and(|open| open.presenter.extent().is_some());
-        if !drawn {
-            event_loop.set_control_flow(ControlFlow::Wait);
-        }
         if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
             && Instant::now() < time
         {
             return;
         }
-        if drawn {
+        if self.is_hidden() {
+            self.go_on_hidden(event_loop);
+        } else {
             self.redraw();
         }
     }
@@ -440,6 +443,7 @@ impl<'a> Viewer<'a> {
             controls: Controls::default(),
             holder: Holder::default(),
             placed: Placed::default(),
+            redraws: Redraws::default(),
             gamepads: Gamepads::default(),
             capture: Capture::default(),
             brush: Brush::default(),
@@ -570,6 +574,7 @@ impl<'a> Viewer<'a> {
 
     fn redraw(&self) {
         if let Some(open) = &self.window {
+            self.redraws.ask(Instant::now());
             open.window.request_redraw();
         }
     }
