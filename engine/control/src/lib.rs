@@ -173,11 +173,6 @@ impl Control {
         }
     }
 
-    /// Whether a request waits for something that is asked for again and again.
-    pub fn is_waiting(&self) -> bool {
-        self.waiting.is_some()
-    }
-
     /// Reports a good or a broken edit as an event, and answers requests that wait for it.
     pub fn note(&mut self, event: &ReloadEvent) {
         let said = match event {

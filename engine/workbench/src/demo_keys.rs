@@ -33,7 +33,7 @@ pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String,
         Lane::Input(_) => return Err(RECORDED.to_owned()),
         Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
             let name = lane.array();
-            let missing = || format!("the file has no `time` of entry {} of `{name}`", key + 1);
+            let missing = || format!("the file has no `time` of entry {} of `{name}`", key.saturating_add(1));
             let table = document.get_mut(name).and_then(|keys| table_at(keys, key)).ok_or_else(missing)?;
             // An event with an end keeps its length.
             if let (Some(from), Some(until)) = (seconds_of(table, "time"), seconds_of(table, "until"))
@@ -245,6 +245,8 @@ mod tests {
     fn what_the_file_does_not_have_is_said() {
         assert!(with_time(DEMO, &Lane::Camera, 2, 1.0).unwrap_err().contains("entry 3 of `camera`"));
         assert!(with_time(DEMO, &Lane::Param("sun".to_owned()), 0, 1.0).unwrap_err().contains("`sun`"));
+        assert!(with_time(DEMO, &Lane::Camera, usize::MAX, 1.0).is_err());
+        assert!(without_key(DEMO, &Lane::Camera, usize::MAX).is_err());
         for (key, to) in [(0, 4.0), (1, 0.0), (1, 8.5), (0, -1.0), (0, f64::NAN)] {
             let refused = with_time(DEMO, &Lane::Camera, key, to).unwrap_err();
             assert!(refused.contains("in order of time") || refused.contains("0 to 8 s"), "{refused}");
