@@ -173,6 +173,10 @@ fn in_order(document: &mut DocumentMut, lane: &Lane, key: usize, to: f64) -> Res
         Lane::Param(name) => time_of(param_keys(document, name)?.get(key)?),
         _ => seconds_of(table_at(document.get_mut(lane.array())?, key)?, "time"),
     };
+    if time(key).is_none() {
+        // The caller reports a key that is not there.
+        return Ok(());
+    }
     let [before, after] = [key.checked_sub(1), key.checked_add(1)].map(|beside| time(beside?));
     // Edits of one time follow the order of the file.
     let beyond = |first: f64, second: f64| if *lane == Lane::Edits { first > second } else { first >= second };
