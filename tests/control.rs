@@ -10,66 +10,10 @@ use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, Run, Running, Said, command, output, repository, shared_library};
+use common::{Display, Project, Run, Running, Said, Talk, command, output, repository, shared_library};
 use serde_json::{Value, json};
 
 const SCENE: [&str; 5] = ["graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
-
-/// A conversation with a raxel.
-struct Talk {
-    child: Running,
-    requests: ChildStdin,
-    answers: Said<String>,
-}
-
-impl Talk {
-    fn start(command: &mut Command) -> Self {
-        let mut child = Running::start(command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()));
-        let requests = child.0.stdin.take().unwrap();
-        let answers = Said::by(child.0.stdout.take().unwrap(), common::line);
-        let talk = Self { child, requests, answers };
-        // A busy machine may take long for a pipeline, and reports that.
-        let said = std::iter::repeat_with(|| talk.line()).find(|line| line["event"] != "compiling");
-        assert_eq!(said.unwrap(), json!({ "event": "ready", "protocol": 1 }));
-        talk
-    }
-
-    fn line(&self) -> Value {
-        let line = self.answers.next();
-        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line:?}"))
-    }
-
-    /// Sends a line as it is, and gives the answer.
-    fn say(&mut self, line: &str) -> Value {
-        writeln!(self.requests, "{line}").unwrap();
-        self.answer()
-    }
-
-    /// The event of the next edit, which is made once the request for it is sent.
-    fn reloaded(&mut self, edit: impl FnOnce()) -> Value {
-        writeln!(self.requests, "{}", json!({ "do": "wait_reload", "seconds": 60 })).unwrap();
-        edit();
-        self.answer()
-    }
-
-    fn answer(&self) -> Value {
-        loop {
-            let answer = self.line();
-            if answer.get("event").is_none() {
-                return answer;
-            }
-        }
-    }
-
-    /// Asks for something that is done.
-    #[track_caller]
-    #[allow(clippy::needless_pass_by_value, reason = "requests are made where they are sent")]
-    fn ask(&mut self, request: Value) -> Value {
-        let answer = self.say(&request.to_string());
-        assert_eq!(answer["ok"], json!(true), "{request}: {answer}");
-        answer
-    }
-}
 
 #[test]
 fn lines_that_are_no_request_change_nothing() {

@@ -80,6 +80,7 @@ class AsyncSession(Requests):
             self._requests.close()
             await self._process.wait()
         self._said.close()
+        self._files.close()
 
     async def _answer(self, do: str, **fields: Any) -> Answer:
         self._must_be_open()

@@ -9,6 +9,8 @@ import pathlib
 import tempfile
 from typing import IO, Any, Mapping, NoReturn, Sequence
 
+from .files import Data, Exchange
+
 try:
     import numpy
 except ImportError:  # Arrays are memoryviews then.
@@ -59,6 +61,8 @@ class Conversation:
         self._id = 0
         # A file takes whatever is said; a pipe that nobody reads would be full one day, and stop the process.
         self._said: IO[bytes] = tempfile.TemporaryFile()
+        # Where raxel puts the bytes of arrays.
+        self._files = Exchange()
 
     def prints(self) -> list[dict[str, Any]]:
         """What passes have printed since the last call, a dict for each pass and frame: `pass`, `frame`, `lines` and `omitted`."""
@@ -69,6 +73,24 @@ class Conversation:
     async def _answer(self, do: str, **fields: Any) -> Answer:
         """Sends a request and gives the fields of its answer."""
         raise NotImplementedError
+
+    async def _read(self, do: str, **fields: Any) -> tuple[Answer, Data]:
+        """Sends a request for bytes. They come in a file; where raxel cannot write one that is seen here, they come in the answer."""
+        self._must_be_open()
+        while (path := self._files.path()) is not None:
+            try:
+                answer = await self._answer(do, path=path, **fields)
+            except Refused as refused:
+                if path not in refused.error:
+                    raise
+                self._files.give_up(path)
+                continue
+            data = self._files.take(path)
+            if data is not None:
+                return answer, data
+            self._files.give_up(path)
+        answer = await self._answer(do, **fields)
+        return answer, base64.b64decode(answer["data"])
 
     def _request(self, do: str, fields: dict[str, Any]) -> str:
         """The line of the next request."""
@@ -247,9 +269,105 @@ class Requests(Conversation):
         """Changes the extent of the output."""
         await self._answer("resize", size=[width, height])
 
-    async def wait_reload(self, seconds: float = 10.0) -> Answer:
-        """Waits for the next edit; `reloaded` says whether it is running, `diagnostics` what is wrong otherwise."""
-        return await self._answer("wait_reload", seconds=seconds)
+    async def wait_reload(self, seconds: float = 10.0, *, after: int | None = None) -> Answer:
+        """Waits for the next edit; `reloaded` says whether it is running, `diagnostics` what is wrong otherwise.
+
+        With `after`, the `generation` of an answer, it waits for an edit that came after that answer, and that may be there already.
+        """
+        return await self._answer("wait_reload", seconds=seconds, after=after)
+
+    # What the panels of the window do, too.
+
+    async def files(self) -> list[dict[str, Any]]:
+        """The graphs, worlds and demos of the project: dicts of `kind`, `path`, and whether it `runs`."""
+        return list((await self._answer("files"))["files"])
+
+    async def open(self, path: str, seconds: float = 60.0) -> Answer:
+        """Opens a graph, a world or a demo in place of what runs, and waits for it. `opened` says whether it runs, `diagnostics` what is wrong."""
+        return await self._answer("open", path=path, seconds=seconds)
+
+    async def presets(self) -> dict[str, dict[str, list[float]]]:
+        """The presets of the graph: by name, the components of each param."""
+        return {preset["name"]: preset["values"] for preset in (await self._answer("presets"))["presets"]}
+
+    async def save_preset(self, name: str) -> Answer:
+        """Keeps the values of all params under a name; a preset of that name is replaced."""
+        return await self._answer("save_preset", name=name)
+
+    async def apply_preset(self, name: str) -> Answer:
+        """Sets the params to the values of a preset. Gives those that `changed`, and those that the graph does not have (`left`)."""
+        return await self._answer("apply_preset", name=name)
+
+    async def delete_preset(self, name: str) -> Answer:
+        """Takes a preset out of the file."""
+        return await self._answer("delete_preset", name=name)
+
+    async def write_params(self, params: Sequence[str], to: str = "own") -> Answer:
+        """Writes the values of params into the graph's own file; with `to="declared"`, into the file that each default stands in."""
+        return await self._answer("write_params", params=list(params), to=to)
+
+    async def write_camera(self, name: str) -> Answer:
+        """Writes the camera into the world's file under a name."""
+        return await self._answer("write_camera", name=name)
+
+    async def undo_write(self) -> list[str]:
+        """Restores the files that were written last, and gives their paths; none if no file was written."""
+        return list((await self._answer("undo_write"))["files"])
+
+    async def keys(self) -> Answer:
+        """The demo: `path`, `duration`, `seconds`, whether it `drives`, and the keys of its `tracks`."""
+        return await self._answer("keys")
+
+    async def move_key(self, track: str, key: int, to: float) -> Answer:
+        """Writes another time of a key into the demo's file. A track has the name that `keys` gives it, and its first key is 0."""
+        return await self._answer("move_key", track=track, key=key, to=to)
+
+    async def delete_key(self, track: str, key: int) -> Answer:
+        """Takes a key out of the demo's file."""
+        return await self._answer("delete_key", track=track, key=key)
+
+    async def write_key(self, param: str | None = None, *, seconds: float | None = None) -> Answer:
+        """Writes the camera, or the value of a param, into the demo's file as a key: at this moment, or at a time."""
+        return await self._answer("write_key", param=param, seconds=seconds)
+
+    async def loop(self, on: bool = True) -> None:
+        """Starts the demo over at its end, or stays there."""
+        await self._answer("loop", on=on)
+
+    async def hand_back(self) -> None:
+        """Lets the demo drive again what was set by hand."""
+        await self._answer("hand_back")
+
+    async def display(
+        self, map: str | None = None, *, channel: int | None = None, range: Sequence[float] | None = None
+    ) -> Answer:
+        """Shows the shown target by another map, channel or range; without arguments, as the graph does."""
+        return await self._answer("display", map=map, channel=channel, range=None if range is None else _plain(range))
+
+    async def scale(self, scale: float) -> Answer:
+        """Computes so many pixels for each pixel of the size, along each axis."""
+        return await self._answer("scale", scale=scale)
+
+    async def keep(self, *, path: str | os.PathLike[str] | None = None, target: str | None = None) -> str:
+        """Keeps what is shown, to compare with it; or the picture in a file, or a target as it goes on. Gives its name."""
+        return str((await self._answer("keep", path=None if path is None else os.fspath(path), target=target))["kept"])
+
+    async def forget(self) -> None:
+        """Lets go of the kept picture."""
+        await self._answer("forget")
+
+    async def measure(self) -> Mapping[str, Any]:
+        """How far the shown target is from the kept picture: `flip`, `rmse`, `max`, and the pixels that are `differing` of all `pixels`."""
+        found = await self._answer("measure")
+        return {name: float(value) if name in ("flip", "rmse", "max") else value for name, value in found.items()}
+
+    async def compare(self, mode: str | None = None, *, gain: float | None = None, flipped: bool | None = None) -> None:
+        """Shows the kept picture in the window: `mode` is "off", "wipe" or "difference", `flipped` shows it alone."""
+        await self._answer("compare", mode=mode, gain=gain, flipped=flipped)
+
+    async def cancel(self) -> bool:
+        """Gives up the pass that the window's device has worked on for long. False when it does not work for long."""
+        return bool((await self._answer("cancel"))["cancelled"])
 
     # What is read.
 
@@ -270,14 +388,14 @@ class Requests(Conversation):
 
     async def picture(self) -> Array:
         """The picture of the last frame: height × width × 4 bytes, sRGB."""
-        return _array(await self._answer("picture"))
+        return _array(*await self._read("picture"))
 
     async def texels(self, target: str, *, age: int = 0, mip: int = 0, layer: int = 0, after: str | None = None) -> Array:
         """A target as numbers: height × width × channels of float32, uint32 or int32.
 
         `after` is a pass: `target("color,after=sky")` and `step()` before it take the copy that this reads.
         """
-        return _array(await self._answer("texels", target=target, age=age, mip=mip, layer=layer, after=after))
+        return _array(*await self._read("texels", target=target, age=age, mip=mip, layer=layer, after=after))
 
     async def pixel(
         self, target: str, x: int, y: int, *, age: int = 0, mip: int = 0, layer: int = 0, after: str | None = None
@@ -313,16 +431,15 @@ class Requests(Conversation):
 
     async def buffer(self, buffer: str, bytes: int, *, start: int = 0, dtype: str | None = None) -> Array:
         """Bytes of a buffer; with `dtype` (numpy's names, e.g. "f4") as an array."""
-        data = base64.b64decode((await self._answer("buffer", buffer=buffer, start=start, bytes=bytes))["data"])
+        _, data = await self._read("buffer", buffer=buffer, start=start, bytes=bytes)
         if dtype is None:
-            return data
+            return memoryview(data).tobytes()
         if numpy is not None:
             return numpy.frombuffer(data, dtype="<" + dtype)
         return memoryview(data).cast(_CODES[dtype])
 
 
-def _array(answer: Answer) -> Array:
-    data = base64.b64decode(answer["data"])
+def _array(answer: Answer, data: Data) -> Array:
     shape = [answer["height"], answer["width"], answer["channels"]]
     if numpy is not None:
         return numpy.frombuffer(data, dtype="<" + answer["type"]).reshape(shape)

@@ -185,6 +185,115 @@ class Driving(unittest.TestCase):
                 self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
 
 
+class Arrays(unittest.TestCase):
+    """Arrays come in files, and as text where files do not."""
+
+    @staticmethod
+    def all_of(session):
+        session.step()
+        arrays = [session.texels("depth"), session.texels("hit"), session.picture(), session.buffer("world", 64, dtype="u4")]
+        return [array.tolist() for array in arrays] + [session.buffer("world", 64)]
+
+    def test_files_and_text_have_the_same_numbers(self):
+        with raxel.open(**SCENE) as session:
+            before = len(session.events)
+            in_files = self.all_of(session)
+            folder = session._files._folder.name
+            self.assertEqual(os.listdir(folder), [])
+            session._files.close()
+            session._files._places = []
+            self.assertEqual(self.all_of(session), in_files)
+            self.assertIsInstance(in_files[-1], bytes)
+            self.assertEqual(len(session.events), before)
+
+    def test_an_array_outlives_its_file_and_its_session(self):
+        with raxel.open(**SCENE) as session:
+            session.step()
+            depth = session.texels("depth")
+            folder = session._files._folder.name
+            again = session.texels("depth")
+        self.assertFalse(os.path.exists(folder))
+        # A change of one is none of the other.
+        depth[0, 0, 0] = 123.0
+        self.assertNotEqual(again[0, 0, 0], 123.0)
+
+    def test_a_folder_that_raxel_does_not_see_is_left(self):
+        with raxel.open(**SCENE) as session:
+            session.step()
+            session._files.path()
+            shutil.rmtree(session._files._folder.name)
+            places = len(session._files._places)
+            self.assertEqual(tuple(session.picture().shape), (18, 32, 4))
+            self.assertEqual(len(session._files._places), places - 1)
+            # A refusal that is about something else is one.
+            with self.assertRaisesRegex(raxel.Refused, "did you mean `depth`"):
+                session.texels("dept")
+            self.assertEqual(len(session._files._places), places - 1)
+
+
+class Panels(unittest.TestCase):
+    """What the panels of a window do."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.project = folder.name
+        for name in ("graphs", "shaders", "worlds"):
+            shutil.copytree(name, os.path.join(self.project, name))
+        self.session = raxel.open(**SCENE, cwd=self.project)
+        self.addCleanup(self.session.close)
+
+    def text(self, path):
+        return pathlib.Path(self.project, path).read_text()
+
+    def test_values_are_kept_and_written(self):
+        session = self.session
+        session.set("sky_depth", 50.0)
+        session.save_preset("far")
+        self.assertEqual(session.presets(), {"far": {"sky_depth": [50.0]}})
+        session.set("sky_depth", 1.0)
+        self.assertEqual(session.apply_preset("far")["changed"], ["sky_depth"])
+        session.delete_preset("far")
+        before = self.text("graphs/inspect.toml")
+        written = session.write_params(["sky_depth"], to="declared")
+        self.assertTrue(session.wait_reload(60, after=written["generation"])["reloaded"])
+        self.assertIn("default = 50.0", self.text("graphs/inspect.toml"))
+        self.assertEqual(session.undo_write(), ["graphs/inspect.toml"])
+        self.assertEqual(self.text("graphs/inspect.toml"), before)
+        self.assertEqual(session.write_camera("here")["path"], "worlds/menger.toml")
+        self.assertIn("[cameras.here]", self.text("worlds/menger.toml"))
+
+    def test_a_demo_is_opened_and_its_keys_change(self):
+        session = self.session
+        with self.assertRaisesRegex(raxel.Refused, "no demo runs"):
+            session.keys()
+        demo = "worlds/sponge.demo.toml"
+        self.assertIn({"kind": "demo", "path": demo, "runs": False}, session.files())
+        self.assertTrue(session.open(demo)["opened"])
+        session.loop()
+        for change in (lambda: session.move_key("camera", 1, 0.5), lambda: session.delete_key("camera", 1), lambda: session.write_key(seconds=0.25)):
+            self.assertTrue(session.wait_reload(60, after=change()["generation"])["reloaded"])
+        self.assertEqual(session.keys()["tracks"][0], {"track": "camera", "keys": [0.0, 0.25, 1.0], "movable": True})
+        session.hand_back()
+
+    def test_what_is_shown_is_mapped_and_measured(self):
+        session = self.session
+        session.step()
+        self.assertEqual(session.display("normal", range=[0.0, 2.0])["range"], [0.0, 2.0])
+        session.display()
+        self.assertEqual(session.keep(), "normal, 32 × 18")
+        session.camera(yaw=10.0)
+        session.step()
+        measured = session.measure()
+        self.assertGreater(measured["flip"], 0.0)
+        self.assertGreater(measured["differing"], 0)
+        session.forget()
+        for windows in (session.compare, session.cancel):
+            with self.assertRaisesRegex(raxel.Refused, "needs a window"):
+                windows()
+        self.assertEqual(session.scale(0.5)["size"], [16, 9])
+
+
 class Editing(unittest.TestCase):
     def test_an_edit_is_waited_for_and_a_mistake_is_told(self):
         with tempfile.TemporaryDirectory() as project:
@@ -227,6 +336,7 @@ class Together(unittest.IsolatedAsyncioTestCase):
             async with raxel.open_async(**SCENE) as session:
                 self.assertEqual(await session.set("sky_depth", sky), sky)
                 await session.step()
+                self.assertEqual(len(await session.buffer("world", 64)), 64)
                 return (await session.texels("depth")).tolist()
 
         for sky, rows in zip((111.0, 222.0), await asyncio.gather(depth(111.0), depth(222.0))):

@@ -6,6 +6,7 @@ mod disk;
 mod faults;
 mod lesser;
 pub mod markdown;
+mod talk;
 mod vulkan;
 
 use std::ops::Deref;
@@ -18,6 +19,7 @@ pub use lesser::*;
 pub use raxel_testing::{
     Display, Folder, LIMIT, Running, Said, copy, eventually, files, line, output, read_all, repository,
 };
+pub use talk::Talk;
 pub use vulkan::before_vulkan;
 
 /// GLSL that stands for a subgroup of 64.

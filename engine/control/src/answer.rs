@@ -1,19 +1,22 @@
 //! Carries requests out, and answers them.
 
-use data_encoding::BASE64;
 use raxel_execute::TracedTexel;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_workbench::demo;
 use serde_json::{Map, Value, json};
 
 use super::Drive;
+use super::compare;
 use super::describe;
 use super::find;
+use super::host::Host;
 use super::inputs;
 use super::read::{self, Middle};
 use super::refusal::Refusal;
 use super::request::{CameraMove, Request};
+use super::work;
 use super::writers;
 
 /// An answer as the program reads it.
@@ -35,10 +38,11 @@ pub(super) fn line(id: &Value, answer: Result<Value, Refusal>) -> Value {
 /// Carries out one request, or nothing.
 pub(super) fn answer(
     request: Request,
-    session: &mut Session,
+    host: &mut dyn Host,
     drive: Drive,
     middle: &mut Option<Middle>,
 ) -> Result<Value, Refusal> {
+    let session = host.session();
     match request {
         Request::Info {} => Ok(describe::info(session)),
         Request::Set { param, value } => {
@@ -66,7 +70,7 @@ pub(super) fn answer(
             session.pause(paused);
             Ok(json!({ "paused": paused }))
         }
-        Request::Step { frames } => step(session, drive, frames, middle),
+        Request::Step { frames } => step(host, drive, frames, middle),
         Request::Seek { seconds } => {
             session.seek(seconds);
             Ok(json!({ "seconds": seconds }))
@@ -81,9 +85,10 @@ pub(super) fn answer(
             let (_, file) = session.capture_frame()?;
             Ok(json!({ "path": file }))
         }
-        Request::Picture {} => read::picture(session),
-        Request::Texels { target, age, mip, layer, after } => {
-            read::texels(session, &DebugTarget { resource: target, age, mip, layer, after }, middle.as_ref())
+        Request::Picture { path } => read::picture(session, path.as_deref()),
+        Request::Texels { target, age, mip, layer, after, path } => {
+            let target = DebugTarget { resource: target, age, mip, layer, after };
+            read::texels(session, &target, middle.as_ref(), path.as_deref())
         }
         Request::Pixel { target, x, y, age, mip, layer, after } => {
             let target = DebugTarget { resource: target, age, mip, layer, after };
@@ -93,9 +98,8 @@ pub(super) fn answer(
             find::statistics(session, &DebugTarget { resource: target, age, mip, layer, after }, middle.as_ref())
         }
         Request::Find(wanted) => find::find(session, &wanted, middle.as_ref()),
-        Request::Buffer { buffer, start, bytes } => {
-            let found = session.read_buffer(&buffer, start..start.saturating_add(bytes))?;
-            Ok(json!({ "bytes": found.len(), "data": BASE64.encode(&found) }))
+        Request::Buffer { buffer, start, bytes, path } => {
+            read::buffer(session, &buffer, start..start.saturating_add(bytes), path.as_deref())
         }
         Request::Timings {} => {
             if session.picture().is_none() {
@@ -122,7 +126,50 @@ pub(super) fn answer(
         Request::Writers { target, x, y, mip, layer } => {
             writers::find(session, drive, TracedTexel { target, mip, layer, at: [x, y] })
         }
-        Request::Diagnostics {} | Request::WaitReload { .. } | Request::Quit {} => Ok(json!({})),
+        Request::Files {} => Ok(work::files(session)),
+        Request::Presets {} => work::presets(host),
+        Request::SavePreset { name } => work::save_preset(host, &name),
+        Request::ApplyPreset { name } => work::apply_preset(host, &name),
+        Request::DeletePreset { name } => work::delete_preset(host, &name),
+        Request::WriteParams { params, to } => work::write_params(host, &params, to.into()),
+        Request::UndoWrite {} => work::undo_write(host),
+        Request::WriteCamera { name } => work::write_camera(host, &name),
+        Request::Keys {} => work::keys(session),
+        Request::MoveKey { track, key, to } => work::move_key(host, &track, key, to),
+        Request::DeleteKey { track, key } => work::delete_key(host, &track, key),
+        Request::WriteKey { param, seconds } => work::write_key(host, param.as_deref(), seconds),
+        Request::Loop { on } => {
+            host.set_looped(on);
+            Ok(json!({ "on": on }))
+        }
+        Request::HandBack {} => {
+            session.hand_back();
+            Ok(json!({ "drives": session.demo_drives() }))
+        }
+        Request::Display(shown) => work::show(host, &shown),
+        Request::Keep(wanted) => compare::keep(host, &wanted),
+        Request::Forget {} => {
+            host.keep(None);
+            Ok(json!({}))
+        }
+        Request::Compare { mode, gain, flipped } => {
+            host.window().ok_or_else(|| Refusal::no_window("compare"))?.compare(mode, gain, flipped);
+            Ok(json!({}))
+        }
+        Request::Cancel {} => {
+            let given_up = host.window().ok_or_else(|| Refusal::no_window("cancel"))?.cancel();
+            Ok(json!({ "cancelled": given_up.is_some(), "pass": given_up.flatten() }))
+        }
+        Request::Scale { scale } => {
+            session.set_scale(scale);
+            Ok(json!({ "scale": scale, "size": session.size() }))
+        }
+        // The conversation answers them.
+        Request::Diagnostics {}
+        | Request::WaitReload { .. }
+        | Request::Open { .. }
+        | Request::Measure {}
+        | Request::Quit {} => Ok(json!({})),
     }
 }
 
@@ -172,13 +219,16 @@ fn stop_recording(session: &mut Session, name: Option<&str>) -> Result<Value, Re
 }
 
 /// Runs frames; in a window that is paused, lets them pass.
-fn step(session: &mut Session, drive: Drive, frames: u32, middle: &mut Option<Middle>) -> Result<Value, Refusal> {
+fn step(host: &mut dyn Host, drive: Drive, frames: u32, middle: &mut Option<Middle>) -> Result<Value, Refusal> {
+    let looped = host.looped();
+    let session = host.session();
     if drive == Drive::Window && !session.clock().paused() {
         return Err(Refusal::new("the window runs by itself; pause it first"));
     }
     for index in 0..frames {
         match drive {
             Drive::Requests => {
+                demo::turn(session, looped);
                 // The output right after a pass is copied there.
                 if index + 1 == frames && session.debug_target().after.is_some() {
                     session.capture_shown(0..0);

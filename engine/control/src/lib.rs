@@ -6,17 +6,20 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod answer;
+mod compare;
 mod describe;
 mod find;
+mod host;
 mod inputs;
 mod lines;
 mod read;
 mod refusal;
 mod request;
+mod work;
 mod writers;
 
 use std::io::BufReader;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
@@ -25,11 +28,14 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
+use self::host::Alone;
+pub use self::host::{CompareMode, Host, InWindow};
 use self::read::Middle;
 use self::refusal::Refusal;
 use self::request::Request;
 use raxel_terminal::prints;
 use raxel_terminal::program::Program;
+use raxel_workbench::files;
 
 /// How long a window answers requests before it goes on with its frame. It answers one at least.
 const TURN: Duration = Duration::from_millis(4);
@@ -50,7 +56,7 @@ pub struct Control {
     /// It was reported that the program does not read.
     complained: bool,
     drive: Drive,
-    /// A request that waits for an edit.
+    /// A request that is answered later.
     waiting: Option<Waiting>,
     /// The output of a pass within the last frame, if the session shows that instead of the frame's end.
     middle: Option<Middle>,
@@ -63,7 +69,19 @@ pub struct Control {
 
 struct Waiting {
     id: Value,
+    /// It is refused then.
     until: Instant,
+    awaits: Awaited,
+}
+
+/// What a request waits for.
+enum Awaited {
+    /// An edit.
+    Edit,
+    /// The file at this project path runs, or has mistakes.
+    Opening(String),
+    /// Figures, from another thread.
+    Figures(Receiver<Result<Value, Refusal>>),
 }
 
 /// The outcome of a look at the requests.
@@ -94,7 +112,7 @@ impl Control {
     }
 
     /// Answers requests that have come, without waiting: for a window. The others are answered after the frame.
-    pub fn poll(&mut self, session: &mut Session) -> Next {
+    pub fn poll(&mut self, host: &mut dyn Host) -> Next {
         self.tire();
         let until = Instant::now() + TURN;
         // Requests are answered in their order, so a request that waits holds up the next. A window stays when the program has gone.
@@ -102,7 +120,7 @@ impl Control {
             && self.program.has_room()
             && let Ok(line) = self.lines.try_recv()
         {
-            if self.line(line, session) == Next::Quit {
+            if self.line(line, host) == Next::Quit {
                 return Next::Quit;
             }
             if Instant::now() >= until {
@@ -126,23 +144,34 @@ impl Control {
 
     /// Answers until the program quits, or closes its end.
     pub fn serve(&mut self, session: &mut Session) {
+        let mut host = Alone::new(session);
         loop {
             let line = if self.waiting.is_some() {
-                let events = session.wait_reload(Duration::from_millis(20));
-                events.iter().for_each(|event| self.note(event));
+                let events = host.session().wait_reload(Duration::from_millis(20));
+                self.note_alone(&events, &mut host);
                 self.tire();
                 continue;
             } else {
                 self.lines.recv_timeout(Duration::from_millis(100))
             };
-            let events = session.poll_reload();
-            events.iter().for_each(|event| self.note(event));
-            let next = line.map(|line| self.line(line, session));
-            let said = session.take_messages();
-            self.say(&said, session.texts());
+            let events = host.session().poll_reload();
+            self.note_alone(&events, &mut host);
+            let next = line.map(|line| self.line(line, &mut host));
+            let said = host.session().take_messages();
+            self.say(&said, host.session().texts());
             if matches!(next, Ok(Next::Quit) | Err(RecvTimeoutError::Disconnected)) {
                 return;
             }
+        }
+    }
+
+    /// Notes the events of a session without a window.
+    fn note_alone(&mut self, events: &[ReloadEvent], host: &mut Alone<'_>) {
+        for event in events {
+            if let ReloadEvent::Reloaded(reloaded) = event {
+                host.reloaded(reloaded.opened);
+            }
+            self.note(event);
         }
     }
 
@@ -175,11 +204,11 @@ impl Control {
                 if let OpenError::Project { diagnostics, texts } = error {
                     self.diagnostics = parsed(&render::json(diagnostics, texts));
                 }
-                return self.tell(false);
+                return self.tell(false, &[]);
             }
             ReloadEvent::Opened => {
                 self.diagnostics.clear();
-                return self.tell(true);
+                return self.tell(true, &[]);
             }
             ReloadEvent::HistoryCleared { size, resources } => {
                 json!({ "event": "history-cleared", "size": size, "resources": resources })
@@ -189,19 +218,29 @@ impl Control {
             }
         };
         self.program.event(&said);
-        let of_an_edit = matches!(event, ReloadEvent::Reloaded(_) | ReloadEvent::Failed(_));
-        if of_an_edit {
-            self.tell(matches!(event, ReloadEvent::Reloaded(_)));
+        match event {
+            ReloadEvent::Reloaded(reloaded) => self.tell(true, &reloaded.changed),
+            ReloadEvent::Failed(failed) => self.tell(false, &failed.changed),
+            _ => {}
         }
     }
 
-    /// Answers the requests that wait for an edit.
-    fn tell(&mut self, reloaded: bool) {
-        if let Some(waiting) = self.waiting.take() {
-            let (generation, diagnostics) = (self.generation, &self.diagnostics);
-            let told = json!({ "reloaded": reloaded, "generation": generation, "diagnostics": diagnostics });
+    /// Answers the request that waits for an edit of these files.
+    fn tell(&mut self, reloaded: bool, changed: &[String]) {
+        let answers = |waiting: &mut Waiting| match &waiting.awaits {
+            Awaited::Edit => true,
+            Awaited::Opening(path) => changed.contains(path),
+            Awaited::Figures(_) => false,
+        };
+        if let Some(waiting) = self.waiting.take_if(answers) {
+            let told = self.told(if matches!(waiting.awaits, Awaited::Edit) { "reloaded" } else { "opened" }, reloaded);
             self.give(&waiting.id, Ok(told));
         }
+    }
+
+    /// The outcome of an edit.
+    fn told(&self, word: &str, outcome: bool) -> Value {
+        json!({ word: outcome, "generation": self.generation, "diagnostics": self.diagnostics })
     }
 
     /// Sends the session's messages as events.
@@ -224,18 +263,37 @@ impl Control {
         printed.iter().for_each(|prints| self.program.event(&prints::event(prints)));
     }
 
-    /// Gives up waiting for an edit that does not come.
+    /// Answers with figures that have come, and gives up waiting for an edit that does not come.
     fn tire(&mut self) {
-        if let Some(waiting) = self.waiting.take_if(|waiting| Instant::now() >= waiting.until) {
-            self.give(&waiting.id, Err(Refusal::new("no edit came in that time")));
+        let Some(waiting) = self.waiting.take() else { return };
+        let answer = match &waiting.awaits {
+            Awaited::Figures(figures) => match figures.try_recv() {
+                Ok(figures) => Some(figures),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be measured"))),
+            },
+            Awaited::Edit if Instant::now() >= waiting.until => Some(Err(Refusal::new("no edit came in that time"))),
+            Awaited::Opening(path) if Instant::now() >= waiting.until => {
+                let help = vec!["the event `reloaded` or `reload-failed` comes once it is opened".to_owned()];
+                Some(Err(Refusal { error: format!("`{path}` was not opened in that time"), help }))
+            }
+            Awaited::Edit | Awaited::Opening(_) => None,
+        };
+        match answer {
+            Some(answer) => self.give(&waiting.id, answer),
+            None => self.waiting = Some(waiting),
         }
+    }
+
+    fn wait(&mut self, id: Value, seconds: f64, awaits: Awaited) {
+        self.waiting = Some(Waiting { id, until: Instant::now() + Duration::from_secs_f64(seconds), awaits });
     }
 
     fn give(&self, id: &Value, answer: Result<Value, Refusal>) {
         self.program.answer(&answer::line(id, answer));
     }
 
-    fn line(&mut self, line: Result<String, Refusal>, session: &mut Session) -> Next {
+    fn line(&mut self, line: Result<String, Refusal>, host: &mut dyn Host) -> Next {
         let (id, request) = match line {
             Ok(line) if line.trim().is_empty() => return Next::More,
             Ok(line) => request::parse(&line),
@@ -247,11 +305,12 @@ impl Control {
                 self.give(&id, Ok(json!({})));
                 return Next::Quit;
             }
-            Ok(Request::WaitReload { seconds }) => {
-                let until = Instant::now() + Duration::from_secs_f64(seconds);
-                self.waiting = Some(Waiting { id, until });
+            Ok(Request::WaitReload { after: Some(after), .. }) if self.generation > after => {
+                self.give(&id, Ok(self.told("reloaded", self.generation == self.shown)));
             }
+            Ok(Request::WaitReload { seconds, .. }) => self.wait(id, seconds, Awaited::Edit),
             Ok(Request::Diagnostics {}) => {
+                let session = host.session();
                 let (generation, shown) = (self.generation, (!session.is_waiting()).then_some(self.shown));
                 // With the present counts of passes.
                 let counted = parsed(&render::json(&session.counted(), session.texts()));
@@ -259,14 +318,40 @@ impl Control {
                 let found = json!({ "generation": generation, "showing": shown, "diagnostics": all });
                 self.give(&id, Ok(found));
             }
-            Ok(_) if session.is_waiting() => self.give(&id, Err(Refusal::nothing_runs())),
+            Ok(_) if host.session().is_waiting() => self.give(&id, Err(Refusal::nothing_runs())),
+            Ok(Request::Open { path, seconds }) => match open(host.session(), &path) {
+                Ok(()) => self.wait(id, seconds, Awaited::Opening(path)),
+                Err(refusal) => self.give(&id, Err(refusal)),
+            },
+            Ok(Request::Measure {}) => match compare::measure(host) {
+                Ok(figures) => self.wait(id, 0.0, Awaited::Figures(figures)),
+                Err(refusal) => self.give(&id, Err(refusal)),
+            },
             Ok(request) => {
-                let answer = answer::answer(request, session, self.drive, &mut self.middle);
-                self.say_prints(session);
+                let writes = request.writes();
+                let mut answer = answer::answer(request, host, self.drive, &mut self.middle);
+                if let (true, Ok(answer)) = (writes, &mut answer) {
+                    // `wait_reload` waits for the one after it.
+                    answer["generation"] = self.generation.into();
+                }
+                self.say_prints(host.session());
                 self.give(&id, answer);
             }
         }
         Next::More
+    }
+}
+
+/// Opens another file of the project in place of what runs.
+fn open(session: &mut Session, path: &str) -> Result<(), Refusal> {
+    let file = files::find(session, path).map_err(|error| Refusal {
+        error,
+        help: vec!["`files` lists the graphs, worlds and demos of the project".to_owned()],
+    })?;
+    if session.open_file(file) {
+        Ok(())
+    } else {
+        Err(Refusal::new("files are not watched: nothing else can be opened"))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Reads the results of frames: pictures, texels, bytes of buffers.
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use data_encoding::BASE64;
@@ -30,22 +32,57 @@ pub(super) fn shown_in_the_middle(session: &mut Session) -> Option<Middle> {
 }
 
 /// The picture of the last frame.
-pub(super) fn picture(session: &mut Session) -> Result<Value, Refusal> {
+pub(super) fn picture(session: &mut Session, path: Option<&str>) -> Result<Value, Refusal> {
+    let file = path.map(file).transpose()?;
     let picture = session.read_presented()?;
-    Ok(json!({
-        "width": picture.width, "height": picture.height, "channels": 4, "type": "u1",
-        "data": BASE64.encode(&picture.rgba),
-    }))
+    let about = json!({ "width": picture.width, "height": picture.height, "channels": 4, "type": "u1" });
+    give(about, &picture.rgba, file)
 }
 
 /// All texels of a target as numbers.
-pub(super) fn texels(session: &mut Session, target: &DebugTarget, middle: Option<&Middle>) -> Result<Value, Refusal> {
+pub(super) fn texels(
+    session: &mut Session,
+    target: &DebugTarget,
+    middle: Option<&Middle>,
+    path: Option<&str>,
+) -> Result<Value, Refusal> {
+    let file = path.map(file).transpose()?;
     let texels = texels_of(session, target, middle)?;
     let (kind, bytes) = numbers(&texels);
-    Ok(json!({
+    let about = json!({
         "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
-        "format": texels.format.name(), "data": BASE64.encode(&bytes),
-    }))
+        "format": texels.format.name(),
+    });
+    give(about, &bytes, file)
+}
+
+/// Bytes of a buffer.
+pub(super) fn buffer(
+    session: &mut Session,
+    name: &str,
+    range: Range<u64>,
+    path: Option<&str>,
+) -> Result<Value, Refusal> {
+    let file = path.map(file).transpose()?;
+    let bytes = session.read_buffer(name, range)?;
+    give(json!({ "bytes": bytes.len() }), &bytes, file)
+}
+
+/// The file that a program wants bytes in. It must not be a pipe or a device: a program that waits for the answer does not read them.
+fn file(path: &str) -> Result<Pending, Refusal> {
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Err(Refusal::new(format!("`{path}` cannot be written: it is no regular file")));
+    }
+    Ok(Pending::new(Path::new(path))?)
+}
+
+/// An answer with bytes: as base64 in it, or in a file.
+fn give(mut about: Value, bytes: &[u8], file: Option<Pending>) -> Result<Value, Refusal> {
+    match file {
+        Some(file) => file.finish(bytes)?,
+        None => about["data"] = BASE64.encode(bytes).into(),
+    }
+    Ok(about)
 }
 
 /// One texel of a target.
@@ -128,16 +165,23 @@ pub(super) fn screenshot(session: &mut Session, path: &str) -> Result<Value, Ref
 }
 
 /// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
-fn numbers(texels: &Texels) -> (&'static str, Vec<u8>) {
+fn numbers(texels: &Texels) -> (&'static str, Cow<'_, [u8]>) {
     let channels = texels.format.channels() as usize;
-    let words = |words: Vec<[u32; 4]>| {
-        words.iter().flat_map(|texel| texel[..channels].iter().flat_map(|word| word.to_le_bytes())).collect()
+    let kind = match texels.scalar() {
+        ScalarKind::Uint => "u4",
+        ScalarKind::Int => "i4",
+        ScalarKind::Float => "f4",
     };
-    match (texels.scalar(), texels.integers()) {
-        (ScalarKind::Uint, Some(integers)) => ("u4", words(integers)),
-        (ScalarKind::Int, Some(integers)) => ("i4", words(integers)),
-        _ => ("f4", words(texels.floats().into_iter().map(|texel| texel.map(f32::to_bits)).collect())),
+    // Channels of 32 bits are such words.
+    if texels.bytes.len() == texels.width as usize * texels.height as usize * channels * 4 {
+        return (kind, Cow::Borrowed(&texels.bytes));
     }
+    let words = match texels.integers() {
+        Some(integers) => integers,
+        None => texels.floats().into_iter().map(|texel| texel.map(f32::to_bits)).collect(),
+    };
+    let bytes = words.iter().flat_map(|texel| texel[..channels].iter().flat_map(|word| word.to_le_bytes()));
+    (kind, bytes.collect())
 }
 
 /// A word as a number of JSON. JSON has neither NaN nor infinity, so those are text.
@@ -150,4 +194,9 @@ pub(super) fn number(kind: &str, bits: u32) -> Value {
             if value.is_finite() { json!(value) } else { json!(value.to_string()) }
         }
     }
+}
+
+/// A number of JSON. JSON has neither NaN nor infinity, so those are text.
+pub(super) fn float(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { json!(value.to_string()) }
 }

@@ -1,6 +1,7 @@
 //! Why a request is refused.
 
 use raxel_diagnostics::Diagnostic;
+use raxel_diagnostics::names::{closest, list};
 use raxel_output::OutputError;
 use raxel_runtime::ReadError;
 use raxel_runtime::session::EditFailure;
@@ -16,6 +17,21 @@ pub(super) struct Refusal {
 impl Refusal {
     pub fn new(error: impl Into<String>) -> Self {
         Self { error: error.into(), help: Vec::new() }
+    }
+
+    /// There is nothing of this name; the help has the name that was meant, or all.
+    pub fn unknown<'n>(error: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
+        let help = match closest(name, known.clone()) {
+            Some(like) => Some(format!("did you mean `{like}`?")),
+            None => (known.clone().next().is_some()).then(|| format!("it has {}", list(known))),
+        };
+        Self { error: format!("{error} `{name}`"), help: help.into_iter().collect() }
+    }
+
+    /// Only a window does it.
+    pub fn no_window(request: &str) -> Self {
+        let help = "`raxel run --control` opens a window".to_owned();
+        Self { error: format!("`{request}` needs a window"), help: vec![help] }
     }
 
     /// The session waits for the mend of its files.

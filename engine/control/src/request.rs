@@ -1,9 +1,13 @@
 //! The requests that a program may send, and how they are read.
 
+use raxel_runtime::present::Viewport;
+use raxel_workbench::writes::WriteTo;
 use raxel_worldfile::CAMERA_FOV;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::compare::ToKeep;
+use super::host::CompareMode;
 use super::refusal::Refusal;
 
 /// The version of the protocol. A higher one has more requests; none changes its meaning.
@@ -48,7 +52,7 @@ pub(super) enum Request {
     /// Writes the picture of the last frame to a file in the format of its extension.
     Screenshot { path: String },
     /// The picture of the last frame.
-    Picture {},
+    Picture { path: Option<String> },
     /// Runs a frame and captures it by RenderDoc.
     Capture {},
     /// Texels of a target as numbers.
@@ -61,6 +65,7 @@ pub(super) enum Request {
         #[serde(default)]
         layer: u32,
         after: Option<String>,
+        path: Option<String>,
     },
     /// One texel of a target.
     Pixel {
@@ -94,6 +99,7 @@ pub(super) enum Request {
         #[serde(default)]
         start: u64,
         bytes: u64,
+        path: Option<String>,
     },
     /// Edits the world: operations as `[[edits]]` of a demo has them, without times, as one step.
     Edit { operations: Vec<Value> },
@@ -129,9 +135,95 @@ pub(super) enum Request {
     WaitReload {
         #[serde(default = "ten")]
         seconds: f64,
+        /// An edit after the one of this number; the next one by default.
+        after: Option<u64>,
     },
+    /// The graphs, worlds and demos of the project.
+    Files {},
+    /// Opens one of them in place of what runs, and waits until it runs or is found to be wrong.
+    Open {
+        path: String,
+        #[serde(default = "sixty")]
+        seconds: f64,
+    },
+    /// The presets of the graph.
+    Presets {},
+    /// Keeps the values of all params under a name.
+    SavePreset { name: String },
+    /// Sets the params to the values of this name.
+    ApplyPreset { name: String },
+    /// Forgets the values of this name.
+    DeletePreset { name: String },
+    /// Writes the values of params into a file.
+    WriteParams {
+        params: Vec<String>,
+        #[serde(default)]
+        to: To,
+    },
+    /// Restores the files that were written last.
+    UndoWrite {},
+    /// Writes the camera into the world's file under a name.
+    WriteCamera { name: String },
+    /// The demo and its keys.
+    Keys {},
+    /// Writes another time of a key into the demo's file.
+    MoveKey { track: String, key: usize, to: f64 },
+    /// Takes a key out of the demo's file.
+    DeleteKey { track: String, key: usize },
+    /// Writes the camera into the demo's file as a key, or the value of a param.
+    WriteKey { param: Option<String>, seconds: Option<f64> },
+    /// Starts the demo over at its end, or stays there.
+    Loop {
+        #[serde(default = "yes")]
+        on: bool,
+    },
+    /// Lets the demo drive again.
+    HandBack {},
+    /// Maps texels to colours in another way than the graph; without fields, as the graph does.
+    Display(Shown),
+    /// Keeps a picture to compare with: the shown one by default.
+    Keep(ToKeep),
+    /// Lets go of the kept picture.
+    Forget {},
+    /// Measures how far the shown target is from the kept picture.
+    Measure {},
+    /// Shows the kept picture in a window.
+    Compare { mode: Option<CompareMode>, gain: Option<f32>, flipped: Option<bool> },
+    /// Gives up the pass that the device has worked on for long.
+    Cancel {},
+    /// Pixels of the output for each pixel of the size, along each axis.
+    Scale { scale: f64 },
     /// Ends the program.
     Quit {},
+}
+
+/// The file that values of params are written into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum To {
+    /// The graph's own file: it overrides inherited values.
+    #[default]
+    Own,
+    /// The file that the default stands in, which other graphs may extend as well.
+    Declared,
+}
+
+impl From<To> for WriteTo {
+    fn from(to: To) -> Self {
+        match to {
+            To::Own => WriteTo::Own,
+            To::Declared => WriteTo::Declared,
+        }
+    }
+}
+
+/// How the shown target is shown. Absent fields are those of the graph.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Shown {
+    pub map: Option<String>,
+    pub channel: Option<u32>,
+    pub range: Option<[f32; 2]>,
 }
 
 /// Where the camera shall be. Absent fields stay as they are; without any, nothing moves.
@@ -199,6 +291,10 @@ fn one() -> u32 {
     1
 }
 
+fn sixty() -> f64 {
+    60.0
+}
+
 fn ten() -> f64 {
     10.0
 }
@@ -223,10 +319,8 @@ pub(super) fn parse(line: &str) -> (Value, Result<Request, Refusal>) {
 /// Why an object is no request, with the field that has a wrong value: the one without which the mistake is another or none.
 fn told(value: &Value, error: &serde_json::Error) -> String {
     let text = error.to_string();
-    if let Some(unknown) = text.strip_prefix("unknown variant") {
-        return format!("unknown request{unknown}");
-    }
-    if !text.starts_with("invalid") {
+    let unknown = text.strip_prefix("unknown variant");
+    if unknown.is_none() && !text.starts_with("invalid") {
         return text;
     }
     let is_wrong = |field: &&String| {
@@ -236,6 +330,9 @@ fn told(value: &Value, error: &serde_json::Error) -> String {
     };
     let mut fields = value.as_object().into_iter().flat_map(serde_json::Map::keys).filter(|field| *field != "do");
     let field = fields.find(is_wrong).map_or("do", String::as_str);
+    if let (Some(unknown), "do") = (unknown, field) {
+        return format!("unknown request{unknown}");
+    }
     let mut text = text;
     // The names that serde uses.
     for (theirs, ours) in [
@@ -243,6 +340,8 @@ fn told(value: &Value, error: &serde_json::Error) -> String {
         ("expected f64", "expected a number"),
         ("expected u32", "expected a whole number from 0"),
         ("expected u64", "expected a whole number from 0"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected f32", "expected a number"),
     ] {
         text = text.replace(theirs, ours);
     }
@@ -256,14 +355,50 @@ fn within(request: Request) -> Result<Request, Refusal> {
         Request::Resize { size } if size.iter().any(|side| !(1..=16384).contains(side)) => {
             Some("both sides of `size` must be in 1…16384")
         }
-        Request::Seek { seconds } | Request::WaitReload { seconds } if !(0.0..=86_400.0).contains(seconds) => {
+        Request::Seek { seconds } | Request::WaitReload { seconds, .. } | Request::Open { seconds, .. }
+            if !(0.0..=86_400.0).contains(seconds) =>
+        {
             Some("`seconds` must be in 0…86400")
+        }
+        Request::Display(shown) => shown.mistake(),
+        Request::Scale { scale } if !Viewport::SCALES.contains(scale) => Some("`scale` must be in 0.0625…4"),
+        Request::Compare { gain: Some(gain), .. } if !(0.01..=1e5).contains(gain) => {
+            Some("`gain` must be in 0.01…100000")
         }
         Request::Input(held) => held.mistake(),
         Request::Camera(moved) => moved.mistake(),
         _ => None,
     };
     message.map_or(Ok(request), |message| Err(Refusal::new(message)))
+}
+
+impl Request {
+    /// Whether it writes files of the project.
+    pub fn writes(&self) -> bool {
+        matches!(
+            self,
+            Request::SavePreset { .. }
+                | Request::DeletePreset { .. }
+                | Request::WriteParams { .. }
+                | Request::UndoWrite {}
+                | Request::WriteCamera { .. }
+                | Request::MoveKey { .. }
+                | Request::DeleteKey { .. }
+                | Request::WriteKey { .. }
+        )
+    }
+}
+
+impl Shown {
+    fn mistake(&self) -> Option<&'static str> {
+        if self.channel.is_some_and(|channel| channel > 3) {
+            Some("`channel` must be in 0…3")
+        } else if self.range.is_some_and(|[low, high]| !low.is_finite() || !high.is_finite() || low >= high) {
+            Some("`range` is [low, high], two finite numbers, the lower one first")
+        } else {
+            None
+        }
+    }
 }
 
 impl HeldInputs {
@@ -307,6 +442,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn fields_that_are_left_out_have_their_defaults() {
+        let read = |line: &str| parse(line).1.unwrap();
+        for (line, request) in [
+            (r#"{"do": "open", "path": "a"}"#, Request::Open { path: "a".to_owned(), seconds: 60.0 }),
+            (r#"{"do": "wait_reload"}"#, Request::WaitReload { seconds: 10.0, after: None }),
+            (r#"{"do": "write_params", "params": []}"#, Request::WriteParams { params: Vec::new(), to: To::Own }),
+            (r#"{"do": "write_key"}"#, Request::WriteKey { param: None, seconds: None }),
+            (r#"{"do": "loop"}"#, Request::Loop { on: true }),
+            (r#"{"do": "display", "map": null}"#, Request::Display(Shown::default())),
+            (r#"{"do": "keep"}"#, Request::Keep(ToKeep::default())),
+            (r#"{"do": "picture"}"#, Request::Picture { path: None }),
+        ] {
+            assert_eq!(read(line), request, "{line}");
+        }
+        assert!(read(r#"{"do": "undo_write"}"#).writes() && !read(r#"{"do": "undo"}"#).writes());
+    }
+
+    #[test]
     fn requests_are_read_and_anything_else_is_refused() {
         let (id, request) = parse(r#"{"id": "a", "do": "step"}"#);
         assert_eq!((id, request.unwrap()), (Value::from("a"), Request::Step { frames: 1 }));
@@ -337,6 +490,28 @@ mod tests {
             (r#"{"do": "input", "wheel": [0, 1e9]}"#, "`wheel` must be in"),
             (r#"{"do": "input", "gamepad_sticks": [0, 0, 0, 2]}"#, "`gamepad_sticks` must be in -1…1"),
             (r#"{"do": "input", "gamepad_triggers": [0, -1]}"#, "`gamepad_triggers` must be in 0…1"),
+            (r#"{"do": "open"}"#, "missing field `path`"),
+            (r#"{"do": "open", "path": "a", "seconds": -1}"#, "`seconds` must be in 0…86400"),
+            (r#"{"do": "presets", "name": "a"}"#, "unknown field `name`"),
+            (r#"{"do": "save_preset", "name": 3}"#, "`name`: invalid type"),
+            (r#"{"do": "write_params", "params": "fog"}"#, "`params`: invalid type"),
+            (r#"{"do": "write_params", "params": [], "to": "base"}"#, "`to`: unknown variant `base`"),
+            (
+                r#"{"do": "move_key", "track": "camera", "key": -1, "to": 1}"#,
+                "`key`: invalid value: integer `-1`, expected a whole number from 0",
+            ),
+            (r#"{"do": "move_key", "track": "camera", "key": 1}"#, "missing field `to`"),
+            (r#"{"do": "write_key", "time": 1}"#, "unknown field `time`"),
+            (r#"{"do": "display", "channel": 4}"#, "`channel` must be in 0…3"),
+            (r#"{"do": "display", "range": [2, 1]}"#, "`range` is [low, high]"),
+            (r#"{"do": "display", "range": [0, 1e300]}"#, "`range` is [low, high]"),
+            (r#"{"do": "keep", "file": "a.png"}"#, "unknown field `file`"),
+            (r#"{"do": "compare", "mode": "blink"}"#, "`mode`: unknown variant `blink`"),
+            (r#"{"do": "compare", "gain": "much"}"#, "`gain`: invalid type: string \"much\", expected a number"),
+            (r#"{"do": "compare", "gain": 0}"#, "`gain` must be in 0.01…100000"),
+            (r#"{"do": "scale", "scale": 5}"#, "`scale` must be in 0.0625…4"),
+            (r#"{"do": "texels", "target": "depth", "path": 3}"#, "`path`: invalid type"),
+            (r#"{"do": "wait_reload", "after": -1}"#, "`after`: invalid value"),
         ] {
             let refusal = parse(line).1.unwrap_err();
             assert!(refusal.error.contains(said), "{line}: {}", refusal.error);

@@ -1,23 +1,23 @@
 //! The commands of keys and panels.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
-use raxel_execute::moment::Moment;
-use raxel_graph::checked::{BufferSize, Param, ResourceKind, Value};
+use raxel_graph::checked::{BufferSize, ResourceKind, Value};
 use raxel_output::{self as output, Pending, shown};
 use raxel_panels::view::{Brush, Effect, Lane};
 use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::params::{components, from_components};
+use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use raxel_terminal::console::{self, To};
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::{frame_failure, named_camera};
+use raxel_workbench::demo::{self, Changed};
+use raxel_workbench::writes::{self, Applied, InFile};
 use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
@@ -98,7 +98,7 @@ impl Viewer<'_> {
             Action::SavePreset(name) => self.save_preset(&name),
             Action::ApplyPreset(name) => self.apply_preset(&name),
             Action::DeletePreset(name) => self.delete_preset(&name),
-            Action::UndoWrite => self.undo_write(),
+            Action::UndoWrite => drop(self.undo_write()),
             Action::Pin(at) => self.pin_at(at),
             Action::MovePin(number, at) => self.inspector.move_pin(number, at),
             Action::ChoosePin(number) => self.inspector.choose_pin(number),
@@ -308,8 +308,7 @@ impl Viewer<'_> {
 
     /// Keeps the values of all params under a name.
     fn save_preset(&mut self, name: &str) {
-        let value = |param: &Param| Some((param.name.clone(), components(&self.session.param(&param.name).ok()?)));
-        let values = self.session.params().iter().filter_map(value).collect();
+        let values = writes::values(&self.session);
         match self.presets.save(self.session.graph_path(), name, &values) {
             Ok(written) => {
                 self.note_write([written]);
@@ -333,53 +332,34 @@ impl Viewer<'_> {
         else {
             return;
         };
-        let (mut left, mut changes) = (Vec::new(), Vec::new());
-        for (param, numbers) in values {
-            let default = self.session.params().iter().find(|known| known.name == param).map(|known| known.default);
-            match default.and_then(|default| Some((default, from_components(&numbers, &default)?))) {
-                Some((default, value)) => {
-                    let before = self.session.param(&param).unwrap_or(default);
-                    let set = self.session.set_param(&param, value);
-                    if set.is_ok() && before != value {
-                        let before = changed(before, default);
-                        changes.push(Change { name: param, before, after: Some(value) });
-                    }
-                    self.said(set);
-                }
-                None => left.push(format!("`{param}`")),
-            }
-        }
+        let Applied { changes, left, refused } = writes::apply(&mut self.session, &values);
+        refused.into_iter().for_each(|error| self.warn(error));
         if !changes.is_empty() {
-            self.history.note(Step::Params(changes));
+            let changes = changes.into_iter().map(|(name, before, after)| {
+                let default = self.session.params().iter().find(|param| param.name == name).map(|param| param.default);
+                Change { name, before: Some(before).filter(|before| Some(*before) != default), after: Some(after) }
+            });
+            self.history.note(Step::Params(changes.collect()));
         }
         if left.is_empty() {
             self.notice(format!("set the params to `{name}`"));
         } else {
+            let left: Vec<String> = left.iter().map(|name| format!("`{name}`")).collect();
             self.warn(format!("the graph no longer has the params {}", left.join(", ")));
         }
     }
 
     /// Writes the values of params into the graph's own file, or where each default stands.
     fn write_params(&mut self, names: &[String], to: WriteTo) {
-        let mut files: BTreeMap<String, Vec<(String, Value)>> = BTreeMap::new();
-        for param in self.session.params().iter().filter(|param| names.contains(&param.name)) {
-            let Ok(value) = self.session.param(&param.name) else { continue };
-            let file = match to {
-                WriteTo::Own => self.session.graph_path().to_owned(),
-                WriteTo::Declared => self.data.default_file(param),
-            };
-            files.entry(file).or_default().push((param.name.clone(), value));
-        }
+        let to = match to {
+            WriteTo::Own => writes::WriteTo::Own,
+            WriteTo::Declared => writes::WriteTo::Declared,
+        };
+        let outcomes = writes::write_params(&self.session, names, to, |param| self.data.default_file(param));
         let mut step = Files::default();
-        for (file, params) in files {
-            let edited = write_back::edit(self.session.project(), &file, |text| {
-                params.iter().try_fold(text.to_owned(), |text, (name, value)| match to {
-                    WriteTo::Own => write_back::with_override(&text, name, value),
-                    WriteTo::Declared => write_back::with_param(&text, name, value),
-                })
-            });
+        for InFile { file, params, result } in outcomes {
             let names: Vec<String> = params.iter().map(|(name, _)| name.clone()).collect();
-            match edited {
+            match result {
                 Ok(change) => {
                     self.notice(format!("wrote {} to {file}", names.join(", ")));
                     self.written.extend(names);
@@ -397,34 +377,34 @@ impl Viewer<'_> {
         self.note_files(Files { written: written.into_iter().collect(), params: Vec::new() });
     }
 
-    fn note_files(&mut self, files: Files) {
+    pub(super) fn note_files(&mut self, files: Files) {
         if !files.written.is_empty() {
             self.history.note(Step::Files(files));
         }
     }
 
     fn write_camera(&mut self, name: &str) {
-        let Some(path) = self.session.world().path.clone() else { return };
-        let camera = *self.session.camera();
-        let edited =
-            write_back::edit(self.session.project(), &path, |text| write_back::with_camera(text, name, &camera));
-        match edited {
-            Ok(written) => {
+        match writes::write_camera(&self.session, name) {
+            Some(Ok((path, written))) => {
                 self.note_write(written);
                 self.notice(format!("wrote camera `{name}` to {path}"));
             }
-            Err(error) => self.warn(error),
+            Some(Err(error)) => self.warn(error),
+            // The empty world has no file.
+            None => {}
         }
     }
 
     fn move_key(&mut self, lane: &Lane, key: usize, to: f64) {
+        let lane = panel_data::lane(lane);
         self.write_demo(&format!("key {} is at {to:.2} s now", key + 1), |text, _, _| {
-            demo_keys::with_time(text, lane, key, to)
+            demo_keys::with_time(text, &lane, key, to)
         });
     }
 
     fn delete_key(&mut self, lane: &Lane, key: usize) {
-        self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| demo_keys::without_key(text, lane, key));
+        let lane = panel_data::lane(lane);
+        self.write_demo(&format!("key {} is deleted", key + 1), |text, _, _| demo_keys::without_key(text, &lane, key));
     }
 
     /// Changes the text of the demo's file, given its time in seconds and the camera, and shows a notice.
@@ -433,17 +413,13 @@ impl Viewer<'_> {
         done: &str,
         change: impl FnOnce(&str, f64, &Camera) -> std::result::Result<String, String>,
     ) {
-        let Some(demo) = self.session.demo() else {
-            return self.warn("no demo runs: O opens one, or *Record* in Params makes one".to_owned());
-        };
-        let (file, camera) = (demo.file.clone(), *self.session.camera());
-        let time = demo.local_time(self.session.clock().now().map_or(Moment::START, |now| now.time));
-        match write_back::edit(self.session.project(), &file, |text| change(text, time, &camera)) {
-            Ok(written) => {
+        match demo::change(&self.session, change) {
+            Some(Ok(Changed { file, written })) => {
                 self.note_write(written);
                 self.notice(format!("{done}, in {file}"));
             }
-            Err(error) => self.warn(error),
+            Some(Err(error)) => self.warn(error),
+            None => self.warn("no demo runs: O opens one, or *Record* in Params makes one".to_owned()),
         }
     }
 

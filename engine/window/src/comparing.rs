@@ -5,20 +5,19 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 
-use raxel_execute::{Builder, Comparison, ExecuteError, ReadTicket, Reference, ReferenceValues, Texels};
-use raxel_graph::checked::{Display, DisplayMap};
+use raxel_execute::{Comparison, ExecuteError, ReadTicket, Reference, Texels};
+use raxel_graph::checked::Display;
 use raxel_panels::view::{Compare, CompareMode, Figures};
-use raxel_picture::{Encoding, Picture};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_world::srgb_from_linear;
+use raxel_workbench::kept::{self, Kept, Pixels, VALUES, What};
 
 /// Pixels beside the edge of a wipe where a press takes hold of it.
 const GRIP: f64 = 8.0;
 
 /// The comparison of the shown target with another picture.
 pub struct Comparing {
-    kept: Option<Kept>,
+    picture: Option<Held>,
     mode: CompareMode,
     flipped: bool,
     /// Share of the window's width.
@@ -75,32 +74,17 @@ impl Drop for Uploading {
     }
 }
 
-/// The picture to compare with.
-struct Kept {
-    name: String,
-    what: What,
+/// The kept picture.
+struct Held {
+    kept: Kept,
     /// On which device it is, by its number, or why it could not be put there.
     on_device: Option<(u64, Result<Arc<Reference>, String>)>,
-}
-
-enum What {
-    /// A picture that was kept.
-    Still(Pixels),
-    /// The contents of a target in each frame.
-    Live(DebugTarget),
-}
-
-/// The pixels of a kept picture.
-#[derive(Clone)]
-enum Pixels {
-    Texels(Arc<Texels>),
-    File(Arc<Picture>),
 }
 
 impl Default for Comparing {
     fn default() -> Self {
         Self {
-            kept: None,
+            picture: None,
             mode: CompareMode::Off,
             flipped: false,
             edge: 0.5,
@@ -118,15 +102,18 @@ impl Default for Comparing {
 }
 
 impl Comparing {
-    /// Keeps a copy of the shown target.
-    pub fn keep(&mut self, name: &str, texels: Texels) {
-        let name = format!("{name}, {} × {}", texels.width, texels.height);
-        self.replace(Kept { name, what: What::Still(Pixels::Texels(Arc::new(texels))), on_device: None });
+    /// Compares with this from now on.
+    pub fn keep(&mut self, kept: Kept) {
+        (self.picture, self.missing) = (Some(Held { kept, on_device: None }), None);
+        (self.uploading, self.measuring, self.copying, self.figures) = (None, None, None, Figures::None);
+        if self.mode == CompareMode::Off {
+            self.mode = CompareMode::Wipe;
+        }
     }
 
-    /// Compares with a target as it goes on.
-    pub fn keep_live(&mut self, target: DebugTarget) {
-        self.replace(Kept { name: format!("{target}, live"), what: What::Live(target), on_device: None });
+    /// The kept picture.
+    pub fn kept(&self) -> Option<&Kept> {
+        self.picture.as_ref().map(|held| &held.kept)
     }
 
     /// Reads a picture from a file on a thread of its own; [`Self::update`] reports the result.
@@ -134,23 +121,10 @@ impl Comparing {
         let (path, name) = (path.to_owned(), name.to_owned());
         let (send, receive) = channel();
         thread::spawn(move || {
-            let read = raxel_picture::read(&path, None).map_err(|error| format!("`{name}` cannot be loaded: {error}"));
             // A window that was closed does not wait for it.
-            let _ = send.send(read.map(|picture| Kept {
-                name: format!("{name}, {} × {}", picture.width, picture.height),
-                what: What::Still(Pixels::File(Arc::new(picture))),
-                on_device: None,
-            }));
+            let _ = send.send(Kept::read(&path, &name));
         });
         self.loading = Some(receive);
-    }
-
-    fn replace(&mut self, kept: Kept) {
-        (self.kept, self.missing) = (Some(kept), None);
-        (self.uploading, self.measuring, self.copying, self.figures) = (None, None, None, Figures::None);
-        if self.mode == CompareMode::Off {
-            self.mode = CompareMode::Wipe;
-        }
     }
 
     /// Lets go of the kept picture.
@@ -160,7 +134,7 @@ impl Comparing {
 
     /// Whether something is kept.
     pub fn is_on(&self) -> bool {
-        self.kept.is_some()
+        self.picture.is_some()
     }
 
     /// Another way of showing both.
@@ -177,7 +151,12 @@ impl Comparing {
 
     /// Shows the kept picture alone, or not any more.
     pub fn flip(&mut self) {
-        self.flipped = !self.flipped;
+        self.set_flipped(!self.flipped);
+    }
+
+    /// Shows the kept picture alone, or both.
+    pub fn set_flipped(&mut self, flipped: bool) {
+        self.flipped = flipped;
     }
 
     /// The factor of differences.
@@ -231,7 +210,7 @@ impl Comparing {
 
     /// The target that is compared with as it goes on.
     fn live(&self) -> Option<&DebugTarget> {
-        match &self.kept.as_ref()?.what {
+        match &self.kept()?.what {
             What::Live(target) => Some(target),
             What::Still(_) => None,
         }
@@ -249,7 +228,7 @@ impl Comparing {
         match self.loading.as_ref()?.try_recv() {
             Ok(Ok(kept)) => {
                 let said = format!("compares with {}", kept.name);
-                self.replace(kept);
+                self.keep(kept);
                 self.loading = None;
                 Some(said)
             }
@@ -267,21 +246,21 @@ impl Comparing {
 
     /// Puts the kept picture on the session's device, on a thread of its own: once, and again after a loss of the device.
     fn upload(&mut self, session: &Session) {
-        let Some(kept) = &mut self.kept else { return };
+        let Some(Held { kept, on_device }) = &mut self.picture else { return };
         let What::Still(pixels) = &kept.what else { return };
         let device = session.device().id();
         if let Some(uploading) = self.uploading.take_if(|uploading| uploading.device == device) {
             match uploading.made.try_recv() {
                 Ok(made) => {
-                    kept.on_device = Some((device, made.map(Arc::new).map_err(|error| error.to_string())));
+                    *on_device = Some((device, made.map(Arc::new).map_err(|error| error.to_string())));
                 }
                 Err(TryRecvError::Empty) => self.uploading = Some(uploading),
                 Err(TryRecvError::Disconnected) => {
-                    kept.on_device = Some((device, Err("the kept picture did not reach the device".to_owned())));
+                    *on_device = Some((device, Err("the kept picture did not reach the device".to_owned())));
                 }
             }
         }
-        let known = kept.on_device.as_ref().is_some_and(|(on, _)| *on == device);
+        let known = on_device.as_ref().is_some_and(|(on, _)| *on == device);
         if known || self.uploading.as_ref().is_some_and(|uploading| uploading.device == device) {
             return;
         }
@@ -290,13 +269,13 @@ impl Comparing {
     }
 
     fn reference(&self, session: &Session) -> Option<&Arc<Reference>> {
-        let (device, made) = self.kept.as_ref()?.on_device.as_ref()?;
+        let (device, made) = self.picture.as_ref()?.on_device.as_ref()?;
         made.as_ref().ok().filter(|_| *device == session.device().id())
     }
 
     /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
     pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
-        let Some(Kept { what: What::Still(pixels), .. }) = &self.kept else { return };
+        let Some(Kept { what: What::Still(pixels), .. }) = self.kept() else { return };
         let pixels = pixels.clone();
         self.find_figures(pixels, name.to_owned(), texels, display);
     }
@@ -315,8 +294,6 @@ impl Comparing {
 
     /// Takes the copies of [`Self::measure_live`], once they are there.
     fn take_copies(&mut self) {
-        /// Values are compared with values, however they are shown.
-        const VALUES: Display = Display { map: DisplayMap::Raw, range: [0.0, 1.0], channel: 0 };
         let Some(copying) = self.copying.take() else { return };
         // The device takes the live target first.
         let both = match copying.shown.poll() {
@@ -355,14 +332,14 @@ impl Comparing {
 
     /// The panel's view.
     pub fn view(&self, session: &Session) -> Compare {
-        let failed = self.kept.as_ref().and_then(|kept| kept.on_device.as_ref()?.1.as_ref().err().cloned());
+        let failed = self.picture.as_ref().and_then(|held| held.on_device.as_ref()?.1.as_ref().err().cloned());
         let mismatch = || match self.live() {
             Some(_) => self.missing.clone().or_else(|| Some(session.live_mismatch()?.to_string())),
             None => Some(session.mismatch(self.reference(session)?)?.to_string()),
         };
         Compare {
             live: self.live().is_some(),
-            kept: self.kept.as_ref().map(|kept| kept.name.clone()),
+            kept: self.kept().map(|kept| kept.name.clone()),
             mode: self.mode,
             flipped: self.flipped,
             edge: self.edge,
@@ -373,69 +350,14 @@ impl Comparing {
     }
 }
 
-impl Pixels {
-    fn reference(&self, builder: &Builder) -> Result<Reference, ExecuteError> {
-        match self {
-            Pixels::Texels(texels) => builder.reference(texels),
-            Pixels::File(picture) => {
-                let values = match picture.encoding {
-                    Encoding::Display => ReferenceValues::Displayed,
-                    Encoding::Linear => ReferenceValues::Floats,
-                };
-                builder.reference_picture(&picture.pixels, [picture.width, picture.height], values)
-            }
-        }
-    }
-}
-
-/// The figures of `raxel compare`, with the kept picture as the reference.
+/// The figures as the panel shows them.
 fn figures(kept: &Pixels, of: String, shown: &Texels, display: &Display) -> Figures {
-    let pictures = match kept {
-        Pixels::Texels(kept) => Ok((picture(kept), picture(shown))),
-        Pixels::File(kept) if kept.encoding == Encoding::Linear => Ok(((**kept).clone(), picture(shown))),
-        Pixels::File(kept) => displayed(shown, display).map(|shown| ((**kept).clone(), shown)),
-    };
-    let found = pictures.and_then(|(kept, shown)| {
-        let pixels = kept.pixels.len() as u64;
-        let found = raxel_picture::compare(&kept, &shown).map_err(|error| error.to_string())?;
-        Ok((found, pixels))
-    });
-    match found {
-        Ok((found, pixels)) => Figures::Found {
-            of,
-            flip: found.flip,
-            rmse: found.rmse,
-            max: found.max,
-            differing: [found.differing, pixels],
-        },
+    match kept.figures(shown, display) {
+        Ok(kept::Figures { flip, rmse, max, differing, pixels }) => {
+            Figures::Found { of, flip, rmse, max, differing: [differing, pixels] }
+        }
         Err(why) => Figures::Refused(why),
     }
-}
-
-/// Texels as linear light; one channel is grey.
-fn picture(texels: &Texels) -> Picture {
-    let gray = texels.format.channels() == 1;
-    let pixel = |[r, g, b, _]: [f32; 4]| if gray { [r; 3] } else { [r, g, b] };
-    let pixels = texels.floats().into_iter().map(pixel).collect();
-    Picture { width: texels.width, height: texels.height, pixels, encoding: Encoding::Linear }
-}
-
-/// Texels as a screen shows them, to be compared with a picture of a screen.
-fn displayed(texels: &Texels, display: &Display) -> Result<Picture, String> {
-    let [low, high] = display.range;
-    let encode: &dyn Fn(f32) -> f32 = match display.map {
-        DisplayMap::Color => {
-            &|value| f32::from(srgb_from_linear(((value - low) / (high - low)).clamp(0.0, 1.0))) / 255.0
-        }
-        DisplayMap::Raw => &|value| value.clamp(0.0, 1.0),
-        _ => {
-            let why = "a picture of a screen has figures only for targets that are shown by `color` or `raw`";
-            return Err(why.to_owned());
-        }
-    };
-    let mut picture = picture(texels);
-    picture.pixels.iter_mut().flatten().for_each(|value| *value = encode(*value));
-    Ok(Picture { encoding: Encoding::Display, ..picture })
 }
 
 #[cfg(test)]
@@ -445,8 +367,6 @@ mod tests {
     use raxel_shader::format::Format;
 
     use super::*;
-
-    const COLOR: Display = Display { map: DisplayMap::Color, range: [0.0, 1.0], channel: 0 };
 
     fn texels(values: &[f32]) -> Texels {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
@@ -468,15 +388,6 @@ mod tests {
         assert!(ended.load(Ordering::Acquire));
     }
 
-    fn kept(values: &[f32]) -> Pixels {
-        Pixels::Texels(Arc::new(texels(values)))
-    }
-
-    fn file(pixels: &[[f32; 3]], encoding: Encoding) -> Pixels {
-        let width = u32::try_from(pixels.len()).unwrap();
-        Pixels::File(Arc::new(Picture { width, height: 1, pixels: pixels.to_vec(), encoding }))
-    }
-
     fn found(figures: &Figures) -> ([u64; 2], [u64; 2]) {
         let Figures::Found { rmse, max, differing, .. } = figures else { panic!("{figures:?}") };
         // In hundredths.
@@ -484,28 +395,14 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_of_values_and_say_what_they_are_of() {
+    fn figures_say_what_they_are_of() {
         let shown = texels(&[1.0, 2.0, 3.0, 4.0]);
-        let figures = |kept: &Pixels| super::figures(kept, "color, generation 2".to_owned(), &shown, &COLOR);
-        assert_eq!(found(&figures(&kept(&[1.0, 2.0, 3.0, 4.0]))), ([0, 0], [0, 4]));
-        assert_eq!(found(&figures(&kept(&[1.0, 2.0, 3.0, 6.0]))), ([100, 200], [1, 4]));
-        assert!(matches!(figures(&kept(&[0.0; 4])), Figures::Found { of, .. } if of == "color, generation 2"));
-        let linear = file(&[[1.0; 3], [2.0; 3], [3.0; 3], [3.0; 3]], Encoding::Linear);
-        assert_eq!(found(&figures(&linear)), ([50, 100], [1, 4]));
-        let Figures::Refused(why) = figures(&kept(&[1.0; 3])) else { panic!("of another size") };
-        assert!(why.contains("3×1") && why.contains("4×1"), "{why}");
-    }
-
-    #[test]
-    fn a_picture_of_a_screen_is_compared_with_what_a_screen_shows() {
-        let white = file(&[[1.0; 3], [0.0; 3]], Encoding::Display);
-        let figures = |shown: &[f32], display: &Display| super::figures(&white, String::new(), &texels(shown), display);
-        assert_eq!(found(&figures(&[1.0, 0.0], &COLOR)), ([0, 0], [0, 2]));
-        assert_eq!(found(&figures(&[4.0, 2.0], &Display { range: [2.0, 4.0], ..COLOR })), ([0, 0], [0, 2]));
-        // A half of linear light is brighter on a screen than half of the way.
-        assert_eq!(found(&figures(&[1.0, 0.5], &COLOR)).0[1], 74);
-        let turbo = Display { map: DisplayMap::Turbo, ..COLOR };
-        assert!(matches!(figures(&[1.0, 0.0], &turbo), Figures::Refused(why) if why.contains("`color` or `raw`")));
+        let figures = |kept: &[f32]| {
+            super::figures(&Pixels::Texels(Arc::new(texels(kept))), "color, generation 2".to_owned(), &shown, &VALUES)
+        };
+        assert!(matches!(figures(&[0.0; 4]), Figures::Found { of, .. } if of == "color, generation 2"));
+        assert_eq!(found(&figures(&[1.0, 2.0, 3.0, 6.0])), ([100, 200], [1, 4]));
+        assert!(matches!(figures(&[1.0; 3]), Figures::Refused(_)), "of another size");
     }
 
     #[test]
@@ -535,7 +432,7 @@ mod tests {
         let mut session = Session::open(options).unwrap_or_else(|error| panic!("{error}"));
         let mut comparing = Comparing::default();
         assert!(!comparing.measure_live(&mut session, "once", &DebugTarget::resource("once")), "nothing is live");
-        comparing.keep_live(DebugTarget::resource("twice"));
+        comparing.keep(Kept::live(DebugTarget::resource("twice")));
         let frames = |session: &mut Session, comparing: &mut Comparing| {
             for _ in 0..5 {
                 assert_eq!(comparing.update(session), None);
@@ -562,7 +459,7 @@ mod tests {
         comparing.drag_edge(32.0, 128);
         assert!((comparing.edge - 0.5).abs() < 1e-9, "nobody holds it");
         comparing.held = true;
-        comparing.keep("color", texels(&[1.0]));
+        comparing.keep(Kept::copy("color", texels(&[1.0])));
         assert!(comparing.is_on() && comparing.mode == CompareMode::Wipe);
         assert_eq!([comparing.next_mode(), comparing.next_mode()], [CompareMode::Difference, CompareMode::Off]);
         assert!(!comparing.flipped, "another way of showing both shows both");
@@ -580,7 +477,7 @@ mod tests {
         let path = folder.path().join("note.png");
         std::fs::write(&path, "no picture").unwrap();
         let mut comparing = Comparing::default();
-        comparing.keep("color", texels(&[1.0]));
+        comparing.keep(Kept::copy("color", texels(&[1.0])));
         comparing.load(&path, "note.png");
         let said = loop {
             if let Some(said) = comparing.take_loaded() {
@@ -588,6 +485,6 @@ mod tests {
             }
         };
         assert!(said.starts_with("`note.png` cannot be loaded: it is not a PNG"), "{said}");
-        assert!(comparing.kept.as_ref().is_some_and(|kept| kept.name == "color, 1 × 1"));
+        assert!(comparing.kept().is_some_and(|kept| kept.name == "color, 1 × 1"));
     }
 }

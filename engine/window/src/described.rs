@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::path::Path;
 use std::sync::Arc;
 
 use raxel_diagnostics::{SourceMap, Span, render};
@@ -11,8 +10,7 @@ use raxel_graph::checked::{BoundAccess, BufferSize, Graph, PassId, Resource, Res
 use raxel_graph::plan::{CullReason, Lifetime, Plan, ResourceDesc};
 use raxel_graph::size::Size;
 use raxel_panels::view::{self, PassState, Use};
-
-use super::write_back;
+use raxel_workbench::writes::default_files;
 
 /// A plan in words.
 pub(super) struct Described {
@@ -55,19 +53,8 @@ impl Described {
         }
         let blocks: u64 = plan.blocks.iter().map(|block| block.size).sum();
         let (memory, saved) = (apart + blocks, shared.saturating_sub(blocks));
-        Described { plan: plan.clone(), rows, resources, memory, saved, defaults: defaults(graph, texts) }
+        Described { plan: plan.clone(), rows, resources, memory, saved, defaults: default_files(graph, texts) }
     }
-}
-
-/// For each param the file with its default: the first one among the graph and those that it extends.
-fn defaults(graph: &Graph, texts: &SourceMap) -> HashMap<String, String> {
-    let mut found = HashMap::new();
-    for file in graph.files.iter().filter(|file| Path::new(file).extension().is_some_and(|end| end == "toml")) {
-        for name in texts.get(file).map(|text| write_back::defaults(text)).unwrap_or_default() {
-            found.entry(name).or_insert_with(|| file.clone());
-        }
-    }
-    found
 }
 
 /// The state of the pass of a row.

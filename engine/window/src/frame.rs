@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use raxel_control::Next;
-use raxel_execute::moment::Moment;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
 use raxel_panels::view::{Compiling, Editing, FirstPicture, Status, World};
@@ -16,6 +15,7 @@ use raxel_runtime::{FrameError, ReadError};
 use raxel_terminal::console::To;
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::frame_failure;
+use raxel_workbench::demo;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
@@ -24,7 +24,7 @@ use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
     GROUND, Ground, LANDED, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL,
-    Viewer, brush, outline, panel_data,
+    Viewer, brush, outline, panel_data, preset_list,
 };
 
 impl Open {
@@ -41,14 +41,12 @@ impl Viewer<'_> {
     /// and an edit taken in while the device works.
     pub(super) fn draw(&mut self, event_loop: &ActiveEventLoop) -> Result {
         self.take_events()?;
-        if let Some(control) = &mut self.control {
-            if control.poll(&mut self.session) == Next::Quit {
-                event_loop.exit();
-                return Ok(());
-            }
-            if let Some(complaint) = control.complaint() {
-                self.console.message(complaint);
-            }
+        if self.answer_requests() == Next::Quit {
+            event_loop.exit();
+            return Ok(());
+        }
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
         }
         if self.session.is_waiting() {
             return self.draw_mistakes(event_loop);
@@ -58,7 +56,8 @@ impl Viewer<'_> {
             return Ok(());
         }
         self.greet(event_loop)?;
-        if self.unshown && !self.show(event_loop)? {
+        let hidden = self.is_hidden();
+        if self.unshown && !hidden && !self.show(event_loop)? {
             return self.draw_meanwhile(event_loop);
         }
         if let Some(at) = self.next_frame()
@@ -71,7 +70,7 @@ impl Viewer<'_> {
         if !self.is_done(progress)? {
             return self.draw_meanwhile(event_loop);
         }
-        self.turn_demo();
+        demo::turn(&mut self.session, self.looped);
         self.fly();
         self.record_frame();
         let inspects =
@@ -121,6 +120,11 @@ impl Viewer<'_> {
             self.take_copy();
         } else {
             self.inspector.rest(&mut self.session);
+        }
+        if hidden {
+            // It is drawn once it is seen.
+            self.touched = true;
+            return Ok(());
         }
         let still = !report.displayed && report.dispatched == 0;
         let due = self.window.as_ref().is_some_and(|open| open.overlay.is_due());
@@ -172,20 +176,6 @@ impl Viewer<'_> {
                 self.warn(error.to_string());
                 self.session.frame()
             }
-        }
-    }
-
-    /// At the end of the demo: starts it over or stays there, as the user has chosen.
-    fn turn_demo(&mut self) {
-        let (Some(looped), Some(duration)) = (self.looped, self.session.demo().map(|demo| demo.duration)) else {
-            return;
-        };
-        let ended = self.session.clock().now().is_some_and(|now| now.time >= Moment::from(duration));
-        if ended && looped {
-            self.session.seek(0.0);
-        } else if ended && !self.session.clock().paused() {
-            self.session.seek(duration * (1.0 - 1e-9));
-            self.session.pause(true);
         }
     }
 
@@ -301,7 +291,7 @@ impl Viewer<'_> {
             passes: self.data.passes(&self.session),
             resources,
             thumbnails: self.data.thumbnails(),
-            presets: self.presets.view(self.session.graph_path(), &params),
+            presets: preset_list::view(&self.presets, self.session.graph_path(), &params),
             params,
             records: self.recorder.is_on(),
             checks_bounds: self.session.checks_bounds(),

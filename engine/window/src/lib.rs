@@ -9,7 +9,6 @@ mod brush;
 mod commands;
 mod comparing;
 mod controls;
-mod demo_keys;
 mod described;
 mod editor;
 mod elements;
@@ -17,7 +16,9 @@ mod finding;
 mod frame;
 mod gamepad;
 mod given;
+mod hidden;
 mod history;
+mod hosting;
 pub mod inspector;
 mod layout_file;
 mod locate;
@@ -31,9 +32,8 @@ mod overlay;
 mod panel_data;
 mod pins;
 mod presenting;
-mod presets;
+mod preset_list;
 mod problem_log;
-mod recording;
 mod reload_log;
 mod switching;
 mod texel_history;
@@ -41,7 +41,6 @@ mod title;
 mod undoing;
 mod waiting;
 mod worker;
-mod write_back;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -70,6 +69,7 @@ use self::controls::Controls;
 pub use self::controls::KEYS;
 use self::editor::Editors;
 use self::gamepad::Gamepads;
+use self::hidden::Redraws;
 use self::history::History;
 use self::inspector::Inspector;
 use self::layout_file::LayoutFile;
@@ -77,8 +77,6 @@ use self::magnifier::Magnifier;
 use self::microphone::Capture;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
-use self::presets::Presets;
-use self::recording::Recorder;
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use raxel_control::{Control, Drive};
@@ -86,6 +84,9 @@ use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::prints::PrintLog;
 use raxel_terminal::session::{open_failure, print_log, print_validation, validated};
+use raxel_workbench::presets::Presets;
+use raxel_workbench::recording::{self, Recorder};
+use raxel_workbench::{demo_keys, write_back};
 
 /// Wakes the window: an edit is ready.
 #[derive(Clone, Copy, Debug)]
@@ -266,6 +267,7 @@ struct Viewer<'a> {
     controls: Controls,
     holder: Holder,
     placed: Placed,
+    redraws: Redraws,
     gamepads: Gamepads,
     capture: Capture,
     /// The effect of the right button on voxels.
@@ -314,6 +316,9 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if matches!(event, WindowEvent::RedrawRequested) {
+            self.redraws.came();
+        }
         if self.session.is_waiting() {
             return self.waiting_event(event_loop, &event);
         }
@@ -396,17 +401,14 @@ impl ApplicationHandler<Wake> for Viewer<'_> {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        // Minimised, nothing is drawn until something happens.
-        let drawn = self.window.as_ref().is_some_and(|open| open.presenter.extent().is_some());
-        if !drawn {
-            event_loop.set_control_flow(ControlFlow::Wait);
-        }
         if let ControlFlow::WaitUntil(time) = event_loop.control_flow()
             && Instant::now() < time
         {
             return;
         }
-        if drawn {
+        if self.is_hidden() {
+            self.go_on_hidden(event_loop);
+        } else {
             self.redraw();
         }
     }
@@ -451,6 +453,7 @@ impl<'a> Viewer<'a> {
             controls: Controls::default(),
             holder: Holder::default(),
             placed: Placed::default(),
+            redraws: Redraws::default(),
             gamepads: Gamepads::default(),
             capture: Capture::default(),
             brush: Brush::default(),
@@ -581,6 +584,7 @@ impl<'a> Viewer<'a> {
 
     fn redraw(&self) {
         if let Some(open) = &self.window {
+            self.redraws.ask(Instant::now());
             open.window.request_redraw();
         }
     }

@@ -3,6 +3,7 @@
 use raxel_panels::view::{CompareMode, Magnified, Shown};
 use raxel_panels::{Action, Panel};
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_workbench::kept::Kept;
 use winit::keyboard::ModifiersState;
 
 use super::inspector::{CopiedFor, Copy};
@@ -121,7 +122,7 @@ impl Viewer<'_> {
                 let target = DebugTarget { after: None, ..self.session.debug_target().clone() };
                 let named = if target.resource.is_empty() { DebugTarget::resource(self.target()) } else { target };
                 self.notice(format!("compares with {named} as it goes on: show another target; X goes through ways"));
-                self.comparing.keep_live(named);
+                self.comparing.keep(Kept::live(named));
             }
             Action::KeepFile(path) => self.comparing.load(&self.session.project().root().join(&path), &path),
             Action::ForgetKept => self.comparing.forget(),
@@ -167,7 +168,7 @@ impl Viewer<'_> {
         let name = self.name_of_copy(&shown);
         match purpose {
             CopiedFor::Keeping => {
-                self.comparing.keep(&name, texels);
+                self.comparing.keep(Kept::copy(&name, texels));
                 self.notice(format!("kept {name}; X goes through ways of comparing, V shows it alone"));
             }
             CopiedFor::Measuring => self.comparing.measure(&name, texels, display),

@@ -19,6 +19,7 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::components;
 use raxel_runtime::present::Viewport;
 use raxel_runtime::timeline::DemoInputs;
+use raxel_workbench::demo;
 use raxel_world::{Bounds, Material, srgb_from_linear};
 
 use super::described::{Described, Row, accesses, place, state};
@@ -355,6 +356,20 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
         drives: session.demo_drives(),
         tracks,
     })
+}
+
+/// The track of a demo that a row of the panel stands for.
+pub fn lane(lane: &Lane) -> demo::Lane {
+    match lane {
+        Lane::Camera => demo::Lane::Camera,
+        Lane::Param(name) => demo::Lane::Param(name.clone()),
+        Lane::Graphs => demo::Lane::Graphs,
+        Lane::Show => demo::Lane::Show,
+        Lane::Edits => demo::Lane::Edits,
+        Lane::Captions => demo::Lane::Captions,
+        Lane::Checks => demo::Lane::Checks,
+        Lane::Input(name) => demo::Lane::Input(name.clone()),
+    }
 }
 
 /// Keys of an input that are drawn one by one. A take has one for each frame in which the cursor moves.

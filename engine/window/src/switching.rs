@@ -4,22 +4,22 @@ use raxel_panels::view;
 use raxel_panels::view::FileKind;
 use raxel_runtime::Session;
 use raxel_runtime::reload::ProjectFile;
+use raxel_workbench::files;
+use raxel_workbench::files::Openable;
 
 use super::Viewer;
 
 /// The files of the project that can be opened, as the panels list them.
 pub(super) fn list(session: &Session) -> Vec<view::ProjectFile> {
-    let demo = session.demo().map(|demo| demo.file.as_str());
-    let world = session.world().path.as_deref();
-    let file = |file: ProjectFile| {
-        let (kind, runs) = match &file {
-            ProjectFile::Demo(path) => (FileKind::Demo, demo == Some(path)),
-            ProjectFile::World(path) => (FileKind::World, world == Some(path)),
-            ProjectFile::Graph(path) => (FileKind::Graph, session.graph_path() == path),
+    let file = |Openable { file, runs }: Openable| {
+        let kind = match &file {
+            ProjectFile::Demo(_) => FileKind::Demo,
+            ProjectFile::World(_) => FileKind::World,
+            ProjectFile::Graph(_) => FileKind::Graph,
         };
         view::ProjectFile { kind, path: file.path().to_owned(), runs }
     };
-    session.project().every_file().into_iter().map(file).collect()
+    files::list(session).into_iter().map(file).collect()
 }
 
 impl Viewer<'_> {

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use raxel_execute::moment::Moment;
 use raxel_graph::checked::Value;
 use raxel_output::{demo_path, take_name};
 use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
+use raxel_workbench::demo;
+use raxel_workbench::writes::set_again;
 
 use super::history::{Change, Files, Pose, Step};
 use super::recording::Recording;
@@ -65,13 +66,15 @@ impl Viewer<'_> {
         }
     }
 
-    /// Restores the files that were written last, even if other things were changed since.
-    pub(super) fn undo_write(&mut self) {
-        if let Some(step) = self.history.take_last(|step| matches!(step, Step::Files(_)))
-            && let Some(step) = self.go(step, Way::Back)
-        {
+    /// Restores the files that were written last, even if other things were changed since. False when nothing was restored.
+    pub(super) fn undo_write(&mut self) -> bool {
+        let step = self.history.take_last(|step| matches!(step, Step::Files(_)));
+        let undone = step.and_then(|step| self.go(step, Way::Back));
+        let restored = undone.is_some();
+        if let Some(step) = undone {
             self.history.was_undone(step);
         }
+        restored
     }
 
     /// Goes a step, and gives the one that leads the other way; `None` when that failed.
@@ -153,14 +156,8 @@ impl Viewer<'_> {
 
     /// Gives params the values that files had taken over from the window, unless they were moved since.
     fn set_again(&mut self, params: &[(String, Value)]) {
-        self.written.retain(|name| params.iter().all(|(param, _)| param != name));
-        for (name, value) in params {
-            if !self.session.param(name).is_ok_and(|now| now == *value) {
-                continue;
-            }
-            let set = self.session.set_param(name, *value);
-            self.said(set);
-        }
+        let refused = set_again(&mut self.session, &mut self.written, params);
+        refused.into_iter().for_each(|error| self.warn(error));
     }
 
     /// Goes on without the demo where its file is gone: undo has taken back that it was made.
@@ -183,7 +180,7 @@ impl Viewer<'_> {
             self.session.release_param(Some(name));
             self.recorder.release();
         }
-        let time = self.seconds();
+        let time = demo::seconds(&self.session);
         if let Some(recording) = self.recorder.moved(name, before, time, numbers) {
             self.write_keys(&recording);
         }
@@ -191,16 +188,10 @@ impl Viewer<'_> {
 
     /// Before a frame: writes the recording, once the param is released.
     pub(super) fn record_frame(&mut self) {
-        let (time, held) = (self.seconds(), self.is_held());
+        let (time, held) = (demo::seconds(&self.session), self.is_held());
         if let Some(recording) = self.recorder.frame(time, held) {
             self.write_keys(&recording);
         }
-    }
-
-    /// Seconds of the demo, or of the clock.
-    fn seconds(&self) -> f64 {
-        let now = self.session.clock().now().map_or(Moment::START, |now| now.time);
-        self.session.demo().map_or(now.seconds(), |demo| demo.local_time(now))
     }
 
     /// Writes keys into the demo, or makes one that plays them.

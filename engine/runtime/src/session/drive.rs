@@ -128,6 +128,11 @@ impl Session {
         self.renderer.executor.set_display(display);
     }
 
+    /// The override of [`Self::set_display`].
+    pub fn display(&self) -> Option<Display> {
+        self.renderer.shown.display
+    }
+
     /// Shows a part of the debug target from the next frame on.
     pub fn set_region(&mut self, region: Region) {
         self.renderer.shown.region = region;

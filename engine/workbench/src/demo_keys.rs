@@ -1,9 +1,9 @@
 //! Keys of a demo as its file has them: moved, taken out, recorded. Comments and order of everything else stay.
 
-use raxel_panels::view::Lane;
 use raxel_runtime::camera::Camera;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
+use super::demo::Lane;
 use super::recording::Recording;
 use super::write_back::{camera_values, implicit_table, literal, parsed, rounded};
 
@@ -22,6 +22,9 @@ const RECORDED: &str = "inputs are changed in the file: a press belongs to its r
 /// The text of a demo with another time of a key.
 pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String, String> {
     let mut document = parsed(text)?;
+    if lane.movable() {
+        in_order(&mut document, lane, key, to)?;
+    }
     let time = match lane {
         Lane::Param(name) => param_keys(&mut document, name)
             .and_then(|keys| keys.get_mut(key)?.as_array_mut()?.get_mut(0))
@@ -29,8 +32,8 @@ pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String,
         Lane::Checks => return Err(FIXED.to_owned()),
         Lane::Input(_) => return Err(RECORDED.to_owned()),
         Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
-            let name = array_of(lane);
-            let missing = || format!("the file has no `time` of entry {} of `{name}`", key + 1);
+            let name = lane.array();
+            let missing = || format!("the file has no `time` of entry {} of `{name}`", key.saturating_add(1));
             let table = document.get_mut(name).and_then(|keys| table_at(keys, key)).ok_or_else(missing)?;
             // An event with an end keeps its length.
             if let (Some(from), Some(until)) = (seconds_of(table, "time"), seconds_of(table, "until"))
@@ -60,7 +63,7 @@ pub fn without_key(text: &str, lane: &Lane, key: usize) -> Result<String, String
         Lane::Checks => return Err(FIXED.to_owned()),
         Lane::Input(_) => return Err(RECORDED.to_owned()),
         Lane::Camera | Lane::Graphs | Lane::Show | Lane::Edits | Lane::Captions => {
-            match document.get_mut(array_of(lane)).ok_or_else(missing)? {
+            match document.get_mut(lane.array()).ok_or_else(missing)? {
                 Item::ArrayOfTables(tables) if key < tables.len() => {
                     tables.remove(key);
                 }
@@ -130,10 +133,6 @@ pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, Stri
     let track = track.as_table_like_mut().ok_or_else(|| format!("`tracks.{param}` of the file is not a table"))?;
     let array = track.entry("keys").or_insert(value(Array::new()));
     let array = array.as_array_mut().ok_or_else(|| format!("`keys` of the track `{param}` is not an array"))?;
-    let time_of = |key: &Value| {
-        let time = key.as_array()?.get(0)?;
-        time.as_float().or_else(|| time.as_integer().map(|time| time as f64))
-    };
     array.retain(|key| time_of(key).is_none_or(|time| time < first - SAME || time > last + SAME));
     let at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
     let rest = [0.0, first - APART].map(|time| (time, recording.before));
@@ -164,18 +163,35 @@ pub fn new_demo(graph: &str, world: &str, recording: &Recording, camera: &Camera
     with_param_keys(&with_camera_key(&document.to_string(), 0.0, camera)?, recording)
 }
 
-/// The key of the file under which a track's keys stand.
-fn array_of(lane: &Lane) -> &'static str {
-    match lane {
-        Lane::Camera => "camera",
-        Lane::Graphs => "graphs",
-        Lane::Show => "show",
-        Lane::Edits => "edits",
-        Lane::Captions => "caption",
-        Lane::Checks => "check",
-        Lane::Param(_) => "tracks",
-        Lane::Input(_) => "inputs",
+/// Whether a key of a track may move to a time: it stays in order, and within the demo.
+fn in_order(document: &mut DocumentMut, lane: &Lane, key: usize, to: f64) -> Result<(), String> {
+    let duration = seconds_of(document.as_table(), "duration").unwrap_or(f64::INFINITY);
+    if !(0.0..=duration).contains(&to) {
+        return Err(format!("a key of this demo is at 0 to {duration} s, got {to}"));
     }
+    let mut time = |key: usize| match lane {
+        Lane::Param(name) => time_of(param_keys(document, name)?.get(key)?),
+        _ => seconds_of(table_at(document.get_mut(lane.array())?, key)?, "time"),
+    };
+    if time(key).is_none() {
+        // The caller reports a key that is not there.
+        return Ok(());
+    }
+    let [before, after] = [key.checked_sub(1), key.checked_add(1)].map(|beside| time(beside?));
+    // Edits of one time follow the order of the file.
+    let beyond = |first: f64, second: f64| if *lane == Lane::Edits { first > second } else { first >= second };
+    match before.filter(|before| beyond(*before, to)).or_else(|| after.filter(|after| beyond(to, *after))) {
+        Some(beside) => Err(format!(
+            "keys are in order of time: a key beside this one is at {beside} s, and {to} s is not between them"
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The time of a key of a param, `[seconds, value]`.
+fn time_of(key: &Value) -> Option<f64> {
+    let time = key.as_array()?.get(0)?;
+    time.as_float().or_else(|| time.as_integer().map(|time| time as f64))
 }
 
 fn param_keys<'d>(document: &'d mut DocumentMut, param: &str) -> Option<&'d mut Array> {
@@ -233,6 +249,13 @@ mod tests {
     fn what_the_file_does_not_have_is_said() {
         assert!(with_time(DEMO, &Lane::Camera, 2, 1.0).unwrap_err().contains("entry 3 of `camera`"));
         assert!(with_time(DEMO, &Lane::Param("sun".to_owned()), 0, 1.0).unwrap_err().contains("`sun`"));
+        assert!(with_time(DEMO, &Lane::Camera, usize::MAX, 1.0).is_err());
+        assert!(without_key(DEMO, &Lane::Camera, usize::MAX).is_err());
+        for (key, to) in [(0, 4.0), (1, 0.0), (1, 8.5), (0, -1.0), (0, f64::NAN)] {
+            let refused = with_time(DEMO, &Lane::Camera, key, to).unwrap_err();
+            assert!(refused.contains("in order of time") || refused.contains("0 to 8 s"), "{refused}");
+        }
+        assert!(with_time(DEMO, &Lane::Param("fog".to_owned()), 0, 5.0).unwrap_err().contains("in order of time"));
         assert!(with_time("a = ", &Lane::Camera, 0, 1.0).unwrap_err().starts_with("the file is broken"));
         assert!(without_key(DEMO, &Lane::Edits, 0).is_err());
         assert!(with_time(DEMO, &Lane::Input("keys".to_owned()), 0, 1.0).unwrap_err().contains("in the file"));

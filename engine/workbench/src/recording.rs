@@ -1,7 +1,7 @@
 //! A param that is moved while it is recorded becomes keys of a track.
 
 use raxel_graph::checked::Value;
-use raxel_runtime::params::{from_components, is_integer};
+use raxel_runtime::params::{components, from_components, is_integer};
 
 /// Keys have this distance at least, in seconds.
 const STEP: f64 = 0.01;
@@ -81,6 +81,11 @@ impl Recorder {
 }
 
 impl Recording {
+    /// One key: the value of a param at a time, over a value that it has before a new track begins.
+    pub fn key(param: &str, before: Value, time: f64, value: &Value) -> Self {
+        Self { param: param.to_owned(), before, samples: vec![(time, components(value))] }
+    }
+
     fn add(&mut self, time: f64, value: Vec<f64>) {
         match self.samples.last_mut() {
             Some((last, known)) if time < *last + STEP => *known = value,

@@ -33,7 +33,7 @@ impl Written {
         let Self { file, path, before, after } = self;
         let said = |error: std::io::Error| format!("{file}: {error}");
         if text_of(path).map_err(said)? != *after {
-            return Err(format!("{file} has been edited since the window wrote it: nothing is undone there"));
+            return Err(format!("{file} has been edited since it was written: nothing is undone there"));
         }
         match before {
             Some(text) => replace(path, text.as_bytes()),

@@ -6,7 +6,6 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use raxel_output::replace;
-use raxel_panels::view::{Param, Preset};
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
 use super::write_back::{Written, implicit_table, text_of};
@@ -15,7 +14,7 @@ use super::write_back::{Written, implicit_table, text_of};
 const FILE: &str = ".raxel/presets.toml";
 
 /// The head of a new file.
-const HEAD: &str = "# Presets of params: values by graph, name and param. The window writes them.\n";
+const HEAD: &str = "# Presets of params: values by graph, name and param. The window and programs write them.\n";
 
 /// Components of params, by their names.
 pub type Values = BTreeMap<String, Vec<f64>>;
@@ -63,18 +62,6 @@ impl Presets {
     /// The presets of a graph, by name.
     pub fn of_graph(&self, graph: &str) -> impl Iterator<Item = (&str, &Values)> {
         self.known.get(graph).into_iter().flatten().map(|(name, values)| (name.as_str(), values))
-    }
-
-    /// The presets of a graph as the panel shows them, beside the values that its params have now.
-    pub fn view(&self, graph: &str, params: &[Param]) -> Vec<Preset> {
-        let preset = |(name, values): (&str, &Values)| {
-            let differing = params.iter().filter_map(|param| {
-                let then = values.get(&param.name).filter(|then| **then != param.value)?;
-                Some(format!("{}: {}, then {}", param.name, listed(&param.value), listed(then)))
-            });
-            Preset { name: name.to_owned(), differing: differing.collect() }
-        };
-        self.of_graph(graph).map(preset).collect()
     }
 
     /// Keeps values under a name; a preset of that name is replaced, everything else in the file stays.
@@ -133,11 +120,6 @@ impl Presets {
     }
 }
 
-/// `1, 0.5, 0.25`.
-fn listed(numbers: &[f64]) -> String {
-    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
-}
-
 /// The numbers of an array.
 fn components(item: &Item) -> Option<Vec<f64>> {
     let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|integer| integer as f64));
@@ -173,25 +155,6 @@ mod tests {
         assert_eq!(again.of_graph("graphs/a.toml").collect::<Vec<_>>(), [("noon", &values(3.0))]);
         assert_eq!(again.of_graph("graphs/b.toml").collect::<Vec<_>>(), [("noon", &values(9.0))]);
         assert!(fs::read_to_string(&again.path).unwrap().contains("# bright"));
-    }
-
-    #[test]
-    fn a_preset_says_what_is_otherwise_now() {
-        let project = tempfile::tempdir().unwrap();
-        let mut presets = Presets::of(project.path());
-        presets.save("g", "noon", &values(2.0)).unwrap();
-        let param =
-            |name: &str, value: &[f64]| Param { name: name.to_owned(), value: value.to_vec(), ..Param::default() };
-        // The graph has a param that the preset does not know, and not all that it knows.
-        let now = [param("exposure", &[0.5]), param("new", &[1.0])];
-        let differing = |now: &[Param]| presets.view("g", now).remove(0).differing;
-        assert_eq!(differing(&now), ["exposure: 0.5, then 2"]);
-        assert_eq!(
-            differing(&[param("exposure", &[2.0]), param("sun", &[1.0, 0.5, 0.0])]),
-            ["sun: 1, 0.5, 0, then 1, 0.5, 0.25"]
-        );
-        assert_eq!(differing(&[param("exposure", &[2.0])]), [""; 0]);
-        assert_eq!(presets.view("other", &now), []);
     }
 
     #[test]

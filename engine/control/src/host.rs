@@ -1,0 +1,148 @@
+//! What runs a session beside the requests: a window, or nothing.
+
+use raxel_graph::checked::Display;
+use raxel_runtime::Session;
+use raxel_workbench::kept::Kept;
+use raxel_workbench::presets::Presets;
+use raxel_workbench::writes::{Files, set_again};
+
+/// How a window shows the kept picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CompareMode {
+    /// Not at all.
+    Off,
+    /// The shown picture left of an edge, the kept one right of it.
+    Wipe,
+    /// The shown picture minus the kept one.
+    Difference,
+}
+
+/// The parts of a program that requests reach.
+pub trait Host {
+    /// The session.
+    fn session(&mut self) -> &mut Session;
+
+    /// The session, and the presets of its project.
+    fn presets(&mut self) -> (&mut Session, &mut Presets);
+
+    /// Files were written: they can be restored, and params follow them from the next reload on.
+    fn wrote(&mut self, files: Files);
+
+    /// Restores the files that were written last, and returns their project paths; none if no file was written.
+    ///
+    /// # Errors
+    /// Why none was restored, in one line.
+    fn undo_write(&mut self) -> Result<Vec<String>, String>;
+
+    /// Whether a demo starts over at its end.
+    fn set_looped(&mut self, looped: bool);
+
+    /// That choice; without one, the demo decides.
+    fn looped(&self) -> Option<bool>;
+
+    /// Shows the shown target in another way than the graph's, or in the graph's again.
+    fn set_display(&mut self, display: Option<Display>) {
+        self.session().set_display(display);
+    }
+
+    /// The picture to compare with.
+    fn kept(&self) -> Option<&Kept>;
+
+    /// Compares with another picture, or with none.
+    fn keep(&mut self, kept: Option<Kept>);
+
+    /// The window, if there is one.
+    fn window(&mut self) -> Option<&mut dyn InWindow> {
+        None
+    }
+}
+
+/// What only a window does.
+pub trait InWindow {
+    /// Shows the kept picture in another way. What is left out stays.
+    fn compare(&mut self, mode: Option<CompareMode>, gain: Option<f32>, flipped: Option<bool>);
+
+    /// Gives up the pass that the device has worked on for long. Returns its name if that is known; `None` if the device does not work for long.
+    fn cancel(&mut self) -> Option<Option<String>>;
+}
+
+/// A session without a window.
+pub(super) struct Alone<'s> {
+    session: &'s mut Session,
+    presets: Presets,
+    /// Files that were written, oldest first.
+    writes: Vec<Files>,
+    /// Params whose values were written to a file that was not read again yet.
+    following: Vec<String>,
+    kept: Option<Kept>,
+    /// Whether the demo starts over, if a request has said so.
+    looped: Option<bool>,
+}
+
+impl<'s> Alone<'s> {
+    pub fn new(session: &'s mut Session) -> Self {
+        let presets = Presets::of(session.project().root());
+        Self { session, presets, writes: Vec::new(), following: Vec::new(), kept: None, looped: None }
+    }
+
+    /// An edit runs: params whose values it has follow their files.
+    pub fn reloaded(&mut self, opened: bool) {
+        for name in self.following.drain(..) {
+            // Another graph may not have it.
+            let _ = self.session.unset_param(&name);
+        }
+        if opened {
+            self.looped = None;
+        }
+    }
+}
+
+impl Host for Alone<'_> {
+    fn session(&mut self) -> &mut Session {
+        self.session
+    }
+
+    fn presets(&mut self) -> (&mut Session, &mut Presets) {
+        (self.session, &mut self.presets)
+    }
+
+    fn wrote(&mut self, files: Files) {
+        self.following.extend(files.params.iter().map(|(name, _)| name.clone()));
+        if !files.written.is_empty() {
+            self.writes.push(files);
+        }
+    }
+
+    fn undo_write(&mut self) -> Result<Vec<String>, String> {
+        let Some(Files { written, params }) = self.writes.pop() else { return Ok(Vec::new()) };
+        let (mut restored, mut refused) = (Vec::new(), Vec::new());
+        for written in written.iter().rev() {
+            match written.undo() {
+                Ok(_) => restored.push(written.file.clone()),
+                Err(error) => refused.push(error),
+            }
+        }
+        if restored.is_empty() {
+            return Err(refused.join("; "));
+        }
+        set_again(self.session, &mut self.following, &params);
+        Ok(restored)
+    }
+
+    fn set_looped(&mut self, looped: bool) {
+        self.looped = Some(looped);
+    }
+
+    fn looped(&self) -> Option<bool> {
+        self.looped
+    }
+
+    fn kept(&self) -> Option<&Kept> {
+        self.kept.as_ref()
+    }
+
+    fn keep(&mut self, kept: Option<Kept>) {
+        self.kept = kept;
+    }
+}
