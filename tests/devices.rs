@@ -233,6 +233,29 @@ fn a_pipeline_that_takes_long_is_named() {
     assert_eq!(events[1]["event"], "ready", "{events:?}");
 }
 
+/// The tracers of `raxel stress` too, and how many are still to be made.
+#[test]
+fn a_tracer_whose_pipeline_takes_long_is_named() {
+    let slow = behind(&SLOW_DRIVER);
+    let stress =
+        ["stress", "--rays", "64", "--scenes", "dust@near", "--layouts", "tree64,flat64,tree64:cpu", "--verbose"];
+    let told = run(&slow, &stress).exits(0).stderr;
+    for (tracer, left) in [("tree64", 2), ("flat64", 1)] {
+        let line = format!("the driver has compiled tracer `{tracer}` for 1 s; pipelines left: {left}\n");
+        assert!(told.contains(&line), "{told}");
+    }
+}
+
+/// The wait for a submission ends with exit code 5 and the reason.
+#[test]
+fn a_tracer_that_takes_longer_than_the_watchdog_ends_the_run() {
+    let project = Project::shipped();
+    let stress = ["stress", "--rays", "2e6", "--scenes", "dust@near", "--layouts", "tree64", "--watchdog", "0.001"];
+    let hung: Run = output(&mut command(project.root(), &stress)).into();
+    let told = hung.exits(5).stderr;
+    assert!(told.contains("the device did not finish within 0.001 s\nhelp: "), "{told}");
+}
+
 #[test]
 fn stress_leaves_out_what_the_device_cannot_run_and_is_right_in_the_rest() {
     let shipped = behind(&LEAST);

@@ -53,7 +53,7 @@ pub use executor::{Executor, ExecutorOptions, FramePicture, Histories, Progress}
 pub use fit::unfit;
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
-pub use making::Compiling;
+pub use making::{Compiling, watched};
 pub use prepare::{Builder, Pipelined, Prepared};
 pub use prints::{Assertion, Omitted, PassPrints, PrintedLine};
 pub use readback::ReadTicket;
