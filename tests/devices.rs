@@ -11,7 +11,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use common::{
-    ACCELERATOR, DEVICES, Display, EXCEEDED, INTEL_XE, LEAST, Lesser, METAL, METAL_12, Project, Run, Running,
+    ACCELERATOR, DEVICES, Display, EXCEEDED, Feature, INTEL_XE, LEAST, Lesser, METAL, METAL_12, Project, Run, Running,
     SLOW_DRIVER, SMALL, TOO_OLD, WINDOWLESS, command, eventually, output, repository,
 };
 use raxel_testing::Random;
@@ -184,6 +184,62 @@ fn a_window_opens_on_a_device_of_vulkan_1_2_and_says_why_it_does_not_on_others()
         assert!(said.contains("help: without `--present-with own`, another device may present"), "{said}");
         let doctor = run(&shipped, &["doctor"]).exits(0).stdout;
         assert!(doctor.contains(&format!("the device cannot present: {why}; ")), "{doctor}");
+    }
+}
+
+/// A pass whose module has its needs in the text: a type, the size of the workgroup by constants, and shared memory.
+const PLANTED_GRAPH: &str = r#"
+name = "planted"
+present = "color"
+[targets.color]
+format = "rgba8"
+[[passes]]
+name = "plant"
+shader = "plant.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color" }
+specialization = { THREADS = 512, LENGTH = 6000 }
+"#;
+const PLANTED_SHADER: &str = "#version 460
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+layout(local_size_x_id = 0) in;
+layout(constant_id = 0) const uint THREADS = 64;
+layout(constant_id = 1) const uint LENGTH = 4;
+layout(rgba8) uniform writeonly image2D outColor;
+shared uint all[LENGTH];
+void main() {
+    uint64_t wide = uint64_t(gl_GlobalInvocationID.x) << 40;
+    all[gl_LocalInvocationIndex % LENGTH] = uint(wide >> 40);
+    barrier();
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(all[0]));
+}
+";
+
+/// A device that claims more than it has, so that raxel asks for it: each request ends the program, with its name.
+#[test]
+fn what_a_module_or_a_pipeline_needs_and_the_device_lacks_ends_the_program() {
+    let whole = Lesser { shared_memory: 32768, ..METAL };
+    for (lesser, said) in [
+        (whole, None),
+        (
+            Lesser { without: &[Feature::Int64], ..whole },
+            Some("a module declares the capability 11, which the device lacks"),
+        ),
+        (Lesser { invocations: 256, ..whole }, Some("asked for 512 invocations in a workgroup of 256")),
+        (
+            Lesser { workgroup: [256, 1024, 64], ..whole },
+            Some("asked for 512 invocations along an axis of a workgroup of 256"),
+        ),
+        (Lesser { shared_memory: 16384, ..whole }, Some("asked for 24000 bytes of shared memory of 16384")),
+    ] {
+        let project = Project::empty();
+        project.write("graphs/planted.toml", PLANTED_GRAPH).write("shaders/plant.comp", PLANTED_SHADER);
+        let library = lesser.library_that_claims(&whole, &project);
+        let run = run(&(project, library), &["render", "graphs/planted.toml", "--size", "8x8", "-o", "out.png"]);
+        match said {
+            None => assert_eq!(run.code, 0, "{}", run.stderr),
+            Some(said) => assert!(run.code == EXCEEDED && run.stderr.contains(said), "{said}: {}", run.stderr),
+        }
     }
 }
 
