@@ -268,9 +268,53 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     assert_eq!(state("storage images"), "bad", "{poor:?}");
     assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
+    // Features, formats, subgroups and memory, of a device that has them and of one that lacks them.
+    let sun = ["doctor", "--graph", "graphs/bench/sun.toml", "--world", "worlds/menger.toml", "--format", "json"];
+    let lacking = run(&shipped, &sun).exits(3).json();
+    let has = |found: &[serde_json::Value], what: &str, state: &str, finding: &str| {
+        let is_it = |line: &&serde_json::Value| line["what"] == what && line["state"] == state;
+        found.iter().filter(is_it).any(|line| line["finding"].as_str().unwrap().contains(finding))
+    };
+    assert!(has(&lacking, "shader feature", "bad", "`Int64` in pass `"), "{lacking:?}");
+    assert!(has(&lacking, "shader feature", "bad", "; the device lacks it"), "{lacking:?}");
+    assert!(has(&lacking, "subgroup size", "missing", "the device runs the pass with its own size, 16"), "{lacking:?}");
+    let menger = ["doctor", "--graph", "graphs/primary.toml", "--world", "worlds/menger.toml", "--format", "json"];
+    let good = run(&shipped, &menger).exits(0).json();
+    assert!(has(&good, "stored format", "ok", "in target `"), "{good:?}");
+    assert!(has(&good, "source", "ok", "for `world.tree64`; the device has "), "{good:?}");
+    assert!(has(&good, "memory", "ok", "with its sources; the device has "), "{good:?}");
+    let bare = behind(&Lesser { name: "a device with few formats", formats: false, ..METAL });
+    let views = ["doctor", "--graph", "graphs/light/views/sph.toml", "--world", "worlds/tank.toml", "--format", "json"];
+    let formats = run(&bare, &views).exits(3).json();
+    assert!(has(&formats, "stored format", "bad", "`r16f` in target `field`; the device lacks it"), "{formats:?}");
     // raxel reports a mistake in its files once.
     let none = run(&shipped, &["doctor", "--graph", "graphs/none.toml"]).exits(3).stderr;
     assert_eq!(none.matches("`graphs/none.toml` does not exist").count(), 1, "{none}");
+}
+
+#[test]
+fn the_doctor_says_how_much_memory_a_world_takes() {
+    let told = |lesser: &Lesser, world: &str, code: i32| {
+        let shipped = behind(lesser);
+        let found = run(&shipped, &["doctor", "--world", world, "--format", "json"]).exits(code).json();
+        let of_world = |line: &serde_json::Value| {
+            let what = line["what"].as_str()?;
+            let is_it = ["tree64", "octree", "flat64", "streamed world", "world"].contains(&what);
+            is_it.then(|| (what.to_owned(), line["state"].as_str().unwrap().to_owned(), line["finding"].to_string()))
+        };
+        found.iter().filter_map(of_world).collect::<Vec<_>>()
+    };
+    let whole = told(&METAL, "worlds/valley.toml", 0);
+    assert_eq!(
+        whole.iter().map(|(what, state, _)| (&**what, &**state)).collect::<Vec<_>>(),
+        [("tree64", "ok"), ("octree", "ok"), ("flat64", "ok")]
+    );
+    assert!(whole[0].2.contains("for `worlds/valley.toml`; the device has "), "{whole:?}");
+    let small = told(&Lesser { buffer_range: 4096, ..METAL }, "worlds/valley.toml", 3);
+    assert!(small.iter().all(|(_, state, _)| state != "ok") && small.last().unwrap().0 == "world", "{small:?}");
+    let streamed = told(&METAL, "worlds/frontier.toml", 0);
+    assert!(streamed.len() == 1 && streamed[0].0 == "streamed world", "{streamed:?}");
+    assert!(streamed[0].2.contains("`gpu_memory` is 256.0 MiB"), "{streamed:?}");
 }
 
 /// While a driver compiles for long, raxel says which pass it waits for. Without `--verbose`, half a minute may pass first.

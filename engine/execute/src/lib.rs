@@ -42,6 +42,7 @@ mod ticks;
 mod times;
 mod told;
 mod upload;
+mod uses;
 mod values;
 
 pub use capture::Captured;
@@ -63,6 +64,7 @@ pub use source::{ExternalResource, Sources, WriteError};
 pub use texel_trace::{TexelTrace, TexelWrite, TracedTexel};
 pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
+pub use uses::{Use, uses};
 
 /// Target of the `tracing` events, of level `INFO`, that name slow steps: fields `event` (`compiling` or `working`), `seconds` and `pass`
 /// (if it is known), of `compiling` also `left`; and a message that can be shown as it is.
