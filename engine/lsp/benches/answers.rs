@@ -136,7 +136,7 @@ fn answers(criterion: &mut Criterion) {
                 "textDocument": { "uri": editor.address },
                 "position": editor.position(if request == "signatureHelp" && is_shader { ARGUMENT } else { file.1 }),
                 "range": { "start": { "line": 0, "character": 0 }, "end": { "line": 1000, "character": 0 } },
-                "context": { "includeDeclaration": true, "triggerKind": 1, "diagnostics": [mistake(&editor, file)] },
+                "context": { "includeDeclaration": true, "triggerKind": 1, "isRetrigger": false, "diagnostics": [mistake(&editor, file)] },
                 "newName": "another_name",
             });
             // A name of the shader library cannot be changed, and a graph has no calls.

@@ -19,6 +19,9 @@ pub(super) fn is_generic(builtin: &Builtin) -> bool {
     builtin.declarations.lines().filter_map(Declaration::of).any(|declared| is_type(declared.result))
 }
 
+/// An argument is of another kind than its parameter.
+struct Misfit;
+
 /// A line of declarations.
 struct Declaration<'d> {
     result: &'d str,
@@ -37,10 +40,14 @@ impl<'d> Declaration<'d> {
 
     /// The result for these arguments. With `converts`, integers do for floats.
     fn result(&self, name: &str, arguments: &[Option<String>], converts: bool) -> Option<String> {
+        if self.result == "mat" {
+            // The sides of a matrix may come from vectors of two sizes.
+            return of_matrices(name, arguments).map(Numeric::name);
+        }
         // Arguments that do not fit refuse the declaration, whatever its result is.
-        let floats = self.common("T", arguments, |ty| converts || ty.is_float())?;
-        let integers = self.common("I", arguments, |ty| !ty.is_float() && !ty.is_bool())?;
-        let truths = self.common("B", arguments, Numeric::is_bool)?;
+        let floats = self.common("T", arguments, |ty| converts || ty.is_float()).ok()?;
+        let integers = self.common("I", arguments, |ty| !ty.is_float() && !ty.is_bool()).ok()?;
+        let truths = self.common("B", arguments, Numeric::is_bool).ok()?;
         let ty = match self.result {
             "T" => floats.or(integers).map(|ty| if ty.is_float() { ty } else { ty.of("float") }),
             "I" => match name {
@@ -49,21 +56,19 @@ impl<'d> Declaration<'d> {
                 _ => integers,
             },
             "B" => Some(floats.or(truths)?.of("bool")),
-            "mat" => of_matrices(name, arguments),
             "gvec4" | "ivec" => return self.of_opaque(arguments),
             concrete => return Some(concrete.to_owned()),
         };
         ty.map(Numeric::name)
     }
 
-    /// The type that the arguments of all parameters of one letter have in common. `Some(None)` where none of them is known, `None` where one is
-    /// of another kind.
+    /// The type that the arguments of all parameters of one letter have in common, if one of them is known.
     fn common(
         &self,
         letter: &str,
         arguments: &[Option<String>],
         fits: impl Fn(Numeric) -> bool,
-    ) -> Option<Option<Numeric>> {
+    ) -> Result<Option<Numeric>, Misfit> {
         let mut common: Option<Numeric> = None;
         let mut is_unknown = false;
         for (_, argument) in self.parameters.iter().zip(arguments).filter(|(ty, _)| **ty == letter) {
@@ -71,11 +76,11 @@ impl<'d> Declaration<'d> {
                 is_unknown = true;
                 continue;
             };
-            let ty = Numeric::named(argument).filter(|ty| !ty.is_matrix() && fits(*ty))?;
-            common = Some(common.map_or(Some(ty), |known| known.each_with(ty))?);
+            let ty = Numeric::named(argument).filter(|ty| !ty.is_matrix() && fits(*ty)).ok_or(Misfit)?;
+            common = Some(common.map_or(Some(ty), |known| known.each_with(ty)).ok_or(Misfit)?);
         }
         // A number may stand beside a vector that is not known.
-        Some(common.filter(|ty| !is_unknown || ty.vector_size().is_some()))
+        Ok(common.filter(|ty| !is_unknown || ty.vector_size().is_some()))
     }
 
     /// The result that follows a texture or an image, which is the first argument.
@@ -124,7 +129,7 @@ mod tests {
             ("mix", &["vec2", "vec2", "bvec2"], Some("vec2")),
             ("mix", &["ivec2", "ivec2", "bvec2"], Some("ivec2")),
             ("mix", &["?", "vec3", "float"], Some("vec3")),
-            ("mix", &["float", "float", "?"], None),
+            ("mix", &["float", "?", "float"], None),
             ("mix", &["vec2", "vec3", "float"], None),
             ("max", &["int", "uint"], Some("uint")),
             ("max", &["vec3", "int"], Some("vec3")),

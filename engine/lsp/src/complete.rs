@@ -146,8 +146,8 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
         let kind = if local.parameter { "A parameter." } else { "A local variable." };
         return Some(format!("```glsl\n{}\n```\n{kind} {about}", local.declaration()));
     }
+    let texts = if toml { Vec::new() } else { shader(documents, document, &document.path) };
     if !toml {
-        let texts = shader(documents, document, &document.path);
         if let Some(member) = member_access::under(document, &texts, at) {
             return Some(member.about);
         }
@@ -160,7 +160,6 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
     }
     if !toml {
-        let texts = shader(documents, document, &document.path);
         let Some(builtin) = builtins::named(found) else {
             return hover_declared(documents, document, &texts, found);
         };

@@ -348,7 +348,6 @@ mod tests {
             ("a_RxHit.length()", "int"),
             ("first(a_uvec4 & 1u, nothing)", "uvec4"),
             ("vec2[2](vec2(0.0), vec2(1.0))[1]", "vec2"),
-            ("a_float[3][1]", "float"),
         ] {
             assert_eq!(of(code).as_deref(), Some(ty), "{code}");
         }
