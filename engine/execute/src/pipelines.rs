@@ -124,7 +124,7 @@ impl Pipelines {
             let _ending = batch.until_dropped();
             if unknown > 0 {
                 scope.spawn(|| {
-                    self.making.watch(&batch, |compiling| tell(&format!("pass `{}`", compiling.pass), compiling))
+                    self.making.watch(&batch, |compiling| tell(&format!("pass `{}`", compiling.pass), compiling));
                 });
             }
             let others: Vec<_> = (1..cores.min(unknown)).map(|_| scope.spawn(work)).collect();

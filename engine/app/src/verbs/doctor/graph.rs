@@ -1,5 +1,6 @@
 //! `raxel doctor --graph`: what a graph needs of the device, and whether it runs.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -41,13 +42,13 @@ pub(super) fn judge(
             (plan, Ok(format!("runs: {passes}, the first picture after {milliseconds:.0} ms")))
         }
         // A graph that does not run has needs all the same, unless its errors keep it from a plan: they are printed already.
-        Err(failure) => match read.on_paper() {
-            Some(plan) => (plan, Err(failure)),
-            None => {
+        Err(failure) => {
+            let Some(plan) = read.on_paper() else {
                 report.bad("graph", failure);
                 return Ok(());
-            }
-        },
+            };
+            (plan, Err(failure))
+        }
     };
     for need in needs(&planned, &raxel_execute::limits(device)) {
         let grade = if need.is_met() { Grade::Good } else { Grade::Bad };
@@ -70,10 +71,12 @@ pub(super) fn judge(
 /// The sizes of subgroups that passes ask for.
 fn subgroups(plan: &Plan, device: &Device, report: &Report<'_>) {
     let able = device.capabilities();
-    let asked = plan.passes.iter().map(|planned| plan.graph.pass(planned.pass));
-    let mut asked: Vec<(u32, &str)> =
-        asked.filter_map(|pass| Some((pass.subgroup_size?, pass.name.as_str()))).collect();
-    asked.dedup_by_key(|(size, _)| *size);
+    let mut asked: BTreeMap<u32, &str> = BTreeMap::new();
+    for pass in plan.passes.iter().map(|planned| plan.graph.pass(planned.pass)) {
+        if let Some(size) = pass.subgroup_size {
+            asked.entry(size).or_insert(&pass.name);
+        }
+    }
     for (size, pass) in asked {
         let (grade, has) = if able.asks_for_subgroups_of(size) || able.subgroup_size == size {
             (Grade::Good, "the device has it".to_owned())
