@@ -117,6 +117,60 @@ fn shipped_graphs_pass_the_check_and_say_so_in_json() {
     }
 }
 
+const HEAVY_GRAPH: &str = r#"name = "heavy"
+present = "color"
+
+[targets.color]
+format = "rgba8"
+
+[[passes]]
+name = "heavy"
+shader = "heavy.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color" }
+specialization = { THREADS = 512 }
+"#;
+const HEAVY_SHADER: &str = "#version 460
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+layout(local_size_x_id = 0) in;
+layout(constant_id = 0) const uint THREADS = 64;
+layout(rgba8) uniform writeonly image2D outColor;
+shared uint all[5000];
+void main() {
+    uint64_t wide = uint64_t(gl_GlobalInvocationID.x) << 40;
+    all[gl_LocalInvocationIndex] = uint(wide >> 40);
+    barrier();
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(all[0]));
+}
+";
+
+#[test]
+fn needs_that_many_devices_do_not_meet_are_warnings() {
+    let project = Project::empty();
+    project.write("graphs/heavy.toml", HEAVY_GRAPH).write("shaders/heavy.comp", HEAVY_SHADER);
+    let run = project.raxel(&["check", "graphs/heavy.toml"]).exits(0);
+    let warning = |message: &str, label: &str, note: &str| {
+        format!(
+            "warning[RX0163]: {message}\n --> graphs/heavy.toml:8:8\n  |\n8 | name = \"heavy\"\n  |        ^^^^^^^ {label}\n  |\n{note}\
+             help: `raxel doctor --graph` compares the graph with a device\n"
+        )
+    };
+    let limit = |name: &str| format!("  = note: the limit is `{name}`\n");
+    let threads = "pass `heavy` needs 512 workgroup threads, and many devices have 256";
+    let shared = "pass `heavy` needs 20000 shared bytes, and many devices have 16384";
+    let int64 = "pass `heavy` needs `Int64`, which not every device has";
+    let expected = [
+        warning(threads, "this pass", &limit("maxComputeWorkGroupInvocations")),
+        warning(shared, "this pass", &limit("maxComputeSharedMemorySize")),
+        warning(int64, "declared by the compiled shader", ""),
+    ];
+    assert_eq!(run.stdout.trim_end(), expected.join("\n").trim_end());
+    // The pass runs only where there are 64-bit integers.
+    project.write("graphs/heavy.toml", HEAVY_GRAPH.replace("shader =", "when = \"device.packets\"\nshader ="));
+    let run = project.raxel(&["check", "graphs/heavy.toml"]).exits(0);
+    assert!(run.stdout.contains(threads) && !run.stdout.contains("Int64"), "{}", run.stdout);
+}
+
 #[test]
 fn a_large_world_is_checked_without_being_built() {
     let project = Project::shipped();

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use common::{
-    ACCELERATOR, DEVICES, Display, EXCEEDED, INTEL_XE, LEAST, Lesser, METAL, METAL_12, Project, Run, Running,
+    ACCELERATOR, DEVICES, Display, EXCEEDED, Feature, INTEL_XE, LEAST, Lesser, METAL, METAL_12, Project, Run, Running,
     SLOW_DRIVER, SMALL, TOO_OLD, WINDOWLESS, command, eventually, output, repository,
 };
 use raxel_testing::Random;
@@ -187,6 +187,62 @@ fn a_window_opens_on_a_device_of_vulkan_1_2_and_says_why_it_does_not_on_others()
     }
 }
 
+/// A pass whose module has its needs in the text: a type, the size of the workgroup by constants, and shared memory.
+const PLANTED_GRAPH: &str = r#"
+name = "planted"
+present = "color"
+[targets.color]
+format = "rgba8"
+[[passes]]
+name = "plant"
+shader = "plant.comp"
+dispatch = { threads = "color" }
+bind = { outColor = "color" }
+specialization = { THREADS = 512, LENGTH = 6000 }
+"#;
+const PLANTED_SHADER: &str = "#version 460
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+layout(local_size_x_id = 0) in;
+layout(constant_id = 0) const uint THREADS = 64;
+layout(constant_id = 1) const uint LENGTH = 4;
+layout(rgba8) uniform writeonly image2D outColor;
+shared uint all[LENGTH];
+void main() {
+    uint64_t wide = uint64_t(gl_GlobalInvocationID.x) << 40;
+    all[gl_LocalInvocationIndex % LENGTH] = uint(wide >> 40);
+    barrier();
+    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(all[0]));
+}
+";
+
+/// A device that claims more than it has, so that raxel asks for it: each request ends the program, with its name.
+#[test]
+fn what_a_module_or_a_pipeline_needs_and_the_device_lacks_ends_the_program() {
+    let whole = Lesser { shared_memory: 32768, ..METAL };
+    for (lesser, said) in [
+        (whole, None),
+        (
+            Lesser { without: &[Feature::Int64], ..whole },
+            Some("a module declares the capability 11, which the device lacks"),
+        ),
+        (Lesser { invocations: 256, ..whole }, Some("asked for 512 invocations in a workgroup of 256")),
+        (
+            Lesser { workgroup: [256, 1024, 64], ..whole },
+            Some("asked for 512 invocations along an axis of a workgroup of 256"),
+        ),
+        (Lesser { shared_memory: 16384, ..whole }, Some("asked for 24000 bytes of shared memory of 16384")),
+    ] {
+        let project = Project::empty();
+        project.write("graphs/planted.toml", PLANTED_GRAPH).write("shaders/plant.comp", PLANTED_SHADER);
+        let library = lesser.library_that_claims(&whole, &project);
+        let run = run(&(project, library), &["render", "graphs/planted.toml", "--size", "8x8", "-o", "out.png"]);
+        match said {
+            None => assert_eq!(run.code, 0, "{}", run.stderr),
+            Some(said) => assert!(run.code == EXCEEDED && run.stderr.contains(said), "{said}: {}", run.stderr),
+        }
+    }
+}
+
 /// All of them in one go, each with what to do.
 #[test]
 fn every_format_that_the_device_lacks_is_named() {
@@ -212,9 +268,53 @@ fn the_doctor_says_what_a_graph_needs_and_the_device_lacks() {
     assert_eq!(state("storage images"), "bad", "{poor:?}");
     assert_eq!(state("storage buffers"), "ok", "{poor:?}");
     assert_eq!(state("graph"), "bad", "{poor:?}");
+    // Features, formats, subgroups and memory, of a device that has them and of one that lacks them.
+    let sun = ["doctor", "--graph", "graphs/bench/sun.toml", "--world", "worlds/menger.toml", "--format", "json"];
+    let lacking = run(&shipped, &sun).exits(3).json();
+    let has = |found: &[serde_json::Value], what: &str, state: &str, finding: &str| {
+        let is_it = |line: &&serde_json::Value| line["what"] == what && line["state"] == state;
+        found.iter().filter(is_it).any(|line| line["finding"].as_str().unwrap().contains(finding))
+    };
+    assert!(has(&lacking, "shader feature", "bad", "`Int64` in pass `"), "{lacking:?}");
+    assert!(has(&lacking, "shader feature", "bad", "; the device lacks it"), "{lacking:?}");
+    assert!(has(&lacking, "subgroup size", "missing", "the device runs the pass with its own size, 16"), "{lacking:?}");
+    let menger = ["doctor", "--graph", "graphs/primary.toml", "--world", "worlds/menger.toml", "--format", "json"];
+    let good = run(&shipped, &menger).exits(0).json();
+    assert!(has(&good, "stored format", "ok", "in target `"), "{good:?}");
+    assert!(has(&good, "source", "ok", "for `world.tree64`; the device has "), "{good:?}");
+    assert!(has(&good, "memory", "ok", "with its sources; the device has "), "{good:?}");
+    let bare = behind(&Lesser { name: "a device with few formats", formats: false, ..METAL });
+    let views = ["doctor", "--graph", "graphs/light/views/sph.toml", "--world", "worlds/tank.toml", "--format", "json"];
+    let formats = run(&bare, &views).exits(3).json();
+    assert!(has(&formats, "stored format", "bad", "`r16f` in target `field`; the device lacks it"), "{formats:?}");
     // raxel reports a mistake in its files once.
     let none = run(&shipped, &["doctor", "--graph", "graphs/none.toml"]).exits(3).stderr;
     assert_eq!(none.matches("`graphs/none.toml` does not exist").count(), 1, "{none}");
+}
+
+#[test]
+fn the_doctor_says_how_much_memory_a_world_takes() {
+    let told = |lesser: &Lesser, world: &str, code: i32| {
+        let shipped = behind(lesser);
+        let found = run(&shipped, &["doctor", "--world", world, "--format", "json"]).exits(code).json();
+        let of_world = |line: &serde_json::Value| {
+            let what = line["what"].as_str()?;
+            let is_it = ["tree64", "octree", "flat64", "streamed world", "world"].contains(&what);
+            is_it.then(|| (what.to_owned(), line["state"].as_str().unwrap().to_owned(), line["finding"].to_string()))
+        };
+        found.iter().filter_map(of_world).collect::<Vec<_>>()
+    };
+    let whole = told(&METAL, "worlds/valley.toml", 0);
+    assert_eq!(
+        whole.iter().map(|(what, state, _)| (&**what, &**state)).collect::<Vec<_>>(),
+        [("tree64", "ok"), ("octree", "ok"), ("flat64", "ok")]
+    );
+    assert!(whole[0].2.contains("for `worlds/valley.toml`; the device has "), "{whole:?}");
+    let small = told(&Lesser { buffer_range: 4096, ..METAL }, "worlds/valley.toml", 3);
+    assert!(small.iter().all(|(_, state, _)| state != "ok") && small.last().unwrap().0 == "world", "{small:?}");
+    let streamed = told(&METAL, "worlds/frontier.toml", 0);
+    assert!(streamed.len() == 1 && streamed[0].0 == "streamed world", "{streamed:?}");
+    assert!(streamed[0].2.contains("`gpu_memory` is 256.0 MiB"), "{streamed:?}");
 }
 
 /// While a driver compiles for long, raxel says which pass it waits for. Without `--verbose`, half a minute may pass first.
@@ -231,6 +331,29 @@ fn a_pipeline_that_takes_long_is_named() {
     let compiling = serde_json::json!({ "event": "compiling", "pass": "inspect", "seconds": 1, "left": 1 });
     assert_eq!(events.first(), Some(&compiling), "{events:?}");
     assert_eq!(events[1]["event"], "ready", "{events:?}");
+}
+
+/// The tracers of `raxel stress` too, and how many are still to be made.
+#[test]
+fn a_tracer_whose_pipeline_takes_long_is_named() {
+    let slow = behind(&SLOW_DRIVER);
+    let stress =
+        ["stress", "--rays", "64", "--scenes", "dust@near", "--layouts", "tree64,flat64,tree64:cpu", "--verbose"];
+    let told = run(&slow, &stress).exits(0).stderr;
+    for (tracer, left) in [("tree64", 2), ("flat64", 1)] {
+        let line = format!("the driver has compiled tracer `{tracer}` for 1 s; pipelines left: {left}\n");
+        assert!(told.contains(&line), "{told}");
+    }
+}
+
+/// The wait for a submission ends with exit code 5 and the reason.
+#[test]
+fn a_tracer_that_takes_longer_than_the_watchdog_ends_the_run() {
+    let project = Project::shipped();
+    let stress = ["stress", "--rays", "2e6", "--scenes", "dust@near", "--layouts", "tree64", "--watchdog", "0.001"];
+    let hung: Run = output(&mut command(project.root(), &stress)).into();
+    let told = hung.exits(5).stderr;
+    assert!(told.contains("the device did not finish within 0.001 s\nhelp: "), "{told}");
 }
 
 #[test]

@@ -157,6 +157,23 @@ fn every_key_says_its_default_and_its_unit() {
 }
 
 /// Taplo, which completes TOML in VS Code and Helix, runs out of stack over `allOf`.
+/// The meanings that editors show are those of the guide.
+#[test]
+fn the_conditions_of_the_guide_mean_the_same_in_the_schema() {
+    let schema = raxel_graphfile::schema();
+    let guide = std::fs::read_to_string(repository().join("docs/graph-file.md")).unwrap();
+    let known = &schema["definitions"]["pass"]["properties"]["when"]["anyOf"][0];
+    let words = known["enum"].as_array().unwrap().iter();
+    let meanings = known["x-taplo"]["docs"]["enumValues"].as_array().unwrap().iter();
+    let pairs = words.zip(meanings).map(|(word, meaning)| (word.as_str().unwrap(), meaning.as_str().unwrap()));
+    let facts: Vec<_> = pairs.filter(|(word, _)| !word.starts_with('!')).collect();
+    assert_eq!(facts.len(), 6);
+    for (word, meaning) in facts {
+        let holds = meaning.strip_prefix("`bool`. Holds if ").and_then(|rest| rest.strip_suffix('.')).unwrap();
+        assert!(guide.contains(&format!("\n| `{word}` | {holds} |\n")), "{word}: {meaning}");
+    }
+}
+
 #[test]
 fn no_schema_is_too_deep_for_taplo() {
     for (name, schema) in schemas() {

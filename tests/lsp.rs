@@ -418,6 +418,7 @@ layout(push_constant) uniform Push {
 } push;
 layout(std430) readonly buffer Balls { uint count; Ball all[]; } balls;
 layout(std140) uniform Sky { mat4x3 turn; float distance; };
+uniform sampler3D air;
 const vec2 AT[2] = vec2[2](vec2(0.0), vec2(1.0));
 Ball grown(Ball ball) { return ball; }
 void main() {
@@ -443,16 +444,34 @@ fn members_are_known_behind_a_dot() {
         assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), ball, "{expression}");
         assert_eq!(editor.offered(&shader, &body(&format!("float a = {expression}ra|;"))), ball, "{expression}");
     }
-    for expression in ["AT[0].", "many[0].centre.xy.", "vec2(1.0)."] {
+    for expression in [
+        "AT[0].",
+        "many[0].centre.xy.",
+        "vec2(1.0).",
+        "mix(AT[0], vec2(1.0), push.exposure).",
+        "(2.0 * vec2[2](AT[0], AT[1])[1]).",
+        "clamp(many[0].centre.xy, 0.0, 1.0).",
+    ] {
         assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), plane, "{expression}");
     }
-    for expression in ["hit.voxel.", "turn[0].", "gl_WorkGroupID.", "grown(many[0]).centre."] {
+    for expression in [
+        "hit.voxel.",
+        "turn[0].",
+        "gl_WorkGroupID.",
+        "grown(many[0]).centre.",
+        "(2.0 * push.ball.centre).",
+        "min(hit.voxel, max(gl_WorkGroupID, 2u)).",
+        "(turn * vec4(1.0)).",
+    ] {
         assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))).len(), 14, "{expression}");
     }
     let offered = editor.offered(&shader, &body("hit.|"));
     assert!(offered.iter().any(|name| name == "voxel") && offered.iter().all(|name| name != "rx_trace"), "{offered:?}");
-    // Without a type nothing is offered: a name that is none, an array, a product, a number.
-    for expression in ["nothing.", "many.", "AT.", "(2.0 * push.ball.centre).", "1.", "push.exposure."] {
+    assert_eq!(editor.offered(&shader, &body("texture(air, push.ball.centre).|")).len(), 30);
+    // Without a type nothing is offered: a name that is none, an array, a sum of two sizes, a number.
+    for expression in
+        ["nothing.", "many.", "AT.", "(AT[0] + push.ball.centre).", "1.", "push.exposure.", "mix(nothing, 1.0, 0.5)."]
+    {
         assert_eq!(editor.offered(&shader, &body(&format!("{expression}|"))), [""; 0], "{expression}");
     }
     let place = editor.place(&shader, &body("push.|"));
@@ -472,6 +491,8 @@ fn members_are_known_behind_a_dot() {
         ("vec2 a = many[0].centre.z|x;", ["vec2 zx", "Components of a `vec3`", ""]),
         // A member, and not the function of GLSL.
         ("float a = dist|ance;", ["float distance;", "A member of `Sky`", ""]),
+        ("vec2 a = mi|x(AT[0], AT[1], push.exposure);", ["T mix(T x", "The type of this call: `vec2`", ""]),
+        ("vec2 a = textu|re(air, hit.uv.xyx).xy;", ["gvec4 texture(", "The type of this call: `vec4`", ""]),
     ] {
         let said = hover(inside);
         assert!(parts.iter().all(|part| said.contains(part)), "{inside}: {said}");
@@ -527,8 +548,22 @@ fn values_of_keys_are_completed_and_explained() {
     for (text, meaning) in [
         ("[targets.a]\nformat = \"rgba|16f\"\n", "`rgba16f`: channels: 4, read as floats; bytes of a texel: 8"),
         ("[buffers.a]\nsource = \"world.tr|ee64\"\n", "`world.tree64`: supplied by the session"),
-        ("[targets.a.display]\nmap = \"tur|bo\"\n", "`map`: The map."),
-        ("[[passes]]\nname = \"a\"\nwhen = \"!world.has_em|ission\"\n", "`when`: The pass runs only while this holds"),
+        ("[targets.a.display]\nmap = \"tur|bo\"\n", "`turbo`: One channel through the Turbo colour map."),
+        ("[targets.a]\ndisplay = \"i|d\"\n", "`id`: A hash of the integer channels as colour."),
+        (
+            "[[passes]]\nname = \"a\"\nwhen = \"!world.has_em|ission\"\n",
+            "`world.has_emission`: `bool`. Holds if a voxel of the world",
+        ),
+        (
+            "[[passes]]\nname = \"a\"\nwhen = \"device.pac|kets\"\n",
+            "`device.packets`: `bool`. Holds if `<raxel/packet.glsl>`",
+        ),
+        (
+            "[buffers.a]\nwhen = \"world.has_inst|ances\"\n",
+            "`world.has_instances`: `bool`. Holds if the world has instances.",
+        ),
+        ("[[passes]]\nname = \"a\"\nwhen = \"alw|ays\"\n", "`always`: Takes the condition of the base away."),
+        ("[params.fog]\ntype = \"bool\"\n[[passes]]\nname = \"a\"\nwhen = \"!param.fo|g\"\n", "type = \"bool\""),
     ] {
         let said = hover(&graph, text);
         assert!(said.contains(meaning), "{text}: {said}");

@@ -8,6 +8,7 @@ use std::mem::offset_of;
 use std::path::PathBuf;
 
 use raxel_gpu::vk;
+use spirv::Capability;
 
 pub use self::named::*;
 use super::{Project, before_vulkan};
@@ -129,6 +130,25 @@ impl Feature {
         Self::IndexedStorageBuffers,
     ];
 
+    /// The capability of a module that needs it. Blocks in scalar layout declare none, and formats are those of each image.
+    fn capability(self) -> Option<Capability> {
+        Some(match self {
+            Self::Int64 => Capability::Int64,
+            Self::Int16 => Capability::Int16,
+            Self::Int8 => Capability::Int8,
+            Self::Float64 => Capability::Float64,
+            Self::Float16 => Capability::Float16,
+            Self::Int64Atomics => Capability::Int64Atomics,
+            Self::Storage8 => Capability::StorageBuffer8BitAccess,
+            Self::ReadWithoutFormat => Capability::StorageImageReadWithoutFormat,
+            Self::WriteWithoutFormat => Capability::StorageImageWriteWithoutFormat,
+            Self::IndexedStorageImages => Capability::StorageImageArrayDynamicIndexing,
+            Self::IndexedSampledImages => Capability::SampledImageArrayDynamicIndexing,
+            Self::IndexedStorageBuffers => Capability::StorageBufferArrayDynamicIndexing,
+            Self::ScalarLayout | Self::ExtendedFormats => return None,
+        })
+    }
+
     /// The structure that says whether the device has it, and the byte offset there.
     fn place(self) -> (i32, usize) {
         macro_rules! core {
@@ -212,8 +232,13 @@ const FEATURES: i32 = -2;
 impl Lesser {
     /// Makes the library in a folder of the project; the environment of a program that runs with it.
     pub fn library(&self, project: &Project) -> PathBuf {
+        self.library_that_claims(self, project)
+    }
+
+    /// The same, but the device claims to be another one: a program that believes it asks for more than there is.
+    pub fn library_that_claims(&self, claimed: &Self, project: &Project) -> PathBuf {
         let mut patches = String::new();
-        for (of, at, how, value) in self.patches() {
+        for (of, at, how, value) in claimed.patches() {
             patches += &format!("    {{ {of}, {at}, {}, {value}u }},\n", how as u32);
         }
         let list = |formats: &[vk::Format]| {
@@ -227,6 +252,10 @@ impl Lesser {
             ("UNIFORM_BUFFERS", self.uniform_buffers),
             ("RESOURCES", self.resources),
             ("INVOCATIONS", self.invocations),
+            ("WORKGROUP_X", self.workgroup[0]),
+            ("WORKGROUP_Y", self.workgroup[1]),
+            ("WORKGROUP_Z", self.workgroup[2]),
+            ("SHARED_MEMORY", self.shared_memory),
             ("PUSH_CONSTANTS", self.push_constants),
             ("BUFFER_RANGE", self.buffer_range),
             ("UNIFORM_RANGE", self.uniform_range),
@@ -255,12 +284,52 @@ impl Lesser {
             list(UNFILTERED),
             list(UNKNOWN)
         );
+        let missing: Vec<String> = self.missing().iter().map(|&lacks| (lacks as u32).to_string()).collect();
+        let missing = format!("static const unsigned missing[] = {{ {} }};\n", missing.join(", "));
         let head = format!("enum {{ EXCEEDED = {EXCEEDED} }};\nstatic const char *device_name = \"{}\";\n", self.name);
         before_vulkan(
             project,
-            &[&head, &values, &formats, TYPES, "static const struct Patch patches[] = {\n", &patches, "};\n", LIBRARY]
-                .concat(),
+            &[
+                &head,
+                &values,
+                &formats,
+                &missing,
+                TYPES,
+                "static const struct Patch patches[] = {\n",
+                &patches,
+                "};\n",
+                LIBRARY,
+            ]
+            .concat(),
         )
+    }
+
+    /// The capabilities that no module may declare.
+    fn missing(&self) -> Vec<Capability> {
+        use Capability as C;
+        use vk::SubgroupFeatureFlags as Subgroup;
+        let of_operations = [
+            (Subgroup::BASIC, C::GroupNonUniform),
+            (Subgroup::VOTE, C::GroupNonUniformVote),
+            (Subgroup::ARITHMETIC, C::GroupNonUniformArithmetic),
+            (Subgroup::BALLOT, C::GroupNonUniformBallot),
+            (Subgroup::SHUFFLE, C::GroupNonUniformShuffle),
+            (Subgroup::SHUFFLE_RELATIVE, C::GroupNonUniformShuffleRelative),
+            (Subgroup::CLUSTERED, C::GroupNonUniformClustered),
+            (Subgroup::QUAD, C::GroupNonUniformQuad),
+        ];
+        let operations = of_operations.into_iter().filter(|(has, _)| !self.subgroup_operations.contains(*has));
+        let of_extensions: &[C] = if self.extensions { &[] } else { &[C::SubgroupBallotKHR, C::SubgroupVoteKHR] };
+        let of_13 = [C::DotProduct, C::DotProductInputAll, C::DotProductInput4x8Bit, C::DotProductInput4x8BitPacked];
+        // No device has it: the list is never empty.
+        let never = [C::Geometry];
+        let features = self.without.iter().filter_map(|feature| feature.capability());
+        features
+            .chain(operations.map(|(_, capability)| capability))
+            .chain(of_extensions.iter().copied())
+            .chain(of_13.into_iter().filter(|_| self.minor < 3))
+            .chain(never)
+            .collect()
     }
 
     /// Words of answers: structure, byte offset, how, value.

@@ -42,6 +42,7 @@ mod ticks;
 mod times;
 mod told;
 mod upload;
+mod uses;
 mod values;
 mod writers;
 
@@ -54,7 +55,7 @@ pub use executor::{Executor, ExecutorOptions, FramePicture, Histories, Progress}
 pub use fit::unfit;
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
-pub use making::Compiling;
+pub use making::{Compiling, watched};
 pub use prepare::{Builder, Pipelined, Prepared};
 pub use prints::{Assertion, Omitted, PassPrints, PrintedLine};
 pub use readback::ReadTicket;
@@ -64,6 +65,7 @@ pub use source::{ExternalResource, Sources, WriteError};
 pub use texel_trace::{TexelTrace, TexelWrite, TracedTexel};
 pub use thumbnails::Thumbnail;
 pub use upload::FRAME_BYTES;
+pub use uses::{Use, uses};
 pub use writers::{InvocationWrite, PassWrites};
 
 /// Target of the `tracing` events, of level `INFO`, that name slow steps: fields `event` (`compiling` or `working`), `seconds` and `pass`

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::SLOW;
 use super::shared::lock;
 
 /// Seconds after which a pipeline that the driver still compiles is reported; later, each further minute.
@@ -160,6 +161,25 @@ impl Drop for Begun<'_> {
     }
 }
 
+/// Makes a pipeline that belongs to no plan. Meanwhile a thread tells if that takes long, as it does for the pipelines of plans: with its name, e.g.
+/// "tracer `tree64`", and how many are `left`, this one included.
+pub fn watched<T>(name: &str, left: usize, make: impl FnOnce() -> T) -> T {
+    let making = Making::default();
+    let batch = making.batch(left);
+    std::thread::scope(|scope| {
+        let _ending = batch.until_dropped();
+        scope.spawn(|| making.watch(&batch, |compiling| tell(name, compiling)));
+        let _begun = making.begin(name);
+        make()
+    })
+}
+
+/// Tells of a pipeline that takes long. `named` says what it is for.
+pub(super) fn tell(named: &str, compiling: &Compiling) {
+    let (pass, seconds, left) = (compiling.pass.as_str(), compiling.elapsed.as_secs(), compiling.left);
+    tracing::info!(target: SLOW, event = "compiling", pass, seconds, left, "the driver has compiled {named} for {seconds} s; pipelines left: {left}");
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,6 +212,13 @@ mod tests {
         });
         let told = told.into_inner().unwrap();
         assert_eq!(told.iter().map(|one| (one.pass.as_str(), one.left)).collect::<Vec<_>>(), [("slow", 2)]);
+    }
+
+    #[test]
+    fn what_a_pipeline_of_no_plan_makes_is_given_back_at_once() {
+        let start = Instant::now();
+        assert_eq!(watched("tracer `quick`", 40, || 7), 7);
+        assert!(start.elapsed() < Duration::from_secs(1));
     }
 
     #[test]

@@ -13,10 +13,9 @@ use raxel_shader::Shader;
 use raxel_shader::interface::BindingKind;
 use raxel_spirv::Module;
 
-use super::SLOW;
 use super::display::{self, Variant};
 use super::error::ExecuteError;
-use super::making::{Compiling, Making};
+use super::making::{Compiling, Making, tell};
 use super::retained::Retained;
 use super::shared::lock;
 use super::values;
@@ -124,7 +123,9 @@ impl Pipelines {
         std::thread::scope(|scope| {
             let _ending = batch.until_dropped();
             if unknown > 0 {
-                scope.spawn(|| self.making.watch(&batch, tell));
+                scope.spawn(|| {
+                    self.making.watch(&batch, |compiling| tell(&format!("pass `{}`", compiling.pass), compiling));
+                });
             }
             let others: Vec<_> = (1..cores.min(unknown)).map(|_| scope.spawn(work)).collect();
             let mut made = work();
@@ -180,12 +181,6 @@ impl Pipelines {
         lock(&self.displays).insert(variant, pipeline.clone());
         Ok(pipeline)
     }
-}
-
-/// Tells of a pipeline that takes long.
-fn tell(compiling: &Compiling) {
-    let (pass, seconds, left) = (compiling.pass.as_str(), compiling.elapsed.as_secs(), compiling.left);
-    tracing::info!(target: SLOW, event = "compiling", pass, seconds, left, "the driver has compiled pass `{pass}` for {seconds} s; pipelines left: {left}");
 }
 
 /// A pass of a plan with the key of its pipeline.

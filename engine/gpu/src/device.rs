@@ -218,6 +218,11 @@ impl Device {
         crate::modules::lacking(&self.capabilities.shaders, spirv)
     }
 
+    /// The SPIR-V capabilities that a module declares beyond those of every device, and whether this device has each.
+    pub fn demands(&self, spirv: &[u32]) -> Vec<(String, bool)> {
+        crate::modules::demands(&self.capabilities.shaders, spirv)
+    }
+
     /// Whether an image of this kind can be made with these usages.
     ///
     /// # Errors

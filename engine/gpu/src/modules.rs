@@ -10,6 +10,22 @@ use crate::result::{Error, Result};
 /// Words before the first instruction of a module.
 const HEADER: usize = 5;
 
+/// Vulkan 1.3 has these without a feature.
+const ALWAYS: [Capability; 11] = [
+    Capability::Matrix,
+    Capability::Shader,
+    Capability::InputAttachment,
+    Capability::Sampled1D,
+    Capability::Image1D,
+    Capability::SampledBuffer,
+    Capability::ImageBuffer,
+    Capability::ImageQuery,
+    Capability::DerivativeControl,
+    // The device reports for each format whether an image can have it.
+    Capability::StorageImageExtendedFormats,
+    Capability::DeviceGroup,
+];
+
 /// Features that were enabled when the device was opened.
 pub(crate) struct Enabled<'a> {
     pub core: &'a vk::PhysicalDeviceFeatures,
@@ -28,21 +44,6 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
     use vk::SubgroupFeatureFlags as Subgroup;
     let Enabled { core, on12, on13, operations, plain_ballots, floats } = *enabled;
     let has = |operation| operations.contains(operation);
-    // Vulkan 1.3 has these without a feature.
-    let always = [
-        C::Matrix,
-        C::Shader,
-        C::InputAttachment,
-        C::Sampled1D,
-        C::Image1D,
-        C::SampledBuffer,
-        C::ImageBuffer,
-        C::ImageQuery,
-        C::DerivativeControl,
-        // The device reports for each format whether an image can have it.
-        C::StorageImageExtendedFormats,
-        C::DeviceGroup,
-    ];
     let by_feature = [
         (C::Int64, core.shader_int64),
         (C::Int16, core.shader_int16),
@@ -82,7 +83,7 @@ pub(crate) fn allowed(enabled: &Enabled<'_>) -> BTreeSet<Capability> {
     ];
     let features = by_feature.map(|(capability, feature)| (capability, feature == vk::TRUE));
     let sometimes = features.into_iter().chain(by_operation).filter(|(_, there)| *there);
-    always.into_iter().chain(sometimes.map(|(capability, _)| capability)).collect()
+    ALWAYS.into_iter().chain(sometimes.map(|(capability, _)| capability)).collect()
 }
 
 /// Refuses a module that declares a capability which is not allowed.
@@ -95,18 +96,25 @@ pub(crate) fn check(allowed: &BTreeSet<Capability>, spirv: &[u32], name: &str) -
 
 /// The first capability that a module declares and that is not allowed.
 pub(crate) fn lacking(allowed: &BTreeSet<Capability>, spirv: &[u32]) -> Option<String> {
+    demands(allowed, spirv).into_iter().find(|(_, has)| !has).map(|(name, _)| name)
+}
+
+/// The capabilities that a module declares and that Vulkan does not guarantee, and whether each is allowed.
+pub(crate) fn demands(allowed: &BTreeSet<Capability>, spirv: &[u32]) -> Vec<(String, bool)> {
     let mut rest = spirv.get(HEADER..).unwrap_or_default();
+    let mut found = Vec::new();
     // The declarations stand first; each has the number of its words in its upper half.
     while let [first, number, after @ ..] = rest
         && *first == 2 << 16 | spirv::Op::Capability as u32
     {
-        let capability = Capability::from_u32(*number);
-        if !capability.is_some_and(|capability| allowed.contains(&capability)) {
-            return Some(capability.map_or_else(|| number.to_string(), |capability| format!("{capability:?}")));
-        }
         rest = after;
+        match Capability::from_u32(*number) {
+            Some(capability) if ALWAYS.contains(&capability) => {}
+            Some(capability) => found.push((format!("{capability:?}"), allowed.contains(&capability))),
+            None => found.push((number.to_string(), false)),
+        }
     }
-    None
+    found
 }
 
 #[cfg(test)]

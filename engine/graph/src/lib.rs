@@ -12,7 +12,7 @@ mod back;
 mod ir;
 pub mod print;
 
-pub use back::{EstimatedMemory, Need, Phase, dump, local_size, needs, plan};
+pub use back::{EstimatedMemory, Need, Phase, dump, local_size, needs, plan, rarely_met};
 pub use ir::index::index32;
 pub use ir::supply::{Catalog, FileContents, FileImage, ImageRequest, Plays, Refusal, Sound, SourceLayout, Video};
 pub use ir::value::ValueType;

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use hand::Hand;
 use raxel_diagnostics::Span;
 use raxel_graph::checked::{
-    Buffer, BufferSize, Dispatch, Extent, Material, ResourceId, ResourceKind, UniformBlock, Value, ValueOrigin, Warning,
+    Buffer, BufferSize, Condition, Dispatch, Extent, Fact, Material, Pass, ResourceId, ResourceKind, UniformBlock,
+    Value, ValueOrigin, Warning,
 };
 use raxel_graph::plan::DeviceLimits;
 use raxel_shader::format::Format;
@@ -67,6 +68,58 @@ fn passes_have_limits_too() {
     pass.specialization = vec![(3, ValueOrigin::Value(Value::U32(32)))];
     pass.uniforms = vec![UniformBlock { binding: 0, size: 1 << 20, fills: Vec::new() }];
     insta::assert_snapshot!(said(&hand, "color"));
+}
+
+/// Needs of a shader beyond many devices: 512 threads by a constant, 20,000 shared bytes, 192 pushed bytes, two capabilities.
+fn is_demanding(pass: &mut Pass) {
+    let mut shader = (*pass.shader).clone();
+    shader.interface.local_size[0].spec_id = Some(3);
+    shader.interface.shared_bytes = 20_000;
+    shader.interface.push = Some(Block { name: "Push".into(), size: 192, members: Vec::new() });
+    shader.interface.capabilities = ["Shader", "Int64", "GroupNonUniformShuffle"].map(str::to_owned).to_vec();
+    pass.shader = Arc::new(shader);
+    pass.specialization = vec![(3, ValueOrigin::Value(Value::U32(64)))];
+}
+
+#[test]
+fn what_many_devices_lack_is_a_warning_unless_the_pass_asks_for_it() {
+    let mut hand = Hand::new("demanding");
+    hand.limits = DeviceLimits {
+        workgroup_invocations: 1024,
+        workgroup_size: [1024; 3],
+        shared_memory: 1 << 16,
+        push_constants: 256,
+        ..hand.limits
+    };
+    hand.target("color", Format::R32f, |_, _| {});
+    is_demanding(hand.pass("heavy", &["w color"]));
+    hand.pass("light", &["x color"]);
+    let said = |hand: &Hand| {
+        let found = raxel_graph::rarely_met(&hand.plan("color").unwrap());
+        assert!(found.iter().all(|warning| !warning.is_error() && warning.code.as_str() == "RX0163"));
+        found.iter().fold(String::new(), |text, d| {
+            format!(
+                "{text}{}; {}\n",
+                d.message,
+                [&d.labels[0].text].into_iter().chain(&d.notes).cloned().collect::<Vec<_>>().join("; ")
+            )
+        })
+    };
+    insta::assert_snapshot!(said(&hand), @r"
+    pass `heavy` needs 512 workgroup threads, and many devices have 256; this pass; the limit is `maxComputeWorkGroupInvocations`
+    pass `heavy` needs 20000 shared bytes, and many devices have 16384; this pass; the limit is `maxComputeSharedMemorySize`
+    pass `heavy` needs 192 pushed bytes, and many devices have 128; this pass; the limit is `maxPushConstantsSize`
+    pass `heavy` needs `Int64`, which not every device has; declared by the compiled shader
+    pass `heavy` needs `GroupNonUniformShuffle`, which not every device has; declared by the compiled shader
+    ");
+    // Packets need 64-bit integers, and nothing else of these.
+    hand.graph.passes[0].when = vec![Condition { fact: Fact::DevicePackets, negated: false }];
+    hand.facts = true;
+    let asked = said(&hand);
+    assert!(!asked.contains("Int64") && asked.contains("GroupNonUniformShuffle"), "{asked}");
+    hand.graph.passes[0].when[0].negated = true;
+    hand.facts = false;
+    assert!(said(&hand).contains("Int64"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod resources;
 mod supplied;
 mod values;
 
-pub use conditions::FACTS;
+pub use conditions::{FACTS, KnownFact};
 pub use supplied::supplied_image;
 
 use std::cell::RefCell;

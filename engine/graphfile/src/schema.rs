@@ -4,7 +4,7 @@
 use raxel_diagnostics::schema::with_defaults;
 use raxel_graph::ValueType;
 use raxel_graph::checked::{Builtin, DisplayMap, LARGEST_SUBGROUP, MOST_ROUNDS, RoundIndex};
-use raxel_language::{Describe, Form, Keys, Shape, describe};
+use raxel_language::{Describe, Form, Keys, Shape, Word, describe};
 use raxel_shader::format::Format;
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ use crate::model::{
 };
 use crate::parse::resources::{LONGEST_AXIS, MOST_MIPS, MOST_WARNINGS, SCALES};
 use crate::parse::{LONGEST_ARRAY, MOST_CHOICES};
-use crate::resolve::FACTS;
+use crate::resolve::{FACTS, KnownFact};
 
 /// The schema of `graphs/*.toml`.
 pub fn schema() -> Value {
@@ -92,23 +92,23 @@ fn counts(about: &str) -> Value {
 
 /// The types of a param: all but a matrix.
 pub fn param_types() -> Shape {
-    Shape::Words(ValueType::words().filter(|word| *word != "mat4").collect())
+    Shape::words(ValueType::words().filter(|word| *word != "mat4"))
 }
 
 /// The types of a member, and arrays of them.
 pub fn member_types() -> Shape {
     let words: Vec<&str> = ValueType::words().collect();
     let array = format!("^({})\\[[0-9]+\\]$", words.join("|"));
-    either(&[Shape::Words(words).schema(), json!({ "type": "string", "pattern": array })])
+    either(&[Shape::words(words).schema(), json!({ "type": "string", "pattern": array })])
 }
 
 /// The types of a buffer's value.
 pub fn value_types() -> Shape {
-    Shape::Words(ValueType::words().collect())
+    Shape::words(ValueType::words())
 }
 
 pub fn formats() -> Shape {
-    Shape::Words(Format::ALL.iter().map(|format| format.name()).collect())
+    Shape::words(Format::ALL.iter().map(|format| format.name()))
 }
 
 pub fn mip_counts() -> Shape {
@@ -255,18 +255,31 @@ fn from() -> Value {
 
 /// Conditions that ask about the world.
 pub fn facts_of_worlds() -> Shape {
-    let known = FACTS.iter().filter(|(fact, _)| fact.starts_with("world."));
-    let mut words: Vec<String> = known.flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
-    words.push("always".to_owned());
-    Shape::Schema(json!({ "enum": words }))
+    let mut words = words_of_facts(|known| known.name.starts_with("world."));
+    words.push(Word { name: "always".into(), about: ALWAYS.to_owned() });
+    Shape::Words(words)
 }
 
 /// The conditions of `when`.
 pub fn conditions() -> Shape {
-    let facts: Vec<String> = FACTS.iter().flat_map(|(fact, _)| [(*fact).to_owned(), format!("!{fact}")]).collect();
     either(&[
-        json!({ "enum": facts }),
+        Shape::Words(words_of_facts(|_| true)).schema(),
         json!({ "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." }),
-        json!({ "const": "always", "description": "Takes the condition of the base away." }),
+        json!({ "const": "always", "description": ALWAYS }),
     ])
+}
+
+/// The meaning of the word `always`.
+const ALWAYS: &str = "Takes the condition of the base away.";
+
+/// Facts and their negations.
+fn words_of_facts(asked: impl Fn(&KnownFact) -> bool) -> Vec<Word> {
+    let both = |KnownFact { name, holds, .. }: &KnownFact| {
+        let negation = format!("`bool`. Holds unless {holds}.");
+        [
+            Word { name: (*name).into(), about: format!("`bool`. Holds if {holds}.") },
+            Word { name: format!("!{name}").into(), about: negation },
+        ]
+    };
+    FACTS.iter().filter(|known| asked(known)).flat_map(both).collect()
 }

@@ -63,7 +63,7 @@ fn case<'c>(pass: &Pass, fact: &Fact, negated: bool, of: &impl Fn(&Bind) -> Opti
 fn own(pass: &Pass, fact: &Fact) -> Option<bool> {
     let when = &pass.when.as_ref()?.value;
     let word = when.strip_prefix('!').unwrap_or(when);
-    let asks = FACTS.iter().any(|(name, known)| *name == word && known == fact);
+    let asks = FACTS.iter().any(|known| known.name == word && known.fact == *fact);
     asks.then_some(word.len() < when.len())
 }
 
@@ -80,13 +80,13 @@ fn condition(when: &Spanned<String>, found: &mut Vec<Diagnostic>) -> Option<Cond
         return None;
     }
     let word = when.value.strip_prefix('!').unwrap_or(&when.value);
-    let known = || FACTS.iter().filter(|(name, _)| name.starts_with("world."));
-    if let Some((_, fact)) = known().find(|(name, _)| *name == word) {
-        return Some(Condition { fact: fact.clone(), negated: word.len() < when.value.len() });
+    let known = || FACTS.iter().filter(|known| known.name.starts_with("world."));
+    if let Some(known) = known().find(|known| known.name == word) {
+        return Some(Condition { fact: known.fact.clone(), negated: word.len() < when.value.len() });
     }
     let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_FACT, format!("`{word}` is no condition of a buffer"))
         .label(when.span.clone(), "not something that a world has");
-    let names = || known().map(|(name, _)| *name);
+    let names = || known().map(|known| known.name);
     found.push(match closest(word, names()) {
         Some(name) => diagnostic.help(format!("did you mean `{name}`?")),
         None => diagnostic.help(format!("one of: {}", list(names()))),

@@ -1,5 +1,6 @@
 //! Keys as data: the source of schemas, reference pages, completion and hover texts.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::{Bound, RangeBounds};
 
@@ -66,7 +67,7 @@ pub enum Shape {
         most: Option<f64>,
     },
     /// One of several words.
-    Words(Vec<&'static str>),
+    Words(Vec<Word>),
     /// This word and no other: the key that distinguishes one of several forms of a table.
     Word(&'static str),
     /// An array.
@@ -88,7 +89,21 @@ pub enum Shape {
     Schema(Value),
 }
 
+/// A word that a value can be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// The word, as files have it.
+    pub name: Cow<'static, str>,
+    /// Its meaning. Empty where its name says it all.
+    pub about: String,
+}
+
 impl Shape {
+    /// Words that mean what they say.
+    pub fn words(names: impl IntoIterator<Item = &'static str>) -> Self {
+        Self::Words(names.into_iter().map(|name| Word { name: name.into(), about: String::new() }).collect())
+    }
+
     /// An array of that many elements.
     pub fn array(of: Shape, counts: impl RangeBounds<usize>) -> Self {
         let told = |bound: Bound<&usize>| if let Bound::Included(count) = bound { Some(*count) } else { None };
@@ -172,7 +187,9 @@ impl fmt::Display for Shape {
                 write!(f, "number")?;
                 range(f, least.as_ref(), most.as_ref())
             }
-            Shape::Words(words) => write!(f, "{}", words.join(" or ")),
+            Shape::Words(words) => {
+                write!(f, "{}", words.iter().map(|word| &*word.name).collect::<Vec<_>>().join(" or "))
+            }
             Shape::Word(word) => write!(f, "{word}"),
             Shape::Array { of, least: Some(least), most: Some(most) } if least == most => {
                 write!(f, "array of {least} ({of})")

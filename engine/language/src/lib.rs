@@ -132,7 +132,7 @@ pub mod layer;
 mod schema;
 pub mod value;
 
-pub use key::{Conflict, Form, Key, Shape};
+pub use key::{Conflict, Form, Key, Shape, Word};
 pub use layer::Layer;
 pub use raxel_diagnostics::table::{Node, Table};
 pub use raxel_diagnostics::{Code, Diagnostic, Spanned};

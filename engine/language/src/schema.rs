@@ -3,7 +3,7 @@
 use raxel_diagnostics::schema::with_defaults;
 use serde_json::{Map, Value, json};
 
-use crate::{Form, Key, Shape};
+use crate::{Form, Key, Shape, Word};
 
 impl Form {
     /// The schema of a whole file. Descriptions contain the defaults, too.
@@ -85,7 +85,7 @@ impl Shape {
                 ranged("integer", least.map(|least| json!(least)), most.map(|most| json!(most)))
             }
             Shape::Number { least, most } => ranged("number", least.map(number), most.map(number)),
-            Shape::Words(words) => json!({ "type": "string", "enum": words }),
+            Shape::Words(words) => one_of(words),
             Shape::Word(word) => json!({ "const": word }),
             Shape::Array { of, least, most } => {
                 let mut schema = json!({ "type": "array", "items": of.schema() });
@@ -102,6 +102,17 @@ impl Shape {
             Shape::Schema(schema) => schema.clone(),
         }
     }
+}
+
+/// One of these words. A schema of draft 7 has no place for their meanings: `x-taplo` is where Taplo shows them from.
+fn one_of(words: &[Word]) -> Value {
+    let names: Vec<&str> = words.iter().map(|word| &*word.name).collect();
+    let mut schema = json!({ "type": "string", "enum": names });
+    if words.iter().any(|word| !word.about.is_empty()) {
+        let meanings: Vec<&str> = words.iter().map(|word| word.about.as_str()).collect();
+        schema["x-taplo"] = json!({ "docs": { "enumValues": meanings } });
+    }
+    schema
 }
 
 fn ranged(name: &str, least: Option<Value>, most: Option<Value>) -> Value {

@@ -22,29 +22,32 @@ struct Editor {
     server: Connection,
     address: Url,
     text: String,
-    /// The line and the column of the word.
-    word: [usize; 2],
     /// Number of requests and edits so far.
     count: i32,
 }
 
 impl Editor {
-    fn open((path, word): (&str, &str)) -> Self {
+    fn open(path: &str) -> Self {
         let (server, editor) = Connection::memory();
         std::thread::spawn(|| raxel_lsp::serve(editor));
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let file: PathBuf = root.join(path).canonicalize().expect("raxel ships it");
         let text = std::fs::read_to_string(&file).expect("raxel ships it");
-        let at = text.find(word).expect("the file has it") + word.len() - 1;
-        let line = text[..at].matches('\n').count();
-        let column = text[..at].rsplit('\n').next().unwrap_or_default().encode_utf16().count();
         let address = Url::from_file_path(file).expect("it is absolute");
-        let mut editor = Self { server, address, text, word: [line, column], count: 0 };
+        let mut editor = Self { server, address, text, count: 0 };
         editor.ask("initialize", json!({ "capabilities": {} }));
         editor.tell("initialized", json!({}));
         let document = json!({ "uri": editor.address, "languageId": "x", "version": 0, "text": editor.text });
         editor.tell("textDocument/didOpen", json!({ "textDocument": document }));
         editor
+    }
+
+    /// The position of the last letter of a word.
+    fn position(&self, word: &str) -> Value {
+        let at = self.text.find(word).expect("the file has it") + word.len() - 1;
+        let line = self.text[..at].matches('\n').count();
+        let column = self.text[..at].rsplit('\n').next().unwrap_or_default().encode_utf16().count();
+        json!({ "line": line, "character": column })
     }
 
     fn tell(&self, method: &str, params: Value) {
@@ -92,23 +95,57 @@ impl Editor {
     }
 }
 
+/// What an editor asks for.
+const REQUESTS: [&str; 9] = [
+    "completion",
+    "hover",
+    "definition",
+    "references",
+    "rename",
+    "documentSymbol",
+    "inlayHint",
+    "signatureHelp",
+    "codeAction",
+];
+
+/// In the arguments of a call in the shader.
+const ARGUMENT: &str = "rx_trace_places(rx_ray";
+
+/// A mistake in each file, which a fix is asked for: one adds a member to `push`, the other has "did you mean".
+fn mistake(editor: &Editor, file: (&str, &str)) -> Value {
+    let last = editor.position(file.1);
+    let column = last["character"].as_u64().expect("it is a number") + 1;
+    let at = |column: u64| json!({ "line": last["line"], "character": column });
+    let range = json!({ "start": at(column - file.1.len() as u64), "end": at(column) });
+    let (code, message) = if file == GRAPH {
+        ("RX0110", "push constant `mist_height` of the shader has no value in pass `air`")
+    } else {
+        ("RX0301", "`rx_trace`: undeclared identifier; did you mean `rx_trace_places`?")
+    };
+    json!({ "range": range, "source": "raxel", "code": code, "message": message })
+}
+
 fn answers(criterion: &mut Criterion) {
     for file in [GRAPH, SHADER] {
-        let mut editor = Editor::open(file);
+        let mut editor = Editor::open(file.0);
         let mut group = criterion.benchmark_group(file.0);
         group.sample_size(20);
-        for request in ["completion", "hover", "definition", "references", "rename", "documentSymbol", "inlayHint"] {
-            let [line, character] = editor.word;
+        for request in REQUESTS {
+            let is_shader = file == SHADER;
             let params = json!({
                 "textDocument": { "uri": editor.address },
-                "position": { "line": line, "character": character },
+                "position": editor.position(if request == "signatureHelp" && is_shader { ARGUMENT } else { file.1 }),
                 "range": { "start": { "line": 0, "character": 0 }, "end": { "line": 1000, "character": 0 } },
-                "context": { "includeDeclaration": true, "triggerKind": 1 },
+                "context": { "includeDeclaration": true, "triggerKind": 1, "isRetrigger": false, "diagnostics": [mistake(&editor, file)] },
                 "newName": "another_name",
             });
-            // A name of the shader library cannot be changed.
-            if request == "rename" && file == SHADER {
+            // A name of the shader library cannot be changed, and a graph has no calls.
+            if request == "rename" && is_shader || request == "signatureHelp" && !is_shader {
                 continue;
+            }
+            if matches!(request, "signatureHelp" | "codeAction") {
+                let answer = editor.ask(&format!("textDocument/{request}"), params.clone());
+                assert!(answer.as_array().map_or(!answer.is_null(), |all| !all.is_empty()), "{request}: {answer}");
             }
             group.bench_function(request, |bencher| {
                 bencher.iter(|| {
@@ -129,7 +166,7 @@ fn diagnostics(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("diagnostics after a key");
     group.sample_size(10);
     for (file, mistake) in [(GRAPH, "mistake"), (SHADER, "mistake"), (SHADER, WARNED)] {
-        let mut editor = Editor::open(file);
+        let mut editor = Editor::open(file.0);
         let whole = if mistake == WARNED { ", the whole check" } else { "" };
         group.bench_function(format!("{}{whole}", file.0), |bencher| {
             bencher.iter_custom(|times| {

@@ -146,8 +146,8 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
         let kind = if local.parameter { "A parameter." } else { "A local variable." };
         return Some(format!("```glsl\n{}\n```\n{kind} {about}", local.declaration()));
     }
+    let texts = if toml { Vec::new() } else { shader(documents, document, &document.path) };
     if !toml {
-        let texts = shader(documents, document, &document.path);
         if let Some(member) = member_access::under(document, &texts, at) {
             return Some(member.about);
         }
@@ -160,10 +160,12 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
         return Some(format!("```glsl\n{}\n```\n{}\n\n`#include <{}>`", item.declaration, item.about, item.file));
     }
     if !toml {
-        let texts = shader(documents, document, &document.path);
-        return builtins::named(found)
-            .map(|builtin| builtin.about())
-            .or_else(|| hover_declared(documents, document, &texts, found));
+        let Some(builtin) = builtins::named(found) else {
+            return hover_declared(documents, document, &texts, found);
+        };
+        let ty = member_access::call_under(document, &texts, at);
+        let of_call = ty.map_or_else(String::new, |ty| format!("\n\nThe type of this call: `{ty}`"));
+        return Some(format!("{}{of_call}", builtin.about()));
     }
     if let Some(builtin) = Builtin::ALL.iter().find(|builtin| builtin.name() == found) {
         return Some(format!("`{found}`: {}", builtin.about()));
@@ -183,9 +185,7 @@ pub(super) fn hover(documents: &Documents, document: &Document, at: usize) -> Op
 /// What a word means as the value of a key. Where nothing says more of the word, the description of its key does.
 fn hover_value(schema: &Value, place: &TomlPlace, found: &str) -> Option<String> {
     let key = place.key.as_deref().filter(|_| place.in_string)?;
-    let nodes: Vec<&Value> =
-        properties(schema, place).into_iter().filter(|(known, _)| *known == key).map(|(_, node)| node).collect();
-    let node = *nodes.first()?;
+    let (_, node) = properties(schema, place).into_iter().find(|(known, _)| *known == key)?;
     if key == "format"
         && let Some(format) = Format::from_name(found)
     {
@@ -206,11 +206,8 @@ fn hover_value(schema: &Value, place: &TomlPlace, found: &str) -> Option<String>
     if held_inputs(place, key).is_some_and(|names| names.contains(&found)) {
         return Some(of_key());
     }
-    let mut forms = nodes.iter().flat_map(|node| forms(schema, node)).filter(|form| form["const"] == found);
-    if let Some(meaning) = forms.find_map(|form| form["description"].as_str()) {
-        return Some(format!("`{found}`: {meaning}"));
-    }
-    words(schema, place, key).contains(found).then(of_key)
+    let meaning = words(schema, place, key).remove(found)?;
+    Some(if meaning.is_empty() { of_key() } else { format!("`{found}`: {meaning}") })
 }
 
 /// The description of a source that the session supplies.
@@ -395,7 +392,8 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
         _ => Vec::new(),
     };
     if found.is_empty() {
-        found = words(schema, place, key).iter().map(|word| item(word, CompletionItemKind::ENUM_MEMBER, "")).collect();
+        let words = words(schema, place, key).into_iter();
+        found = words.map(|(word, meaning)| item(&word, CompletionItemKind::ENUM_MEMBER, &meaning)).collect();
     }
     if !place.in_string {
         for item in &mut found {
@@ -405,15 +403,22 @@ fn values(within: &Within<'_>, schema: &Value, place: &TomlPlace, key: &str) -> 
     found
 }
 
-/// The words that the value of a key can be, in any form of its table.
-fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeSet<String> {
+/// The words that the value of a key can be, in any form of its table, with their meanings. The meaning is empty where the schema has none.
+fn words(schema: &Value, place: &TomlPlace, key: &str) -> BTreeMap<String, String> {
     let nodes = properties(schema, place).into_iter().filter(|(known, _)| *known == key).map(|(_, node)| node);
-    let words = |form: &Value| {
-        let several = form["enum"].as_array().into_iter().flatten();
-        let all: Vec<String> = several.chain(form.get("const")).filter_map(Value::as_str).map(str::to_owned).collect();
-        all
-    };
-    nodes.flat_map(|node| forms(schema, node)).flat_map(words).collect()
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let mut found = BTreeMap::new();
+    for form in nodes.flat_map(|node| forms(schema, node)) {
+        let meanings = &form["x-taplo"]["docs"]["enumValues"];
+        for (at, word) in form["enum"].as_array().into_iter().flatten().enumerate().filter(|(_, word)| word.is_string())
+        {
+            found.insert(text(word), text(&meanings[at]));
+        }
+        if form["const"].is_string() {
+            found.insert(text(&form["const"]), text(&form["description"]));
+        }
+    }
+    found
 }
 
 /// The sources of a member, in these graphs.

@@ -6,9 +6,12 @@
 
 mod actions;
 mod builtins;
+mod call_types;
 mod complete;
 mod documents;
+mod expressions;
 mod glsl;
+mod glsl_types;
 mod hints;
 mod indexed_text;
 mod library_files;

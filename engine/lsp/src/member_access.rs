@@ -1,19 +1,18 @@
-//! Members of structures, blocks and vectors: what can stand behind a dot, and what a name behind a dot means. The type in front of the dot is known
-//! for names, their members and elements, and for calls of functions whose return type is declared. Elsewhere there is no answer.
+//! Members of structures, blocks and vectors: what can stand behind a dot, and what a name behind a dot means. `expressions.rs` finds the type in
+//! front of the dot. Where it finds none there is no answer.
 
 use std::ops::Range;
 
 use raxel_shader::library;
 
-use super::builtins;
 use super::documents::Document;
-use super::glsl::{
-    Declaration, DeclarationKind, Member, comment_on, is_name, members, name_before, open_of, type_before,
-    without_comments,
-};
+use super::expressions::{Names, call_at, operand, type_of};
+use super::glsl::{Declaration, DeclarationKind, Member, comment_on, is_name, members, type_before, without_comments};
+use super::glsl_types::Numeric;
 use super::names::identifier;
 use super::project_texts::{ProjectText, declared_in};
 use super::scopes::local_at;
+use super::{builtins, call_types};
 
 /// A member as an editor shows it.
 pub(super) struct KnownMember<'t> {
@@ -55,7 +54,7 @@ pub(super) fn is_behind_dot(text: &str, at: usize) -> bool {
 pub(super) fn offered<'t>(document: &Document, texts: &'t [ProjectText], at: usize) -> Vec<KnownMember<'t>> {
     let shader = Shader { document, texts };
     let Some(ty) = shader.type_before_dot(at) else { return Vec::new() };
-    match Vector::named(&ty) {
+    match Components::of(&ty) {
         Some(vector) => vector.selections().iter().filter_map(|selection| vector.select(selection)).collect(),
         None => shader.members(&ty),
     }
@@ -71,44 +70,27 @@ pub(super) fn under<'t>(document: &Document, texts: &'t [ProjectText], at: usize
     shader.declared_under(at).or_else(|| shader.plain(name))
 }
 
+/// The type of the call of a function of GLSL whose name is at a byte of a shader, if it follows the arguments.
+pub(super) fn call_under(document: &Document, texts: &[ProjectText], at: usize) -> Option<String> {
+    let text = &document.text;
+    let start = text[..at].trim_end_matches(is_name).len();
+    let name = start..start + text[start..].find(|c| !is_name(c))?;
+    let is_generic = builtins::named(&text[name.clone()]).is_some_and(|builtin| call_types::is_generic(&builtin));
+    let code = without_comments(text);
+    let call = call_at(&code, &name).filter(|_| is_generic)?;
+    type_of(&code, call, &Shader { document, texts })
+}
+
 /// A shader with what it includes.
 struct Shader<'d, 't> {
     document: &'d Document,
     texts: &'t [ProjectText],
 }
 
-/// A name of an expression such as `a(b)[c].d`.
-struct Link<'c> {
-    name: &'c str,
-    /// Where the name begins.
-    at: usize,
-    is_called: bool,
-    indices: usize,
-}
-
-impl<'t> Shader<'_, 't> {
-    /// The type of the expression in front of the dot before a byte.
-    fn type_before_dot(&self, at: usize) -> Option<String> {
-        let code = without_comments(&self.document.text);
-        let before = code.get(..at)?.trim_end_matches(is_name).trim_end().strip_suffix('.')?;
-        let links = links(before)?;
-        let (first, rest) = links.split_first()?;
-        let mut ty = indexed(self.type_of_first(first)?, first.indices)?;
-        for link in rest {
-            // GLSL has one method, `length`, and that is a number.
-            let member = self.member(&ty, link.name).filter(|_| !link.is_called)?;
-            ty = indexed(member.ty, link.indices)?;
-        }
-        Some(ty)
-    }
-
-    fn type_of_first(&self, first: &Link<'_>) -> Option<String> {
-        let name = first.name;
-        if first.is_called {
-            return self.return_type(name);
-        }
+impl Names for Shader<'_, '_> {
+    fn variable(&self, name: &str, at: usize) -> Option<String> {
         let text = &self.document.text;
-        if let Some(local) = local_at(text.locals(), name, first.at) {
+        if let Some(local) = local_at(text.locals(), name, at) {
             return Some(format!("{}{}", type_before(&local.ty), lengths_at(text.code(), local.place.end)));
         }
         let is_value = |known: &Declaration| match known.kind {
@@ -127,10 +109,26 @@ impl<'t> Shader<'_, 't> {
         self.plain(name).map(|member| member.ty).or_else(of_glsl)
     }
 
+    fn call(&self, name: &str, arguments: &[Option<String>]) -> Option<String> {
+        self.return_type(name).or_else(|| call_types::result(&builtins::named(name)?, arguments))
+    }
+
+    fn member(&self, owner: &str, name: &str) -> Option<String> {
+        self.member(owner, name).map(|member| member.ty)
+    }
+}
+
+impl<'t> Shader<'_, 't> {
+    /// The type of the expression in front of the dot before a byte.
+    fn type_before_dot(&self, at: usize) -> Option<String> {
+        let code = without_comments(&self.document.text);
+        let before = code.get(..at)?.trim_end_matches(is_name).trim_end().strip_suffix('.')?;
+        type_of(before, operand(before)?..before.len(), self)
+    }
+
     /// The type of a call of a function or a constructor.
     fn return_type(&self, name: &str) -> Option<String> {
-        let is_type = Vector::named(name).is_some() || self.structure(name).is_some();
-        if is_type {
+        if Numeric::named(name).is_some() || self.structure(name).is_some() {
             return Some(name.to_owned());
         }
         let is_it = |known: &Declaration| known.kind == DeclarationKind::Function && known.name == name;
@@ -153,7 +151,7 @@ impl<'t> Shader<'_, 't> {
     }
 
     fn member(&self, ty: &str, name: &str) -> Option<KnownMember<'t>> {
-        match Vector::named(ty) {
+        match Components::of(ty) {
             Some(vector) => vector.select(name),
             None => self.members(ty).into_iter().find(|member| member.name == name),
         }
@@ -181,36 +179,6 @@ impl<'t> Shader<'_, 't> {
     }
 }
 
-/// The names of the expression that a code ends with, in order. `None` where something else stands in it.
-fn links(code: &str) -> Option<Vec<Link<'_>>> {
-    let mut found = Vec::new();
-    let mut rest = code;
-    loop {
-        rest = rest.trim_end();
-        let mut indices = 0;
-        while rest.ends_with(']') {
-            rest = rest[..open_of(rest, ['[', ']'])?].trim_end();
-            indices += 1;
-        }
-        let is_called = rest.ends_with(')');
-        if is_called {
-            rest = rest[..open_of(rest, ['(', ')'])?].trim_end();
-        }
-        let place = name_before(rest, rest.len())?;
-        let name = &rest[place.clone()];
-        if name.starts_with(|c: char| c.is_ascii_digit()) {
-            return None;
-        }
-        found.push(Link { name, at: place.start, is_called, indices });
-        match rest[..place.start].trim_end().strip_suffix('.') {
-            Some(before) => rest = before,
-            None => break,
-        }
-    }
-    found.reverse();
-    Some(found)
-}
-
 /// The `[…]` that begin at a byte: the lengths of the arrays that a declared name has.
 fn lengths_at(code: &str, at: usize) -> &str {
     let rest = code.get(at..).unwrap_or_default();
@@ -229,62 +197,21 @@ fn lengths_at(code: &str, at: usize) -> &str {
     rest[..end].trim()
 }
 
-/// The type of an element: of an array, of a matrix its column, of a vector its component.
-fn indexed(ty: String, indices: usize) -> Option<String> {
-    let mut ty = ty;
-    for _ in 0..indices {
-        let array = ty.find('[').filter(|_| ty.ends_with(']'));
-        ty = match array {
-            // The first length is that of the outermost array.
-            Some(open) => {
-                let close = open + ty[open..].find(']')?;
-                format!("{}{}", ty[..open].trim_end(), ty[close + 1..].trim())
-            }
-            None => match ty.strip_prefix("mat").or_else(|| ty.strip_prefix("dmat")) {
-                Some(size) => {
-                    let double = if ty.starts_with('d') { "d" } else { "" };
-                    format!("{double}vec{}", size.rsplit('x').next()?)
-                }
-                None => Vector::named(&ty)?.component.to_owned(),
-            },
-        };
-    }
-    Some(ty)
-}
-
-/// A type of vectors.
-#[derive(Clone, Copy)]
-struct Vector<'n> {
-    /// `i` of `ivec3`.
-    prefix: &'n str,
+/// The components of a vector.
+struct Components {
+    of: Numeric,
     size: usize,
-    component: &'static str,
 }
 
-impl<'n> Vector<'n> {
-    fn named(name: &'n str) -> Option<Self> {
-        let (prefix, size) = name.split_once("vec")?;
-        let size = ["2", "3", "4"].iter().position(|known| *known == size)? + 2;
-        let component = match prefix {
-            "" | "f32" => "float",
-            "i" | "i32" => "int",
-            "u" | "u32" => "uint",
-            "b" => "bool",
-            "d" | "f64" => "double",
-            "f16" => "float16_t",
-            "i8" => "int8_t",
-            "i16" => "int16_t",
-            "i64" => "int64_t",
-            "u8" => "uint8_t",
-            "u16" => "uint16_t",
-            "u64" => "uint64_t",
-            _ => return None,
-        };
-        Some(Self { prefix, size, component })
+impl Components {
+    /// Those of the vector with this name.
+    fn of(name: &str) -> Option<Self> {
+        let of = Numeric::named(name)?;
+        Some(Self { of, size: of.vector_size()? })
     }
 
     /// Components in their order, as positions and as colours: `x`, `y`, `xy`, …, `rgb`. All others are too many to choose from.
-    fn selections(self) -> Vec<String> {
+    fn selections(&self) -> Vec<String> {
         let of_set = |set: &'static str| {
             let chosen = move |bits: usize| -> String {
                 let letters = set.chars().enumerate().filter(|(at, _)| bits >> at & 1 == 1);
@@ -298,15 +225,14 @@ impl<'n> Vector<'n> {
     }
 
     /// What a swizzle of it means.
-    fn select<'t>(self, selection: &str) -> Option<KnownMember<'t>> {
+    fn select<'t>(&self, selection: &str) -> Option<KnownMember<'t>> {
         let of_set = |set: &str| selection.chars().all(|letter| set[..self.size].contains(letter));
         if !(1..=4).contains(&selection.len()) || !["xyzw", "rgba", "stpq"].into_iter().any(of_set) {
             return None;
         }
-        let Self { prefix, size, component } = self;
-        let ty = if selection.len() == 1 { component.to_owned() } else { format!("{prefix}vec{}", selection.len()) };
+        let ty = self.of.with_rows(selection.len()).name();
         let what = if selection.len() == 1 { "A component" } else { "Components" };
-        let about = format!("```glsl\n{ty} {selection}\n```\n{what} of a `{prefix}vec{size}`.");
+        let about = format!("```glsl\n{ty} {selection}\n```\n{what} of a `{}`.", self.of.name());
         Some(KnownMember { name: selection.to_owned(), about, ty, declared: None })
     }
 }
@@ -316,45 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_expression_is_read_from_its_end() {
-        let read = |code| {
-            let links: Option<Vec<Link<'_>>> = links(code);
-            let shown = |link: &Link<'_>| {
-                format!("{}{}{}", link.name, if link.is_called { "()" } else { "" }, "[]".repeat(link.indices))
-            };
-            links.map(|links| links.iter().map(shown).collect::<Vec<_>>().join("."))
-        };
-        for (code, found) in [
-            ("x = a", Some("a")),
-            ("f(x).b [i[0]] [1] . c", Some("f().b[][].c")),
-            ("return far(a, (b))", Some("far()")),
-            ("(a + b)", None),
-            ("1", None),
-            ("a.2", None),
-            ("", None),
-            (")", None),
-            ("]", None),
-            ("é", None),
-        ] {
-            assert_eq!(read(code).as_deref(), found, "{code}");
-        }
-    }
-
-    #[test]
-    fn elements_have_the_type_that_indices_leave() {
-        let of = |ty: &str, indices| indexed(ty.to_owned(), indices);
-        for (ty, indices, left) in [
-            ("vec3", 0, Some("vec3")),
-            ("vec3[2][N]", 1, Some("vec3[N]")),
-            ("vec3[2]", 2, Some("float")),
-            ("mat4", 1, Some("vec4")),
-            ("mat2x3", 1, Some("vec3")),
-            ("ivec2", 1, Some("int")),
-            ("float", 1, None),
-            ("RxHit", 1, None),
-        ] {
-            assert_eq!(of(ty, indices).as_deref(), left, "{ty}");
-        }
+    fn the_lengths_of_an_array_stand_behind_its_name() {
         assert_eq!(
             (lengths_at("a[2] [N[1]], b[3]", 1), lengths_at("a = b[1]", 1), lengths_at("a[", 1)),
             ("[2] [N[1]]", "", "")
@@ -363,9 +251,10 @@ mod tests {
 
     #[test]
     fn vectors_have_their_components() {
-        let all = Vector::named("uvec2").unwrap().selections();
+        let all = Components::of("uvec2").unwrap().selections();
         assert_eq!(all, ["x", "y", "xy", "r", "g", "rg"]);
-        let about = |ty, selection| Vector::named(ty).and_then(|vector| vector.select(selection)).map(|found| found.ty);
+        let about =
+            |ty, selection| Components::of(ty).and_then(|vector| vector.select(selection)).map(|found| found.ty);
         assert_eq!(about("vec3", "zzyx").as_deref(), Some("vec4"));
         assert_eq!(about("ivec4", "a").as_deref(), Some("int"));
         for (ty, selection) in [
@@ -376,6 +265,7 @@ mod tests {
             ("vec3", "é"),
             ("vec5", "x"),
             ("float", "x"),
+            ("mat2", "x"),
         ] {
             assert_eq!(about(ty, selection), None, "{ty} {selection}");
         }

@@ -360,8 +360,9 @@ impl OfflineProject {
             over: &over,
             conditions: Conditions::All,
         };
-        if let Err(errors) = paper.plan(&graph) {
-            checked.found.extend(errors);
+        match paper.plan(&graph) {
+            Ok(plan) => checked.found.extend(raxel_graph::rarely_met(&plan)),
+            Err(errors) => checked.found.extend(errors),
         }
         checked.over = Some(over);
         Some(graph)

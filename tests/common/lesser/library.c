@@ -1,14 +1,24 @@
+#include <pthread.h>
 #include <stdarg.h>
 #include <unistd.h>
 enum { LIMITS = -1, FEATURES = -2, AT_MOST = 0, AT_LEAST = 1, AND = 2, SET = 3 };
 enum { FORMAT_NOT_SUPPORTED = -11, INCOMPLETE = 5 };
 enum { SAMPLED_BIT = 1, STORAGE_BIT = 2, ATOMIC_BIT = 4, FILTER_BIT = 0x1000 };
-enum { EXECUTION_MODE = 16, LOCAL_SIZE = 17, DECORATE = 71, BUILT_IN = 11, WORKGROUP_SIZE = 25 };
+enum { CAPABILITY = 17, EXECUTION_MODE = 16, EXECUTION_MODE_ID = 331, LOCAL_SIZE = 17, LOCAL_SIZE_ID = 38 };
+enum { DECORATE = 71, SPEC_ID = 1, BUILT_IN = 11, WORKGROUP_SIZE = 25, VARIABLE = 59, WORKGROUP_CLASS = 4 };
+enum { TYPE_BOOL = 20, TYPE_INT = 21, TYPE_FLOAT = 22, TYPE_VECTOR = 23, TYPE_MATRIX = 24, TYPE_ARRAY = 28, TYPE_STRUCT = 30, TYPE_POINTER = 32 };
+enum { CONSTANT = 43, CONSTANT_COMPOSITE = 44, SPEC_CONSTANT = 50, SPEC_COMPOSITE = 51, SPEC_OPERATION = 52 };
+enum { COMPOSITE_EXTRACT = 81, ADD = 128, SUB = 130, MUL = 132, UDIV = 134, SDIV = 135 };
 enum { CREATION_FEEDBACK = 1000192000, REQUIRED_SUBGROUP_SIZE = 1000225001, PIPELINE_SIZE = 96, UNIFORM_BUFFER = 6 };
 enum { GRAPHICS_BIT = 1, USAGE_STORAGE = 8, NAME_SIZE = 256, EXTENSION_SIZE = 260, FAMILY_SIZE = 24 };
 
 static void exceeded(const char *what, Word asked, Word most) {
     fprintf(stderr, "%s: asked for %llu %s of %llu\n", device_name, asked, what, most);
+    fflush(NULL);
+    _exit(EXCEEDED);
+}
+static void lacks(unsigned capability) {
+    fprintf(stderr, "%s: a module declares the capability %u, which the device lacks\n", device_name, capability);
     fflush(NULL);
     _exit(EXCEEDED);
 }
@@ -170,21 +180,106 @@ static int our_pipeline_layout(Word device, const char *info, const void *alloca
         if (range[1] + range[2] > PUSH_CONSTANTS) exceeded("bytes of push constants", range[1] + range[2], PUSH_CONSTANTS);
     return create_pipeline_layout(device, info, allocator, layout);
 }
-/* The workgroup that a module names itself; one with a size by constants is left to the layer. */
+/* The texts of modules, for the pipelines made of them. A handle may come again for another module: the newest one counts. */
+struct Module { Word handle, words; unsigned *code; struct Module *next; };
+static struct Module *modules;
+static pthread_mutex_t of_modules = PTHREAD_MUTEX_INITIALIZER;
+
 static int our_module(Word device, const char *info, const void *allocator, Word *module) {
     Word words = *(const Word *)(info + 24) / 4;
     const unsigned *code = *(const unsigned *const *)(info + 32);
-    Word threads = 0;
-    for (Word at = 5; at < words && code[at] >> 16; at += code[at] >> 16) {
-        if ((code[at] & 0xffff) == EXECUTION_MODE && code[at + 2] == LOCAL_SIZE) threads = (Word)code[at + 3] * code[at + 4] * code[at + 5];
-        if ((code[at] & 0xffff) == DECORATE && code[at + 2] == BUILT_IN && code[at + 3] == WORKGROUP_SIZE) threads = 0;
+    for (Word at = 5; at + 1 < words && code[at] >> 16; at += code[at] >> 16)
+        for (unsigned i = 0; (code[at] & 0xffff) == CAPABILITY && i < sizeof missing / sizeof *missing; i++)
+            if (code[at + 1] == missing[i]) lacks(code[at + 1]);
+    int result = create_module(device, info, allocator, module);
+    if (result) return result;
+    struct Module *made = malloc(sizeof *made);
+    made->handle = *module;
+    made->words = words;
+    made->code = memcpy(malloc(words * 4), code, words * 4);
+    pthread_mutex_lock(&of_modules);
+    made->next = modules;
+    modules = made;
+    pthread_mutex_unlock(&of_modules);
+    return result;
+}
+/* The value that a pipeline gives a specialization constant. */
+static Word specialized(const char *info, unsigned id, Word usual) {
+    unsigned count = info ? *(const unsigned *)info : 0;
+    const char *entry = info ? *(const char *const *)(info + 8) : NULL, *data = info ? *(const char *const *)(info + 24) : NULL;
+    for (unsigned i = 0; i < count; i++, entry += 16)
+        if (*(const unsigned *)entry == id) memcpy(&usual, data + *(const unsigned *)(entry + 4), *(const Word *)(entry + 8));
+    return usual;
+}
+static Word computed(const unsigned *code, unsigned words, const Word *values, const unsigned *const *parts) {
+    if (words < 6) return 0;
+    Word left = values[code[4]], right = values[code[5]];
+    switch (code[3]) {
+    case COMPOSITE_EXTRACT: return parts[code[4]] ? values[parts[code[4]][3 + code[5]]] : 0;
+    case ADD: return left + right;
+    case SUB: return left - right;
+    case MUL: return left * right;
+    case UDIV: case SDIV: return right ? left / right : 0;
+    default: return 0;
     }
+}
+/* The workgroup and the shared memory of a pipeline, with its constants. A length that is computed in another way than these counts as nothing. */
+static void look_at_pipeline(const char *info) {
+    pthread_mutex_lock(&of_modules);
+    const struct Module *module = modules;
+    while (module && module->handle != *(const Word *)(info + 48)) module = module->next;
+    pthread_mutex_unlock(&of_modules);
+    if (!module) return;
+    const unsigned *code = module->code;
+    const char *constants = *(const char *const *)(info + 64);
+    Word *values = calloc(code[3], sizeof *values), *sizes = calloc(code[3], sizeof *sizes), shared = 0, side[3] = {1, 1, 1};
+    unsigned *numbers = calloc(code[3], sizeof *numbers), ids[3] = {0}, workgroup = 0;
+    const unsigned **parts = calloc(code[3], sizeof *parts);
+    for (Word at = 5; at < module->words && code[at] >> 16; at += code[at] >> 16) {
+        const unsigned *of = code + at, words = *of >> 16;
+        switch (*of & 0xffff) {
+        case DECORATE:
+            if (of[2] == SPEC_ID) numbers[of[1]] = of[3] + 1;
+            if (of[2] == BUILT_IN && of[3] == WORKGROUP_SIZE) workgroup = of[1];
+            break;
+        case EXECUTION_MODE:
+            for (int i = 0; of[2] == LOCAL_SIZE && i < 3; i++) side[i] = of[3 + i];
+            break;
+        case EXECUTION_MODE_ID:
+            for (int i = 0; of[2] == LOCAL_SIZE_ID && i < 3; i++) ids[i] = of[3 + i];
+            break;
+        case CONSTANT: values[of[2]] = of[3]; break;
+        case SPEC_CONSTANT: values[of[2]] = numbers[of[2]] ? specialized(constants, numbers[of[2]] - 1, of[3]) : of[3]; break;
+        case SPEC_OPERATION: values[of[2]] = computed(of, words, values, parts); break;
+        case CONSTANT_COMPOSITE: case SPEC_COMPOSITE:
+            parts[of[2]] = of;
+            for (int i = 0; of[2] == workgroup && i < 3; i++) ids[i] = of[3 + i];
+            break;
+        case TYPE_BOOL: sizes[of[1]] = 4; break;
+        case TYPE_INT: case TYPE_FLOAT: sizes[of[1]] = of[2] / 8; break;
+        case TYPE_VECTOR: case TYPE_MATRIX: sizes[of[1]] = sizes[of[2]] * of[3]; break;
+        case TYPE_ARRAY: sizes[of[1]] = sizes[of[2]] * values[of[3]]; break;
+        case TYPE_STRUCT: for (unsigned i = 2; i < words; i++) sizes[of[1]] += sizes[of[i]]; break;
+        case TYPE_POINTER: sizes[of[1]] = sizes[of[3]]; break;
+        case VARIABLE: if (of[3] == WORKGROUP_CLASS) shared += sizes[of[1]]; break;
+        default: break;
+        }
+    }
+    for (int i = 0; i < 3; i++) if (ids[i]) side[i] = values[ids[i]];
+    static const unsigned sides[3] = { WORKGROUP_X, WORKGROUP_Y, WORKGROUP_Z };
+    for (int i = 0; i < 3; i++) if (side[i] > sides[i]) exceeded("invocations along an axis of a workgroup", side[i], sides[i]);
+    Word threads = side[0] * side[1] * side[2];
     if (threads > INVOCATIONS) exceeded("invocations in a workgroup", threads, INVOCATIONS);
-    return create_module(device, info, allocator, module);
+    if (shared > SHARED_MEMORY) exceeded("bytes of shared memory", shared, SHARED_MEMORY);
+    free(values);
+    free(sizes);
+    free(numbers);
+    free(parts);
 }
 /* One pipeline at a time, as raxel makes them. The device below has other sizes of subgroups: what is asked for is looked at, and not passed on. */
 static int our_pipelines(Word device, Word cache, unsigned count, const char *infos, const void *allocator, Word *made) {
     usleep(1000 * PIPELINE_MILLISECONDS);
+    for (unsigned i = 0; i < count; i++) look_at_pipeline(infos + PIPELINE_SIZE * i);
     for (const struct Chain *chain = *(struct Chain *const *)(infos + 8); chain; chain = chain->next)
         if (MINOR < 3 && chain->type == CREATION_FEEDBACK) exceeded("structures of Vulkan 1.3", 1, 0);
     const struct Chain *asked = *(const struct Chain *const *)(infos + 32);

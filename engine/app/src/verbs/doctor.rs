@@ -1,6 +1,7 @@
 //! `raxel doctor`: whether this machine has what raxel needs, and what to do about what it lacks.
 
 mod graph;
+mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,12 +27,17 @@ use serde_json::json;
 /// Checks this machine: Vulkan loader, devices, validation layer, shader compiler, a rendered picture, ffmpeg.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Exit code 4 when there is no suitable device, 3 when it does not run the graph.\n\nExample: raxel doctor --graph graphs/beauty.toml"
+    after_help = "Exit code 4 when there is no suitable device, 3 when it does not run the graph or the world fits no layout.\n\n\
+                  Examples:\n  raxel doctor --graph graphs/beauty.toml\n  raxel doctor --world worlds/valley.toml"
 )]
 pub(crate) struct Args {
     /// Also say what this graph needs of the device, and whether it runs.
     #[arg(long, value_name = "GRAPH")]
     graph: Option<PathBuf>,
+
+    /// Also say how much memory of the device this world takes: for the graph, or else in each layout.
+    #[arg(long, value_name = "WORLD")]
+    world: Option<PathBuf>,
 
     #[command(flatten)]
     pub messages: Messages,
@@ -87,7 +93,7 @@ impl Report<'_> {
 }
 
 pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
-    let Args { graph, messages: _, on: _ } = args;
+    let Args { graph, world, messages: _, on: _ } = args;
     let mut report = Report { console, failure: None };
     report.line(Grade::Good, "raxel", env!("CARGO_PKG_VERSION"));
 
@@ -134,8 +140,12 @@ pub(crate) fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Re
         }
     }
 
-    if let (Some(graph), Ok(device)) = (graph, &device) {
-        graph::judge(graph, device, options, &mut report)?;
+    if let Ok(device) = &device {
+        match (graph, world) {
+            (Some(graph), world) => graph::judge((graph, world.as_deref()), device, options, &mut report)?,
+            (None, Some(world)) => world::judge(world, device, &mut report)?,
+            (None, None) => {}
+        }
     }
 
     let (grade, finding) = cache();

@@ -11,6 +11,7 @@ mod memory;
 mod needs;
 mod order;
 mod poison;
+mod portable;
 mod sizes;
 mod unroll;
 mod updates;
@@ -19,6 +20,7 @@ mod varies;
 pub use dump::Phase;
 pub use memory::EstimatedMemory;
 pub use needs::{Need, needs};
+pub use portable::rarely_met;
 
 use std::sync::Arc;
 

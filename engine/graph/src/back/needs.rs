@@ -3,7 +3,7 @@
 use raxel_shader::interface::BindingKind;
 
 use crate::back::sizes::local_size;
-use crate::ir::checked::Pass;
+use crate::ir::checked::{Pass, Value};
 use crate::ir::plan::{BindingLimits, DeviceLimits, Plan};
 
 /// How much of something one pass needs, and how much a device has.
@@ -32,21 +32,7 @@ impl Need {
 pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
     let mut most: Vec<Need> = Vec::new();
     for planned in &plan.passes {
-        let pass = plan.graph.pass(planned.pass);
-        let local = local_size(pass, &planned.specialization);
-        let of_workgroups = [
-            ("workgroup threads", local.iter().map(|&side| u64::from(side)).product(), {
-                ("maxComputeWorkGroupInvocations", u64::from(limits.workgroup_invocations))
-            }),
-            ("shared bytes", pass.shader.interface.shared_bytes, {
-                ("maxComputeSharedMemorySize", u64::from(limits.shared_memory))
-            }),
-            ("pushed bytes", pass.shader.interface.push.as_ref().map_or(0, |block| block.size.into()), {
-                ("maxPushConstantsSize", u64::from(limits.push_constants))
-            }),
-        ];
-        let of_pass = |(what, needs, (limit, has))| Need { what, limit, needs, has, pass: pass.name.clone() };
-        for need in bindings(pass, &limits.bindings).into_iter().chain(of_workgroups).map(of_pass) {
+        for need in needs_of(plan.graph.pass(planned.pass), &planned.specialization, limits) {
             match most.iter_mut().find(|known| known.what == need.what) {
                 Some(known) if known.needs < need.needs => *known = need,
                 Some(_) => {}
@@ -56,6 +42,24 @@ pub fn needs(plan: &Plan, limits: &DeviceLimits) -> Vec<Need> {
     }
     most.retain(|need| need.needs > 0);
     most
+}
+
+/// The needs of one pass with its specialization constants, those of nothing included.
+pub(crate) fn needs_of(pass: &Pass, specialization: &[(u32, Value)], limits: &DeviceLimits) -> Vec<Need> {
+    let local = local_size(pass, specialization);
+    let of_workgroups = [
+        ("workgroup threads", local.iter().map(|&side| u64::from(side)).product(), {
+            ("maxComputeWorkGroupInvocations", u64::from(limits.workgroup_invocations))
+        }),
+        ("shared bytes", pass.shader.interface.shared_bytes, {
+            ("maxComputeSharedMemorySize", u64::from(limits.shared_memory))
+        }),
+        ("pushed bytes", pass.shader.interface.push.as_ref().map_or(0, |block| block.size.into()), {
+            ("maxPushConstantsSize", u64::from(limits.push_constants))
+        }),
+    ];
+    let of_pass = |(what, needs, (limit, has))| Need { what, limit, needs, has, pass: pass.name.clone() };
+    bindings(pass, &limits.bindings).into_iter().chain(of_workgroups).map(of_pass).collect()
 }
 
 /// A kind of binding, how many a pass has, and the limit: Vulkan's name and the device's number.

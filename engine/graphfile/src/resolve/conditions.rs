@@ -6,14 +6,39 @@ use raxel_graph::checked::{Condition, Fact, Value};
 
 use super::Scope;
 
-/// The facts of `when` that are no param.
-pub const FACTS: [(&str, Fact); 6] = [
-    ("world.has_emission", Fact::WorldHasEmission),
-    ("world.has_transparency", Fact::WorldHasTransparency),
-    ("world.has_voxels", Fact::WorldHasVoxels),
-    ("world.has_instances", Fact::WorldHasInstances),
-    ("device.packets", Fact::DevicePackets),
-    ("device.ballots", Fact::DeviceBallots),
+/// A fact of `when` that is no param.
+pub struct KnownFact {
+    /// Its name in files.
+    pub name: &'static str,
+    pub fact: Fact,
+    /// When it holds.
+    pub holds: &'static str,
+}
+
+/// All of them. docs/graph-file.md has the same sentences.
+pub const FACTS: [KnownFact; 6] = [
+    KnownFact {
+        name: "world.has_emission",
+        fact: Fact::WorldHasEmission,
+        holds: "a voxel of the world or of an instance gives off light",
+    },
+    KnownFact {
+        name: "world.has_transparency",
+        fact: Fact::WorldHasTransparency,
+        holds: "a voxel of the world is transparent",
+    },
+    KnownFact { name: "world.has_voxels", fact: Fact::WorldHasVoxels, holds: "the world has a solid voxel" },
+    KnownFact { name: "world.has_instances", fact: Fact::WorldHasInstances, holds: "the world has instances" },
+    KnownFact {
+        name: "device.packets",
+        fact: Fact::DevicePackets,
+        holds: "`<raxel/packet.glsl>` and `<raxel/parallel.glsl>` work with this device and this world",
+    },
+    KnownFact {
+        name: "device.ballots",
+        fact: Fact::DeviceBallots,
+        holds: "shaders may use `RX_PLAIN_BALLOTS` of `<raxel/refill.glsl>`",
+    },
 ];
 
 /// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
@@ -23,8 +48,8 @@ pub fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diag
     }
     let word = when.value.strip_prefix('!').unwrap_or(&when.value);
     let negated = word.len() < when.value.len();
-    if let Some((_, fact)) = FACTS.iter().find(|(name, _)| *name == word) {
-        return Some(Condition { fact: fact.clone(), negated });
+    if let Some(known) = FACTS.iter().find(|known| known.name == word) {
+        return Some(Condition { fact: known.fact.clone(), negated });
     }
     if let Some(name) = word.strip_prefix("param.") {
         let id = scope.param(name, &when.span, found)?;
@@ -42,7 +67,7 @@ pub fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diag
         }
         return None;
     }
-    let facts = || FACTS.iter().map(|(name, _)| *name);
+    let facts = || FACTS.iter().map(|known| known.name);
     let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_FACT, format!("there is no condition `{word}`"))
         .label(when.span.clone(), "no such condition");
     found.push(match closest(word, facts()) {

@@ -13,6 +13,7 @@ pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream>
     let variants = data.variants.iter().map(Variant::of).collect::<syn::Result<Vec<_>>>()?;
     let idents: Vec<_> = data.variants.iter().map(|variant| &variant.ident).collect();
     let words: Vec<_> = variants.iter().zip(&idents).map(|(variant, ident)| word(variant, ident)).collect();
+    let meanings = variants.iter().map(|variant| &variant.about);
     Ok(quote! {
         impl #ident {
             /// Its words, as files have them.
@@ -24,7 +25,9 @@ pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream>
             type Limits = ();
 
             fn shape((): &()) -> ::raxel_language::Shape {
-                ::raxel_language::Shape::Words(::std::vec![#(#words),*])
+                ::raxel_language::Shape::Words(::std::vec![
+                    #(::raxel_language::Word { name: #words.into(), about: #meanings.into() }),*
+                ])
             }
 
             fn written(&self) -> ::raxel_language::Json {

@@ -22,7 +22,7 @@ const ENTRIES: u32 = 9 * 256 * 256;
 pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resource, RayError> {
     let defines = vec![("RX_RAYMASK_CONSERVATIVE".to_owned(), "1".to_owned())];
     let request = Request { path: PATH.into(), entry: "main".into(), defines };
-    let (shader, pipeline) = compile(device, files, &request, "raymask table", None)?;
+    let (shader, pipeline) = compile(device, files, &request, ("raymask table", 1), None)?;
     let size = u64::from(ENTRIES) * 8;
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
     let table = Resource::whole(&Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?));

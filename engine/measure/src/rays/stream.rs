@@ -87,6 +87,8 @@ pub struct Stream {
     device: Arc<Device>,
     slots: [SlotBuffers; 2],
     capacity: usize,
+    /// The time for one submission, after which the device counts as hung.
+    patience: Duration,
 }
 
 impl Stream {
@@ -103,7 +105,13 @@ impl Stream {
         let dispatched = (limits.max_compute_work_group_count[0] as usize).saturating_mul(GROUP);
         let capacity = capacity.min(bound).min(dispatched).max(GROUP);
         let slots = [Self::slot(device, capacity)?, Self::slot(device, capacity)?];
-        Ok(Self { device: device.clone(), slots, capacity })
+        Ok(Self { device: device.clone(), slots, capacity, patience: PATIENCE })
+    }
+
+    /// The same with another time for one submission, after which the device counts as hung.
+    #[must_use]
+    pub fn with_patience(self, patience: Duration) -> Self {
+        Self { patience, ..self }
     }
 
     fn slot(device: &Arc<Device>, capacity: usize) -> Result<SlotBuffers, RayError> {
@@ -153,9 +161,9 @@ impl Stream {
             };
             let looked = self.land(tracer, landing, W::RAYS, &mut look);
             if looked.is_err() {
-                // The part after it may not outlive its input.
+                // The part after it may not outlive its input. If this wait fails too, the first error has the reason.
                 if let Some(flight) = &flight {
-                    self.device.wait(flight.finished_at, PATIENCE).map_err(RayError::from)?;
+                    let _ = self.device.wait(flight.finished_at, self.patience);
                 }
                 return looked;
             }
@@ -236,7 +244,7 @@ impl Stream {
         rays_each: usize,
         look: &mut impl FnMut(Traced<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
-        if let Err(error) = self.device.wait(flight.finished_at, PATIENCE) {
+        if let Err(error) = self.device.wait(flight.finished_at, self.patience) {
             if matches!(error, raxel_gpu::Error::TimedOut { .. }) {
                 self.device.abandon();
             }

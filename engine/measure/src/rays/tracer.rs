@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use raxel_diagnostics::{FileError, Files, SourceMap};
-use raxel_execute::{Texture, upload_image};
+use raxel_execute::{Texture, upload_image, watched};
 use raxel_gpu::{
     Buffer, ComputePipeline, DescriptorSlot, Device, ImageView, PipelineInfo, Resource, Sampler, Sampling, ViewInfo,
     upload, vk,
@@ -119,7 +119,12 @@ impl Tracer {
     /// Compiles a method. `files` are those of a project, whose `shaders/include` may override the library; a
     /// [`raxel_diagnostics::MemoryFiles`] without files takes the library as it is.
     pub fn new(device: &Arc<Device>, files: Arc<dyn Files>, method: &Method) -> Result<Self, RayError> {
-        let tracer = Self::with_defines(device, files, method, &[])?;
+        Self::among(device, files, method, 1)
+    }
+
+    /// The same, where `left` tracers are still to be made, this one included: raxel tells how many, if the driver takes long.
+    pub fn among(device: &Arc<Device>, files: Arc<dyn Files>, method: &Method, left: usize) -> Result<Self, RayError> {
+        let tracer = Self::made(device, files, method, (&[], left))?;
         let mut names = tracer.shader.interface.bindings.iter().map(|binding| binding.name.as_str());
         match names.find(|name| !BINDINGS.contains(name)) {
             Some(name) => Err(RayError::Binding { name: name.to_owned(), why: "no list of rays comes with" }),
@@ -135,6 +140,15 @@ impl Tracer {
         method: &Method,
         defines: &[&str],
     ) -> Result<Self, RayError> {
+        Self::made(device, files, method, (defines, 1))
+    }
+
+    fn made(
+        device: &Arc<Device>,
+        files: Arc<dyn Files>,
+        method: &Method,
+        (defines, left): (&[&str], usize),
+    ) -> Result<Self, RayError> {
         let files: Arc<dyn Files> = Arc::new(WithShader(files));
         // If subgroups are neither 32 nor 64 wide, tiles of rays are traced by the same code as single ones, slower.
         let tiles = matches!(method.marcher.as_deref(), Some("packet" | "parallel" | "parallel_any"));
@@ -142,7 +156,7 @@ impl Tracer {
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();
         let request = Request { path: PATH.into(), entry: "main".into(), defines };
-        let (shader, pipeline) = compile(device, &files, &request, &method.to_string(), tiles.then_some(32))?;
+        let (shader, pipeline) = compile(device, &files, &request, (&method.to_string(), left), tiles.then_some(32))?;
         let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
         let wants_masks = names().any(|name| name == masks::BINDING);
         let masks = if wants_masks { Some(masks::bake(device, &files)?) } else { None };
@@ -226,12 +240,12 @@ impl Tracer {
     }
 }
 
-/// A shader and its pipeline.
+/// A shader and its pipeline, with its name and the number of those that are still to be made.
 pub(super) fn compile(
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
     request: &Request,
-    name: &str,
+    (name, left): (&str, usize),
     subgroup_size: Option<u32>,
 ) -> Result<(Arc<Shader>, ComputePipeline), RayError> {
     let mut texts = SourceMap::default();
@@ -266,6 +280,6 @@ pub(super) fn compile(
         specialization: &[],
         subgroup_size,
     };
-    let pipeline = ComputePipeline::new(device, name, &info)?;
+    let pipeline = watched(&format!("tracer `{name}`"), left, || ComputePipeline::new(device, name, &info))?;
     Ok((shader, pipeline))
 }

@@ -10,6 +10,7 @@ use raxel_oracle::{FACE_INSIDE, Hit, Oracle, Ray};
 use raxel_world::World;
 use serde::Serialize;
 
+use super::plan::Plan;
 use crate::rays::{RayError, Stream, Tracer};
 
 /// The scenes that were compared with the original, and how many rays differed.
@@ -33,9 +34,10 @@ const MOVES: [[i32; 3]; 4] = [
     [64, -64, 0],
 ];
 
-/// Traces `rays` rays of several sets each through a scene, and through the scene moved, turned and mirrored.
-pub fn invariants(tracer: &mut Tracer, device: &Arc<Device>, seed: u64, rays: usize) -> Result<Invariants, RayError> {
-    let mut stream = Stream::with_capacity(device, 1 << 13)?;
+/// Traces `rays` rays of several sets each through a scene, and through the scene moved, turned and mirrored, with the seed and the watchdog of a plan.
+pub fn invariants(tracer: &mut Tracer, device: &Arc<Device>, plan: &Plan, rays: usize) -> Result<Invariants, RayError> {
+    let seed = plan.seed;
+    let mut stream = Stream::with_capacity(device, 1 << 13)?.with_patience(plan.watchdog);
     let Some(scene) = Scene::find("gravel") else { return Ok(Invariants::default()) };
     let corner = IVec3::new(-30, 7, 3);
     let here = scene.world(corner, seed);

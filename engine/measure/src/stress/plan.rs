@@ -3,6 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::IVec3;
 use raxel_layouts::Layout;
@@ -248,6 +249,8 @@ pub struct Plan {
     pub rays: u64,
     /// Other seeds, other rays and other random scenes.
     pub seed: u64,
+    /// The time for one submission of rays, after which the device counts as hung.
+    pub watchdog: Duration,
 }
 
 impl Plan {

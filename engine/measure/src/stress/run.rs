@@ -213,11 +213,14 @@ fn go_through(
     progress: &mut dyn FnMut(Progress<'_>),
 ) -> Result<(), RayError> {
     let mut rows = Vec::new();
+    let on_device = |report: &RowReport| matches!(report.row, Row::Device(_));
+    let mut left = report.rows.iter().filter(|report| on_device(report)).count();
     for report in &mut report.rows {
-        rows.push(ready(report, device, files)?);
+        rows.push(ready(report, device, files, left)?);
+        left -= usize::from(on_device(report));
     }
     let software = device.capabilities().kind == DeviceKind::Cpu;
-    let (device, stream) = (device.clone(), Stream::new(device)?);
+    let (device, stream) = (device.clone(), Stream::new(device)?.with_patience(plan.watchdog));
     let mut runner = Runner { plan, device, files: files.clone(), stream, report, progress, done: 0, software };
     for (number, site) in plan.sites.iter().enumerate() {
         runner.site(number, site, &mut rows)?;
@@ -225,9 +228,10 @@ fn go_through(
     Ok(())
 }
 
-fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Ready, RayError> {
+/// A row with its tracer, where `left` tracers are still to be made.
+fn ready(report: &mut RowReport, device: &Arc<Device>, files: &Arc<dyn Files>, left: usize) -> Result<Ready, RayError> {
     let Row::Device(method) = &report.row else { return Ok(Ready::Port) };
-    match Tracer::new(device, files.clone(), method) {
+    match Tracer::among(device, files.clone(), method, left) {
         Ok(tracer) => Ok(Ready::Device(Box::new(tracer))),
         Err(error) if error.is_of_tracer() => {
             report.unusable = Some(error.to_string());

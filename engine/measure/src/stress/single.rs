@@ -42,7 +42,7 @@ pub fn single(
     let world = plan.sites[site].build(plan.seed);
     let oracle = Oracle::new(&world);
     let exact = oracle.first_hit(ray);
-    let mut stream = Stream::with_capacity(device, 64)?;
+    let mut stream = Stream::with_capacity(device, 64)?.with_patience(plan.watchdog);
     let mut rows = Vec::new();
     for row in &plan.rows {
         let found = match row {

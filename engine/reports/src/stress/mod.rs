@@ -7,6 +7,7 @@ mod table;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use raxel_diagnostics::{Files, MemoryFiles};
@@ -17,6 +18,7 @@ use raxel_measure::stress::{self, Invariants, Plan, Refused, Report, Row, RowRep
 use raxel_terminal::args::{Messages, OnDevice};
 use raxel_terminal::console::{Console, Format};
 use raxel_terminal::failure::{Exit, Failure, Result};
+use raxel_terminal::session::seconds;
 
 /// Traces rays that are hard to trace, by every layout, and counts what is wrong by exact arithmetic.
 ///
@@ -62,6 +64,10 @@ pub struct Args {
     #[arg(long, value_name = "RAY", value_parser = one::ray, allow_hyphen_values = true)]
     ray: Option<one::NamedRay>,
 
+    /// Seconds after which a submission of rays counts as hung, and the run ends. A submission takes a tenth of a second on most devices.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
+    watchdog: Duration,
+
     /// Write the counts of each row, scene and set: FILE.csv, FILE.json, or a folder for both.
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
@@ -95,6 +101,7 @@ pub fn run(args: &Args, options: &DeviceOptions, console: &Console) -> Result {
         sites,
         rays: args.rays,
         seed: args.seed,
+        watchdog: args.watchdog,
     };
     let mut outputs = args.output.as_deref().map(files::Outputs::prepare).transpose()?.unwrap_or_default();
     // The project's own includes win over those of the binary.
@@ -182,7 +189,7 @@ fn symmetric(
     for row in report.rows.iter().filter(|row| row.unusable.is_none()) {
         if let Row::Device(method @ Method { layout, marcher: None }) = &row.row {
             let mut tracer = Tracer::new(device, files.clone(), method)?;
-            all.push((*layout, invariants(&mut tracer, device, plan.seed, rays)?));
+            all.push((*layout, invariants(&mut tracer, device, plan, rays)?));
         }
     }
     Ok(())
@@ -254,6 +261,9 @@ fn progress(plan: &Plan, console: &Console) -> ProgressBar {
 fn failure(error: RayError, console: &Console) -> Failure {
     match error {
         RayError::Shader { diagnostics, texts } => console.stop_in(&diagnostics, &texts),
+        RayError::Gpu(error @ raxel_gpu::Error::TimedOut { .. }) => {
+            Failure::from(error).help("a slow or busy machine may need more time: `--watchdog SECONDS` gives it")
+        }
         RayError::Gpu(error) => error.into(),
         error @ (RayError::Binding { .. } | RayError::Layout(_) | RayError::NotStreamed(_)) => {
             Failure::new(Exit::Project, error.to_string())
@@ -284,6 +294,7 @@ mod tests {
             sites: find::sites(&["hills@near".to_owned(), "hills@far".to_owned()]).unwrap(),
             rays: 100,
             seed: 1,
+            watchdog: Duration::from_secs(60),
         };
         let row = RowReport {
             row: Row::default_tracer(),

@@ -106,7 +106,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Result {
 }
 
 /// Bytes in the unit that suits them.
-pub(super) fn bytes(number: u64) -> String {
+pub(crate) fn bytes(number: u64) -> String {
     const UNITS: [&str; 4] = ["B", "KiB", "MiB", "GiB"];
     let mut value = number as f64;
     let mut unit = 0;

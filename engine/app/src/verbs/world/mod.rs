@@ -6,6 +6,8 @@ pub(crate) mod import;
 mod info;
 mod save;
 
+pub(crate) use info::bytes;
+
 use raxel_terminal::args::Messages;
 use raxel_terminal::console::{Console, Format};
 use raxel_terminal::failure::Result;
