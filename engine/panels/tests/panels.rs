@@ -5,8 +5,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
     Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading,
-    Looking, Map, Param, PassState, PassWriters, Preset, Problem, Shape, Shown, TexelWriter, Thumbnail, Timeline, Track,
-    Use, WorldExtent,
+    Looking, Map, Param, PassState, PassWriters, Preset, Problem, Shape, Shown, TexelWriter, Thumbnail, Timeline,
+    Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 use raxel_picture::{NotFinite, Sought};
