@@ -69,7 +69,8 @@ const SCENES: &str =
 const TILES: &str = "tiles,octant-tiles,grazing-tiles,skimming-tiles,hidden-tiles,lattice-tiles,wrapped-tiles,range-end-tiles,far-tiles";
 
 /// The sets whose rays are parallel.
-const GRIDS: &str = "parallel,parallel-ties,parallel-edges,parallel-beside,parallel-moved,wrapped-parallel";
+const GRIDS: &str =
+    "parallel,parallel-ties,parallel-edges,parallel-beside,parallel-moved,parallel-depths,wrapped-parallel";
 
 /// Longer than any run takes. A tracer that does not end is noticed.
 const LIMIT: Duration = Duration::from_secs(120);

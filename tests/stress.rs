@@ -60,7 +60,7 @@ fn every_tracer_that_claims_to_be_exact_is() {
         assert_eq!(count(row, "rays"), of_sets.iter().sum::<u64>(), "{row}");
     }
     for row in ["tree64:parallel", "tree64:parallel_any"].map(|name| &rows[name]) {
-        let mut grids = ["parallel", "parallel-edges", "parallel-beside", "parallel-ties"].iter();
+        let mut grids = ["parallel", "parallel-edges", "parallel-beside", "parallel-ties", "parallel-depths"].iter();
         assert!(row["exact"] == true && grids.all(|set| row["sets"][set]["rays"].as_u64().unwrap() > 300), "{row}");
     }
     // Publications are for all sets, near and far.

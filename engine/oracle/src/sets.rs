@@ -232,6 +232,11 @@ pub const ALL: &[RaySet] = &[
         make: Make::Grids(tiles::parallel_moved),
     },
     RaySet {
+        name: "parallel-depths",
+        about: "8 × 8 rays of one direction from pixels of a plane along two axes, at different depths along the third one",
+        make: Make::Grids(tiles::parallel_depths),
+    },
+    RaySet {
         name: "unit-ties",
         about: "two planes that are crossed one unit of the lattice apart, or 2^-1 to 2^-14 of one, beside a solid",
         make: Make::Rays(rays::unit_ties),

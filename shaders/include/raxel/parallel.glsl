@@ -177,7 +177,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             rx_tile_project[3][lane] = 0.5 * (abs(turned.x) + abs(turned.y) + abs(turned.z));
             rx_parallel_along[lane] = dot(turned, d);
         }
-        barrier();
+        barrier();  // before any invocation reads what three of them have written
 
         uint alive = 0u;  // bit s: the ray of this invocation's pixel of group s is traced and has not hit anything yet
         for (uint s = 0u; s < 8u; ++s) {
@@ -192,10 +192,12 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
             // By the least w in a voxel around the ray's origin, which is 1 or more, see `cover`: it decides the voxel's pixels.
             float near = max(w - 2.5 * rx_tile_project[3].z, 1.0) * (0.5 * RX_TILE_MARGIN);
             bool there = w >= 1.0 && abs(16.0 * x - float(pixel.x) * w) <= near && abs(16.0 * y - float(pixel.y) * w) <= near;
+            // The walk traces a ray that begins outside of its cell: it counts as on the border, and the pixel is elsewhere.
+            bool within = all(greaterThanEqual(g, vec3(0.0))) && all(lessThanEqual(g, vec3(1.0)));
             // At the centre of the cell on an axis that the ray does not move along, as in walk.glsl.
             g = mix(g, vec3(0.5), equal(lattice, uvec3(0u)));
             // A ray that begins on its exit plane spends no time in its cell. The walk traces it.
-            bool simple = there && all(greaterThanEqual(g, vec3(0.0))) && all(lessThan(g, vec3(1.0)));
+            bool simple = there && within && all(lessThan(g, vec3(1.0)));
             pending &= ~(1u << s);
             if (!simple) {
                 rest |= 1u << s;
@@ -300,7 +302,7 @@ uint rx_trace_parallel(ivec2 tile, ivec2 size, vec3 dir, ivec3 view_cell, vec3 v
                                 rx_tile_sets(lane, taken + lane < candidates ? cover : 0u);
                                 rx_tile_corners[31u - lane] = vec4(v, 0.0);
                             }
-                            barrier();
+                            barrier();  // before any invocation reads the sets of all
                             // The pixels of this invocation that have candidates.
                             uint some_have = 0u;
                             for (uint i = 0u; i < 4u; ++i) {

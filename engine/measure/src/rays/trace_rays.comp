@@ -169,7 +169,10 @@ RxRay ray_of(ivec2 pixel) {
 
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
     name_pixel(pixel);
-    if (wanted(pixel)) write_hit(line_of(pixel), true, rx_hit_of(ray_of(pixel), voxel, face));
+    if (!wanted(pixel)) return;
+    // A hit takes no more than the axis from the face.
+    RxHit hit = rx_hit_of(ray_of(pixel), voxel, face);
+    write_hit(line_of(pixel), hit.face == face, hit);
 }
 
 void rx_tile_miss(ivec2 pixel) {
@@ -207,8 +210,10 @@ void main() {
 }
 #elif defined(RX_MARCH_PARALLEL)
 // A subgroup traces 64 rays in a row, those of them that have the direction of the first, as 8 x 8 pixels of a tile of 16 x 16.
-#define RX_PARALLEL_NEAR 1.0e9
-#define RX_PARALLEL_AREA 1.0e9
+// One tile in sixteen is handed on as too wide by its 32 pixels, and one by all of its rays.
+float most_near, most_area;
+#define RX_PARALLEL_NEAR most_near
+#define RX_PARALLEL_AREA most_area
 // Software drivers end the loops of a shader after 65,535 rounds. An invocation tests the voxels of a leaf for eight pixels, in 512 rounds at most; and where any hit will do, it
 // traces each ray that hits as well.
 #ifdef RX_TILE_ANY_HIT
@@ -258,7 +263,9 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
     bool found = rx_trace(ray_of(i), hit);
     write_hit(i, found && face == RX_FACE_INSIDE && rx_material(voxel) != 0u && (last || rx_crosses_box(ray_of(i), voxel, voxel + 1, 0)), hit);
 #else
-    write_hit(i, true, rx_hit_of(ray_of(i), voxel, face));
+    // A hit takes no more than the axis from the face.
+    RxHit hit = rx_hit_of(ray_of(i), voxel, face);
+    write_hit(i, hit.face == face, hit);
 #endif
 }
 
@@ -288,12 +295,17 @@ void main() {
     if (extent < 8.0 && (pick & 0x03000000u) == 0u) closer = (closer < 0.0 ? -w : w) / float[](3.0, 1.25, 1.0, 1.0)[(pick >> 22) & 3u];
     vec3 normal = cross(u, v) / sqrt(area), at_w = normal * closer, right = (u * vv - v * uv) / area, below = (v * uu - u * uv) / area;
     vec4 view[3] = vec4[](vec4(right * w + normal * aslant + at_w * first.x, first.x * w), vec4(below * w - normal * aslant + at_w * first.y, first.y * w), vec4(at_w, w));
+    uint wide = (pick >> 18) & 15u;
+    most_near = wide == 0u ? 0.0 : 1.0e9;
+    most_area = wide == 1u ? 0.0 : 1.0e9;
     begin_tile();
     uint rest = rx_trace_parallel(tile, size, ray.dir, ray.cell, ray.frac, view);
     for (uint s = 0u; s < 8u; ++s) {
         ivec2 pixel = rx_tile_pixel(tile, s);
         bool handed_on = ((rest >> s) & 1u) != 0u, traced = wanted(pixel) && is_of_tile(line_of(pixel));
-        if (handed_on) name_pixel(pixel);
+        // The 32 pixels hand on all pixels, before it is known which have a ray.
+        if (handed_on) check_pixel(pixel);
+        if (handed_on && (traced || most_near > 0.0)) name_pixel(pixel);
         if (!wanted(pixel) || (!handed_on && traced)) continue;
         RxHit hit;
         bool found = rx_trace(ray_of(line_of(pixel)), hit);

@@ -355,9 +355,9 @@ pub(super) fn parallel_beside(targets: &RayTargets, random: &mut Random) -> [Ray
     let outwards = if random.below(2) == 0 { 1.0 } else { -1.0 };
     let mut dir = random.direction();
     dir[third] *= [0.0, 0.0, 1e-2, 1.0][random.index(4)];
-    dir[across] *= [0.0, 1e-5, 1e-4, 1e-2][random.index(4)];
+    dir[across] *= [0.0, 1e-5, 1e-4, 3e-3, 1e-2][random.index(5)];
     let ahead = Vec3::from_array(dir).try_normalize().unwrap_or(Vec3::AXES[along]);
-    let apart = [0.25, 0.8, 0.8][random.index(3)];
+    let apart = [0.05, 0.25, 0.8, 0.8][random.index(4)];
     // In pixels, with a margin of a sixty-fourth of one and bounds of a hundred and twenty-eighth.
     let beside = match random.below(4) {
         0 => 0.016 * f64::from(random.unit()),
@@ -433,6 +433,64 @@ pub(super) fn parallel_moved(targets: &RayTargets, random: &mut Random) -> [Ray;
         let stays = place.iter().all(|&at| at == 0.0 || at == f64::from(Tile::SIDE - 1)) || random.below(2) == 0;
         let [x, y] = if stays && place != chosen { place } else { moved(place) };
         let (cell, frac) = at_place(target, std::array::from_fn(|a| origin[a] + x * along[0][a] + y * along[1][a]));
+        Ray::new(clamped(cell), frac, dir)
+    })
+}
+
+/// Pixels in a plane along two axes, whose rays begin at different depths along the third one, as at the hits of an orthographic camera. In a view that does not change with depth,
+/// all of them begin at their pixels. One ray in eight begins half a voxel further on each axis: at its pixel for a tracer that takes corners of cells for their centres.
+pub(super) fn parallel_depths(targets: &RayTargets, random: &mut Random) -> [Ray; Tile::RAYS] {
+    let target = targets.solid(random);
+    let (depth, kind) = (random.index(3), random.below(8));
+    let [side, other] = [[1, 2], [2, 1]][random.index(2)].map(|turn| (depth + turn) % 3);
+    let mut dir = random.direction();
+    let mut aim = fraction(random).map(f64::from);
+    let mut apart = [1.0 / 16.0, 0.25, 1.0, 1.0][random.index(4)];
+    let mut distance = [1.0, 4.0, 30.0][random.index(3)];
+    if kind < 3 {
+        (dir[side], dir[other]) = (0.0, 0.0);
+        dir[depth] = dir[depth].signum();
+    }
+    if kind == 0 {
+        // The slightest component there is, just before a plane, which the ray crosses on its way.
+        dir[side] = random.signed().signum() * (-30.0_f32).exp2();
+        let before = f64::from(f32::EPSILON) / 2.0 * [1.0, 1.0, 2.0][random.index(3)];
+        aim[side] = if dir[side] < 0.0 { 1.0 + before } else { -before };
+        (apart, distance) = (1.0, 300.0);
+    } else if random.below(2) == 0 {
+        // In corners of cells, seen along the depth.
+        (aim[side], aim[other]) = (0.0, 0.0);
+        dir = dir.map(f32::abs);
+    }
+    let plane = [side, other].map(|axis| std::array::from_fn(|a| if a == axis { apart } else { 0.0 }));
+    let [column, row] = [0, 1].map(|_| random.below(8) as f64);
+    let first: [f64; 3] = std::array::from_fn(|a| {
+        let back = (distance * f64::from(dir[a])).round();
+        aim[a] - back - column * plane[0][a] - row * plane[1][a]
+    });
+    let further = dir.map(|v| if v < 0.0 { -0.5 } else { 0.5 });
+    if kind == 1 {
+        // No direction, though it looks like one along the depth: nothing may be hit.
+        dir[depth] *= [f32::INFINITY, f32::NAN][random.index(2)];
+    }
+    let last = Tile::SIDE - 1;
+    let mut number = 0;
+    grid(target, first, plane).map(|(cell, frac)| {
+        let at = [number % Tile::SIDE, number / Tile::SIDE];
+        number += 1;
+        let mut by = [0.0; 3];
+        // The rays at the corners say where pixels are.
+        if at.iter().any(|at| ![0, last].contains(at)) {
+            by = if kind != 0 && random.below(8) == 0 { further } else { by };
+            by[depth] += random.below(9) as f64 - 4.0 + [0.0, f64::from(random.unit())][random.index(2)];
+        }
+        let (mut cell, mut frac) = at_place(cell, std::array::from_fn(|a| f64::from(frac[a]) + by[a]));
+        if random.below(16) == 0 {
+            // The same place, outside of a cell beside it: a tracer counts it as on the border of that cell.
+            let (axis, beside) = (random.index(3), [-1, 1][random.index(2)]);
+            cell[axis] += beside;
+            frac[axis] -= beside as f32;
+        }
         Ray::new(clamped(cell), frac, dir)
     })
 }
