@@ -169,6 +169,10 @@ fn needs_that_many_devices_do_not_meet_are_warnings() {
     project.write("graphs/heavy.toml", HEAVY_GRAPH.replace("shader =", "when = \"device.packets\"\nshader ="));
     let run = project.raxel(&["check", "graphs/heavy.toml"]).exits(0);
     assert!(run.stdout.contains(threads) && !run.stdout.contains("Int64"), "{}", run.stdout);
+    // The pass for all other devices is looked at, too.
+    project.write("graphs/heavy.toml", HEAVY_GRAPH.replace("shader =", "when = \"!device.packets\"\nshader ="));
+    let run = project.raxel(&["check", "graphs/heavy.toml"]).exits(0);
+    assert!(run.stdout.contains(threads) && run.stdout.contains("Int64"), "{}", run.stdout);
 }
 
 #[test]

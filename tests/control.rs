@@ -228,8 +228,10 @@ fn an_access_out_of_bounds_is_a_diagnostic_while_checks_are_on() {
     };
     assert_eq!(beyond(&mut talk), 0);
     for (on, found) in [(true, 1), (false, 0)] {
-        assert_eq!(talk.ask(json!({ "do": "check_bounds", "on": on }))["compiles"], true);
-        assert_eq!(talk.ask(json!({ "do": "wait_reload", "seconds": 60 }))["reloaded"], true);
+        let compiles = talk.ask(json!({ "do": "check_bounds", "on": on }));
+        assert_eq!(compiles["compiles"], true);
+        let after = &compiles["generation"];
+        assert_eq!(talk.ask(json!({ "do": "wait_reload", "seconds": 60, "after": after }))["reloaded"], true);
         assert_eq!(talk.ask(json!({ "do": "check_bounds", "on": on }))["compiles"], false);
         assert_eq!(beyond(&mut talk), found);
     }
@@ -250,9 +252,21 @@ fn the_writers_of_a_texel_are_found() {
         (refused["ok"].clone(), refused["help"][0].clone()),
         (json!(false), json!("send `record_writes`, and then `wait_reload`"))
     );
-    assert_eq!(talk.ask(json!({ "do": "record_writes" }))["compiles"], true);
-    assert_eq!(talk.ask(json!({ "do": "wait_reload", "seconds": 60 }))["reloaded"], true);
-    assert_eq!(talk.ask(json!({ "do": "record_writes" }))["compiles"], false);
+    // What was asked last holds, also before anything is compiled.
+    for on in [true, false, true] {
+        assert_eq!(talk.ask(json!({ "do": "record_writes", "on": on }))["compiles"], true);
+    }
+    let records = talk.ask(json!({ "do": "record_writes" }));
+    assert_eq!(records["compiles"], false);
+    let mut last = records["generation"].clone();
+    loop {
+        let next = talk.say(&json!({ "do": "wait_reload", "seconds": 5, "after": last }).to_string());
+        if next["ok"] == json!(false) {
+            break;
+        }
+        assert_eq!(next["reloaded"], true);
+        last = next["generation"].clone();
+    }
     talk.ask(json!({ "do": "pause" }));
     let text = std::fs::read_to_string(project.root().join("shaders/examples/print.comp")).unwrap();
     let line = 1 + text.lines().position(|line| line.contains("imageStore")).unwrap();

@@ -232,13 +232,31 @@ fn values_are_written_into_files_and_restored() {
     }
 }
 
+/// A graph that needs no world.
+const PLAIN_GRAPH: &str = r#"
+name = "plain"
+present = "color"
+[targets.color]
+format = "rgba8"
+[[passes]]
+name = "fill"
+shader = "plain.comp"
+dispatch = { threads = "color" }
+bind = { color = "color" }
+"#;
+const PLAIN_SHADER: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba8) uniform writeonly image2D color;
+void main() { imageStore(color, ivec2(gl_GlobalInvocationID.xy), vec4(1.0)); }
+";
+
 #[test]
 fn the_empty_world_has_no_file_for_a_camera() {
-    let mut stage = Stage::start(Runs::Requests, &["graphs/inspect.toml", "--size", "32x18"]);
-    let world = stage.ask(json!({ "do": "info" }))["world"].clone();
-    if world.is_null() {
-        assert!(stage.refused(json!({ "do": "write_camera", "name": "a" })).contains("empty world"));
-    }
+    let project = Project::empty();
+    project.write("graphs/plain.toml", PLAIN_GRAPH).write("shaders/plain.comp", PLAIN_SHADER);
+    let mut stage = Stage::over(project, Runs::Requests, &["graphs/plain.toml", "--size", "32x18"]);
+    assert_eq!(stage.ask(json!({ "do": "info" }))["world"], Value::Null);
+    assert!(stage.refused(json!({ "do": "write_camera", "name": "a" })).contains("empty world"));
     for request in [
         json!({ "do": "keys" }),
         json!({ "do": "move_key", "track": "camera", "key": 0, "to": 1 }),
@@ -470,7 +488,8 @@ fn a_pass_that_does_not_end_is_given_up_by_a_request() {
     stage.ends();
 }
 
-/// A program drives a window that nobody sees: it answers, and runs frames.
+/// A program drives a window that nobody sees: it answers, and runs frames. X11 asks for redraws there, too; `engine/window/src/hidden.rs` tests
+/// the systems that do not.
 #[test]
 fn a_hidden_window_answers() {
     let mut stage = Stage::start(Runs::Window, &SCENE);
@@ -547,4 +566,67 @@ fn a_full_disk_refuses_bytes_and_keeps_the_old_file() {
     assert!(error.contains("`bytes` cannot be written") && error.contains("No space left"), "{refused}");
     assert_eq!(fs::read_to_string(project.path("bytes")).unwrap(), "old");
     talk.ask(json!({ "do": "picture" }));
+}
+
+#[test]
+fn a_value_that_is_set_after_the_write_stays() {
+    for runs in [Runs::Requests, Runs::Window] {
+        let mut stage = Stage::start(runs, &SCENE);
+        let before = stage.read("graphs/inspect.toml");
+        let value = |stage: &mut Stage| stage.ask(json!({ "do": "info" }))["params"][0]["value"].clone();
+        stage.ask(json!({ "do": "set", "param": "sky_depth", "value": 50 }));
+        let written = stage.ask(json!({ "do": "write_params", "params": ["sky_depth"] }));
+        stage.ask(json!({ "do": "set", "param": "sky_depth", "value": 60 }));
+        let told = stage.ask(json!({ "do": "wait_reload", "seconds": 60, "after": written["generation"] }));
+        assert_eq!(told["reloaded"], json!(true), "{told}");
+        assert_eq!(value(&mut stage), json!(60.0));
+        // Nor does undo take it.
+        stage.write(json!({ "do": "undo_write" }));
+        assert_eq!((stage.read("graphs/inspect.toml"), value(&mut stage)), (before, json!(60.0)));
+        stage.ends();
+    }
+}
+
+#[test]
+fn files_that_were_edited_since_are_not_restored() {
+    for runs in [Runs::Requests, Runs::Window] {
+        let project = Project::shipped();
+        let more = "[params.more]\ntype = \"f32\"\ndefault = 1.0\nrange = [0.0, 10.0]\n";
+        project.write("graphs/child.toml", format!("extends = \"inspect.toml\"\nname = \"child\"\n\n{more}"));
+        let mut stage = Stage::over(project, runs, &CHILD);
+        let [child, inspect] = ["graphs/child.toml", "graphs/inspect.toml"].map(|path| stage.read(path));
+        let write = |stage: &mut Stage| {
+            stage.ask(json!({ "do": "set", "param": "sky_depth", "value": 50 }));
+            stage.ask(json!({ "do": "set", "param": "more", "value": 2 }));
+            let request = json!({ "do": "write_params", "params": ["sky_depth", "more"], "to": "declared" });
+            let written = stage.ask(request);
+            assert_eq!(written["files"].as_array().unwrap().len(), 2, "{written}");
+            ["graphs/child.toml", "graphs/inspect.toml"].map(|path| stage.read(path))
+        };
+
+        // Refused, until one of them is as it was written.
+        let [written_child, written_inspect] = write(&mut stage);
+        stage.project.edit("graphs/child.toml", "default = 2.0", "default = 3.0");
+        stage.project.edit("graphs/inspect.toml", "default = 50.0", "default = 51.0");
+        let refused = stage.refused(json!({ "do": "undo_write" }));
+        assert!(refused.contains("child.toml has been edited since"), "{refused}");
+        assert!(refused.contains("inspect.toml has been edited since"), "{refused}");
+        stage.project.write("graphs/child.toml", &written_child).write("graphs/inspect.toml", &written_inspect);
+        let undone = stage.ask(json!({ "do": "undo_write" }));
+        let files = json!(["graphs/inspect.toml", "graphs/child.toml"]);
+        assert_eq!((&undone["files"], &undone["refused"]), (&files, &json!([])), "{undone}");
+        assert_eq!([stage.read("graphs/child.toml"), stage.read("graphs/inspect.toml")], [child, inspect.clone()]);
+
+        // The answer names the file that stays.
+        write(&mut stage);
+        stage.project.edit("graphs/child.toml", "default = 2.0", "default = 3.0");
+        let undone = stage.ask(json!({ "do": "undo_write" }));
+        assert_eq!(undone["files"], json!(["graphs/inspect.toml"]), "{undone}");
+        let refused = undone["refused"].as_array().unwrap();
+        assert!(refused.len() == 1 && refused[0].as_str().unwrap().contains("child.toml has been edited"), "{undone}");
+        assert!(stage.read("graphs/child.toml").contains("default = 3.0"));
+        assert_eq!(stage.read("graphs/inspect.toml"), inspect);
+        assert_eq!(stage.ask(json!({ "do": "undo_write" }))["files"], json!([]));
+        stage.ends();
+    }
 }

@@ -156,7 +156,6 @@ fn every_key_says_its_default_and_its_unit() {
     assert!(silent.is_empty(), "{}", silent.join("\n"));
 }
 
-/// Taplo, which completes TOML in VS Code and Helix, runs out of stack over `allOf`.
 /// The meanings that editors show are those of the guide.
 #[test]
 fn the_conditions_of_the_guide_mean_the_same_in_the_schema() {
@@ -174,6 +173,7 @@ fn the_conditions_of_the_guide_mean_the_same_in_the_schema() {
     }
 }
 
+/// Taplo, which completes TOML in VS Code and Helix, runs out of stack over `allOf`.
 #[test]
 fn no_schema_is_too_deep_for_taplo() {
     for (name, schema) in schemas() {

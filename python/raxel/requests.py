@@ -154,8 +154,9 @@ class Requests(Conversation):
 
     async def check_bounds(self, on: bool = True) -> None:
         """Compiles the shaders with checks of their accesses, or without, and waits for them. `diagnostics()` has those out of bounds."""
-        if (await self._answer("check_bounds", on=on))["compiles"]:
-            await self._answer("wait_reload", seconds=60.0)
+        answer = await self._answer("check_bounds", on=on)
+        if answer["compiles"]:
+            await self._answer("wait_reload", seconds=60.0, after=answer["generation"])
 
     async def writers(self, target: str, x: int, y: int, *, mip: int = 0, layer: int = 0) -> list[Answer]:
         """The passes that may write a texel, each with its `writes` in the last frame that ran it: file, line, invocation, workgroup, values.
@@ -167,8 +168,9 @@ class Requests(Conversation):
 
     async def record_writes(self, on: bool = True) -> None:
         """Compiles the shaders with records of their writes for `writers`, or without, and waits for them."""
-        if (await self._answer("record_writes", on=on))["compiles"]:
-            await self._answer("wait_reload", seconds=60.0)
+        answer = await self._answer("record_writes", on=on)
+        if answer["compiles"]:
+            await self._answer("wait_reload", seconds=60.0, after=answer["generation"])
 
     # What is driven.
 

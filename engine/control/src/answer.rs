@@ -180,8 +180,8 @@ fn param_value(session: &Session, param: &str) -> Result<Value, Refusal> {
 /// Moves the camera, or only answers with its pose.
 fn move_camera(session: &mut Session, moved: &CameraMove) -> Result<Value, Refusal> {
     if *moved != CameraMove::default() {
-        session.take_over();
         let camera = placed(session, moved)?;
+        session.take_over();
         session.set_camera(camera);
     }
     Ok(describe::camera(session.camera()))

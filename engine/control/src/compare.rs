@@ -30,7 +30,12 @@ pub(super) fn keep(host: &mut dyn Host, wanted: &ToKeep) -> Result<Value, Refusa
     let session = host.session();
     let kept = match (&wanted.path, &wanted.target) {
         (Some(path), None) => {
-            Kept::read(&session.project().root().join(Path::new(path)), path).map_err(Refusal::new)?
+            let file = session.project().root().join(Path::new(path));
+            // To read a pipe would wait for its writer.
+            if std::fs::metadata(&file).is_ok_and(|found| !found.is_file()) {
+                return Err(Refusal::new(format!("`{path}` cannot be read: it is not a file")));
+            }
+            Kept::read(&file, path).map_err(Refusal::new)?
         }
         (None, Some(text)) => {
             let target = DebugTarget::parse(text)?;

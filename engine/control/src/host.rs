@@ -1,10 +1,13 @@
 //! What runs a session beside the requests: a window, or nothing.
 
-use raxel_graph::checked::Display;
+use raxel_graph::checked::{Display, Value};
 use raxel_runtime::Session;
 use raxel_workbench::kept::Kept;
 use raxel_workbench::presets::Presets;
-use raxel_workbench::writes::{Files, set_again};
+use raxel_workbench::writes::{Files, follow_files, set_again};
+
+/// The writes that a session without a window can restore.
+const MOST_WRITES: usize = 256;
 
 /// How a window shows the kept picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
@@ -18,6 +21,15 @@ pub enum CompareMode {
     Difference,
 }
 
+/// What became of the files of the last write.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Restored {
+    /// Project paths of the restored files.
+    pub files: Vec<String>,
+    /// Why the others stay as they are, one line each.
+    pub refused: Vec<String>,
+}
+
 /// The parts of a program that requests reach.
 pub trait Host {
     /// The session.
@@ -29,11 +41,11 @@ pub trait Host {
     /// Files were written: they can be restored, and params follow them from the next reload on.
     fn wrote(&mut self, files: Files);
 
-    /// Restores the files that were written last, and returns their project paths; none if no file was written.
+    /// Restores the files that were written last; none if no file was written.
     ///
     /// # Errors
-    /// Why none was restored, in one line.
-    fn undo_write(&mut self) -> Result<Vec<String>, String>;
+    /// Why none was restored, in one line. The next call tries the same files.
+    fn undo_write(&mut self) -> Result<Restored, String>;
 
     /// Whether a demo starts over at its end.
     fn set_looped(&mut self, looped: bool);
@@ -73,8 +85,8 @@ pub(super) struct Alone<'s> {
     presets: Presets,
     /// Files that were written, oldest first.
     writes: Vec<Files>,
-    /// Params whose values were written to a file that was not read again yet.
-    following: Vec<String>,
+    /// Params and values that were written to a file that was not read again yet.
+    following: Vec<(String, Value)>,
     kept: Option<Kept>,
     /// Whether the demo starts over, if a request has said so.
     looped: Option<bool>,
@@ -86,15 +98,13 @@ impl<'s> Alone<'s> {
         Self { session, presets, writes: Vec::new(), following: Vec::new(), kept: None, looped: None }
     }
 
-    /// An edit runs: params whose values it has follow their files.
+    /// An edit runs, or other files were opened: params whose values the edit has follow their files.
     pub fn reloaded(&mut self, opened: bool) {
-        for name in self.following.drain(..) {
-            // Another graph may not have it.
-            let _ = self.session.unset_param(&name);
-        }
         if opened {
             self.looped = None;
+            self.following.clear();
         }
+        follow_files(self.session, &mut self.following);
     }
 }
 
@@ -108,23 +118,28 @@ impl Host for Alone<'_> {
     }
 
     fn wrote(&mut self, files: Files) {
-        self.following.extend(files.params.iter().map(|(name, _)| name.clone()));
-        if !files.written.is_empty() {
-            self.writes.push(files);
+        self.following.extend(files.params.iter().cloned());
+        if files.written.is_empty() {
+            return;
+        }
+        self.writes.push(files);
+        if self.writes.len() > MOST_WRITES {
+            self.writes.remove(0);
         }
     }
 
-    fn undo_write(&mut self) -> Result<Vec<String>, String> {
-        let Some(Files { written, params }) = self.writes.pop() else { return Ok(Vec::new()) };
-        let (mut restored, mut refused) = (Vec::new(), Vec::new());
+    fn undo_write(&mut self) -> Result<Restored, String> {
+        let Some(Files { written, params }) = self.writes.pop() else { return Ok(Restored::default()) };
+        let mut restored = Restored::default();
         for written in written.iter().rev() {
             match written.undo() {
-                Ok(_) => restored.push(written.file.clone()),
-                Err(error) => refused.push(error),
+                Ok(_) => restored.files.push(written.file.clone()),
+                Err(error) => restored.refused.push(error),
             }
         }
-        if restored.is_empty() {
-            return Err(refused.join("; "));
+        if restored.files.is_empty() {
+            self.writes.push(Files { written, params });
+            return Err(restored.refused.join("; "));
         }
         set_again(self.session, &mut self.following, &params);
         Ok(restored)

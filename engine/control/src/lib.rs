@@ -29,7 +29,7 @@ use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
 use self::host::Alone;
-pub use self::host::{CompareMode, Host, InWindow};
+pub use self::host::{CompareMode, Host, InWindow, Restored};
 use self::read::Middle;
 use self::refusal::Refusal;
 use self::request::Request;
@@ -328,9 +328,9 @@ impl Control {
                 Err(refusal) => self.give(&id, Err(refusal)),
             },
             Ok(request) => {
-                let writes = request.writes();
+                let leads_to_edit = request.leads_to_edit();
                 let mut answer = answer::answer(request, host, self.drive, &mut self.middle);
-                if let (true, Ok(answer)) = (writes, &mut answer) {
+                if let (true, Ok(answer)) = (leads_to_edit, &mut answer) {
                     // `wait_reload` waits for the one after it.
                     answer["generation"] = self.generation.into();
                 }

@@ -373,18 +373,18 @@ fn within(request: Request) -> Result<Request, Refusal> {
 }
 
 impl Request {
-    /// Whether it writes files of the project.
-    pub fn writes(&self) -> bool {
+    /// Whether an edit follows it, which `wait_reload` waits for.
+    pub fn leads_to_edit(&self) -> bool {
         matches!(
             self,
-            Request::SavePreset { .. }
-                | Request::DeletePreset { .. }
-                | Request::WriteParams { .. }
+            Request::WriteParams { .. }
                 | Request::UndoWrite {}
                 | Request::WriteCamera { .. }
                 | Request::MoveKey { .. }
                 | Request::DeleteKey { .. }
                 | Request::WriteKey { .. }
+                | Request::CheckBounds { .. }
+                | Request::RecordWrites { .. }
         )
     }
 }
@@ -427,6 +427,8 @@ impl CameraMove {
             Some("`fov` must be in 1…179")
         } else if self.pitch.is_some_and(|pitch| !(-90.0..=90.0).contains(&pitch)) {
             Some("`pitch` must be in -90…90")
+        } else if self.yaw.is_some_and(|yaw| yaw.abs() > 3600.0) {
+            Some("`yaw` must be in -3600…3600")
         } else if self.look_at.is_some() && (self.yaw.is_some() || self.pitch.is_some()) {
             Some("`look_at` and `yaw` or `pitch` exclude each other")
         } else if [self.position, self.look_at].into_iter().flatten().any(is_outside) {
@@ -456,7 +458,7 @@ mod tests {
         ] {
             assert_eq!(read(line), request, "{line}");
         }
-        assert!(read(r#"{"do": "undo_write"}"#).writes() && !read(r#"{"do": "undo"}"#).writes());
+        assert!(read(r#"{"do": "undo_write"}"#).leads_to_edit() && !read(r#"{"do": "undo"}"#).leads_to_edit());
     }
 
     #[test]
@@ -484,6 +486,7 @@ mod tests {
             (r#"{"do": "camera", "look_at": [0, 0, 0], "yaw": 1}"#, "exclude each other"),
             (r#"{"do": "camera", "position": [0, 1e300, 0]}"#, "a position is in"),
             (r#"{"do": "camera", "fov": 179.5}"#, "`fov` must be in 1…179"),
+            (r#"{"do": "camera", "yaw": 3601}"#, "`yaw` must be in -3600…3600"),
             (r#"{"do": "input", "cursor": [1]}"#, "`cursor` is [x, y], or []"),
             (r#"{"do": "input", "keys": "KeyW"}"#, "`keys`: invalid type: string"),
             (r#"{"do": "input", "time_of_day": -1}"#, "`time_of_day` must be in 0…86400"),

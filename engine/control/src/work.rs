@@ -9,7 +9,7 @@ use raxel_workbench::writes::{self, Applied, Files, InFile, WriteTo};
 use raxel_workbench::{demo_keys, display, files};
 use serde_json::{Value, json};
 
-use super::host::Host;
+use super::host::{Host, Restored};
 use super::refusal::Refusal;
 use super::request::Shown;
 
@@ -95,8 +95,11 @@ pub(super) fn write_params(host: &mut dyn Host, names: &[String], to: WriteTo) -
                     "params": params.iter().map(|(name, _)| name).collect::<Vec<_>>(),
                     "changed": written.is_some(),
                 }));
-                step.written.extend(written);
-                step.params.extend(params);
+                // raxel does not read an unchanged file again, so no param would follow it.
+                if let Some(written) = written {
+                    step.written.push(written);
+                    step.params.extend(params);
+                }
             }
             Err(error) => refused.push(format!("{file}: {error}")),
         }
@@ -108,8 +111,8 @@ pub(super) fn write_params(host: &mut dyn Host, names: &[String], to: WriteTo) -
 
 /// Restores the files that were written last.
 pub(super) fn undo_write(host: &mut dyn Host) -> Result<Value, Refusal> {
-    let restored = host.undo_write().map_err(Refusal::new)?;
-    Ok(json!({ "files": restored }))
+    let Restored { files, refused } = host.undo_write().map_err(Refusal::new)?;
+    Ok(json!({ "files": files, "refused": refused }))
 }
 
 /// Writes the camera into the world's file.

@@ -180,11 +180,25 @@ impl Node {
 }
 
 /// Whether a pass writes targets alone, so that it may run again for what it tells. Buffers that passes write may be acted on, so no pass that
-/// writes one runs again.
+/// writes one runs again. That is so of each pass that runs again with it, too: those that write the same targets.
 pub(super) fn repeats(plan: &Plan, pass: usize) -> bool {
+    let written = |pass: usize| {
+        let accesses = &plan.graph.pass(plan.passes[pass].pass).accesses;
+        accesses.iter().filter(|bound| bound.access.writes()).map(|bound| bound.resource)
+    };
     let is_target = |of: ResourceId| matches!(plan.graph.resource(of).kind, ResourceKind::Target(_));
-    let mut accesses = plan.graph.pass(plan.passes[pass].pass).accesses.iter();
-    accesses.all(|bound| !bound.access.writes() || is_target(bound.resource))
+    let mut again = vec![pass];
+    let mut seen = 0;
+    while let Some(&next) = again.get(seen) {
+        seen += 1;
+        if !written(next).all(is_target) {
+            return false;
+        }
+        let shares = |other: usize| written(other).any(|of| written(next).any(|own| own == of));
+        let new: Vec<usize> = (0..plan.passes.len()).filter(|other| !again.contains(other) && shares(*other)).collect();
+        again.extend(new);
+    }
+    true
 }
 
 /// How a target is shown in `size` pixels.

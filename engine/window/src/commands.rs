@@ -362,9 +362,12 @@ impl Viewer<'_> {
             match result {
                 Ok(change) => {
                     self.notice(format!("wrote {} to {file}", names.join(", ")));
-                    self.written.extend(names);
-                    step.written.extend(change);
-                    step.params.extend(params);
+                    // raxel does not read an unchanged file again, so no param would follow it.
+                    if let Some(change) = change {
+                        self.written.extend(params.iter().cloned());
+                        step.written.push(change);
+                        step.params.extend(params);
+                    }
                 }
                 Err(error) => self.warn(error),
             }

@@ -16,6 +16,7 @@ use raxel_terminal::console::To;
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::frame_failure;
 use raxel_workbench::demo;
+use raxel_workbench::writes::follow_files;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
@@ -204,10 +205,7 @@ impl Viewer<'_> {
                 if reloaded.opened {
                     self.begin_opened();
                 }
-                for name in self.written.drain(..) {
-                    // The file has the value now; from here on it follows the file.
-                    let _ = self.session.unset_param(&name);
-                }
+                follow_files(&mut self.session, &mut self.written);
             }
             ReloadEvent::Failed(failed) => self.problems = problems(&failed.diagnostics, &failed.texts),
             ReloadEvent::HistoryCleared { size, resources } => self.notice(history_cleared(size, &resources)),

@@ -182,13 +182,18 @@ impl History {
         Some(self.undone.remove(at))
     }
 
+    /// The files that were written last.
+    pub fn last_write(&self) -> Option<&Files> {
+        self.done.iter().rev().find_map(|step| match step {
+            Step::Files(files) => Some(files),
+            Step::World | Step::Params(_) | Step::Camera { .. } | Step::Display { .. } => None,
+        })
+    }
+
     /// Project paths of the files that were written last.
     pub fn last_files(&self) -> Vec<String> {
-        let files = |step: &Step| match step {
-            Step::Files(files) => Some(files.written.iter().map(|written| written.file.clone()).collect()),
-            Step::World | Step::Params(_) | Step::Camera { .. } | Step::Display { .. } => None,
-        };
-        self.done.iter().rev().find_map(files).unwrap_or_default()
+        let written = self.last_write().map(|files| files.written.as_slice()).unwrap_or_default();
+        written.iter().map(|written| written.file.clone()).collect()
     }
 
     /// Other files run: values of params before say nothing of them, nor edits of another world.

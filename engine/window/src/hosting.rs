@@ -1,6 +1,6 @@
 //! The window as a program reaches it: what requests do here as its panels do.
 
-use raxel_control::{CompareMode, Host, InWindow, Next};
+use raxel_control::{CompareMode, Host, InWindow, Next, Restored};
 use raxel_graph::checked::Display;
 use raxel_panels::view;
 use raxel_panels::view::Map;
@@ -37,18 +37,13 @@ impl Host for Viewer<'_> {
 
     fn wrote(&mut self, files: writes::Files) {
         let writes::Files { written, params } = files;
-        self.written.extend(params.iter().map(|(name, _)| name.clone()));
+        self.written.extend(params.iter().cloned());
         self.note_files(Files { written, params });
         self.touched = true;
     }
 
-    fn undo_write(&mut self) -> Result<Vec<String>, String> {
-        let files = self.history.last_files();
-        if files.is_empty() || Viewer::undo_write(self) {
-            return Ok(files);
-        }
-        let why = self.notice.as_ref().map(|(text, _)| text.clone());
-        Err(why.unwrap_or_else(|| format!("{} cannot be restored", files.join(", "))))
+    fn undo_write(&mut self) -> Result<Restored, String> {
+        Viewer::undo_write(self)
     }
 
     fn set_looped(&mut self, looped: bool) {
@@ -62,7 +57,7 @@ impl Host for Viewer<'_> {
     fn set_display(&mut self, display: Option<Display>) {
         let map = |Display { map, range, channel }| Map { map: map as usize, range: Some(range), channel };
         self.inspector.shows(display.map(map));
-        // The inspector applies it while its panel is open.
+        // At once: a program may read the picture before the next frame.
         self.session.set_display(display);
         self.touched = true;
     }

@@ -119,8 +119,9 @@ impl Inspector {
         Some(Copy { purpose, shown, texels })
     }
 
-    /// No panel shows it: the known contents are stale from here on, and no texel is followed.
+    /// No panel shows it: the known contents are stale from here on, and no texel is followed. The user's own map stays, and undo may change it.
     pub fn rest(&mut self, session: &mut Session) {
+        self.show_map(session);
         self.stale = true;
         self.stop(session);
         self.history.follow(session, None);
@@ -199,9 +200,14 @@ impl Inspector {
         self.history.take(session);
         let news = self.take_done(session);
         self.hand_over(session.graph());
+        self.show_map(session);
+        news
+    }
+
+    /// Shows texels by the user's own map, or by the graph's.
+    fn show_map(&self, session: &mut Session) {
         let display = self.map.map(|map| self.display(session.graph(), map));
         session.set_display(display);
-        news
     }
 
     /// Takes what the other thread has done. Whether there was anything.

@@ -48,6 +48,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
+use raxel_graph::checked::Value;
 use raxel_panels::view::{Brush, Problem, ProjectFile};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
@@ -246,8 +247,8 @@ struct Viewer<'a> {
     notice: Option<(String, Instant)>,
     /// The shown target before the pointer came to rest on a pass.
     before_peek: Option<DebugTarget>,
-    /// Params whose values were written to a file that was not read again yet.
-    written: Vec<String>,
+    /// Params and values that were written to a file that was not read again yet.
+    written: Vec<(String, Value)>,
     /// The window's own changes, for undo.
     history: History,
     /// Makes keys of params that are moved.

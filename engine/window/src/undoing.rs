@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use raxel_control::Restored;
 use raxel_graph::checked::Value;
 use raxel_output::{demo_path, take_name};
 use raxel_runtime::reload::ProjectFile;
@@ -11,6 +12,7 @@ use raxel_workbench::writes::set_again;
 
 use super::history::{Change, Files, Pose, Step};
 use super::recording::Recording;
+use super::write_back::Written;
 use super::{Viewer, demo_keys, write_back};
 
 /// The direction of a step.
@@ -66,15 +68,44 @@ impl Viewer<'_> {
         }
     }
 
-    /// Restores the files that were written last, even if other things were changed since. False when nothing was restored.
-    pub(super) fn undo_write(&mut self) -> bool {
-        let step = self.history.take_last(|step| matches!(step, Step::Files(_)));
-        let undone = step.and_then(|step| self.go(step, Way::Back));
-        let restored = undone.is_some();
-        if let Some(step) = undone {
-            self.history.was_undone(step);
+    /// Restores the files that were written last, even if other things were changed since. The step stays if no file was restored.
+    ///
+    /// # Errors
+    /// Why no file was restored, in one line.
+    pub(super) fn undo_write(&mut self) -> Result<Restored, String> {
+        let Some(Files { written, params }) = self.history.last_write().cloned() else {
+            return Ok(Restored::default());
+        };
+        let (back, refused) = self.restore(&written);
+        if back.is_empty() {
+            return Err(refused.join("; "));
         }
-        restored
+        self.set_again(&params);
+        let files = back.iter().map(|written| written.file.clone()).collect();
+        self.history.take_last(|step| matches!(step, Step::Files(_)));
+        self.history.was_undone(Step::Files(Files { written: back, params }));
+        Ok(Restored { files, refused })
+    }
+
+    /// Restores files. Returns the changes that lead the other way, and a line for each file that stays.
+    fn restore(&mut self, files: &[Written]) -> (Vec<Written>, Vec<String>) {
+        let (mut back, mut refused) = (Vec::new(), Vec::new());
+        for written in files.iter().rev() {
+            match written.undo() {
+                Ok(other) => {
+                    self.notice(format!("restored {}", written.file));
+                    back.push(other);
+                }
+                Err(error) => {
+                    self.warn(error.clone());
+                    refused.push(error);
+                }
+            }
+        }
+        let read = self.presets.read();
+        self.said(read);
+        self.leave_demo();
+        (back, refused)
     }
 
     /// Goes a step, and gives the one that leads the other way; `None` when that failed.
@@ -88,26 +119,14 @@ impl Viewer<'_> {
                 went.then_some(Step::World)
             }
             Step::Files(Files { written, params }) => {
-                let mut back = Vec::new();
-                for written in written.iter().rev() {
-                    match written.undo() {
-                        Ok(other) => {
-                            self.notice(format!("restored {}", written.file));
-                            back.push(other);
-                        }
-                        Err(error) => self.warn(error),
-                    }
-                }
-                let read = self.presets.read();
-                self.said(read);
-                self.leave_demo();
+                let (back, _) = self.restore(&written);
                 if back.is_empty() {
                     return None;
                 }
                 match way {
                     Way::Back => self.set_again(&params),
                     // From the next reload on they follow the file.
-                    Way::Again => self.written.extend(params.iter().map(|(name, _)| name.clone())),
+                    Way::Again => self.written.extend(params.iter().cloned()),
                 }
                 Some(Step::Files(Files { written: back, params }))
             }

@@ -22,9 +22,12 @@ const RECORDED: &str = "inputs are changed in the file: a press belongs to its r
 /// The text of a demo with another time of a key.
 pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String, String> {
     let mut document = parsed(text)?;
+    // As it is written: two keys may not meet by rounding.
+    let to = rounded(to);
     if lane.movable() {
         in_order(&mut document, lane, key, to)?;
     }
+    let duration = seconds_of(document.as_table(), "duration").unwrap_or(f64::INFINITY);
     let time = match lane {
         Lane::Param(name) => param_keys(&mut document, name)
             .and_then(|keys| keys.get_mut(key)?.as_array_mut()?.get_mut(0))
@@ -39,12 +42,16 @@ pub fn with_time(text: &str, lane: &Lane, key: usize, to: f64) -> Result<String,
             if let (Some(from), Some(until)) = (seconds_of(table, "time"), seconds_of(table, "until"))
                 && let Some(end) = table.get_mut("until").and_then(Item::as_value_mut)
             {
-                replace(end, rounded(to + until - from).into());
+                let ends = rounded(to + until - from);
+                if ends > duration {
+                    return Err(format!("it would end at {ends} s, and the demo ends at {duration} s"));
+                }
+                replace(end, ends.into());
             }
             table.get_mut("time").and_then(Item::as_value_mut).ok_or_else(missing)?
         }
     };
-    replace(time, rounded(to).into());
+    replace(time, to.into());
     Ok(document.to_string())
 }
 
@@ -135,8 +142,10 @@ pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, Stri
     let array = array.as_array_mut().ok_or_else(|| format!("`keys` of the track `{param}` is not an array"))?;
     array.retain(|key| time_of(key).is_none_or(|time| time < first - SAME || time > last + SAME));
     let at = array.iter().take_while(|key| time_of(key).is_some_and(|time| time < first)).count();
-    let rest = [0.0, first - APART].map(|time| (time, recording.before));
-    let rest = rest.into_iter().filter(|(time, _)| new && *time >= 0.0 && *time < first);
+    // As they are written: no two at one time.
+    let hold = rounded(first - APART);
+    let rest = [(rounded(first) > 0.0).then_some(0.0), (hold > 0.0).then_some(hold)];
+    let rest = rest.into_iter().flatten().filter(|_| new).map(|time| (time, recording.before));
     let rest = rest.take(if recording.steps() { 1 } else { 2 });
     for (offset, (time, value)) in rest.chain(keys).enumerate() {
         let key: Array = [rounded(time).into(), literal(&value)].into_iter().collect::<Array>();
@@ -256,6 +265,9 @@ mod tests {
             assert!(refused.contains("in order of time") || refused.contains("0 to 8 s"), "{refused}");
         }
         assert!(with_time(DEMO, &Lane::Param("fog".to_owned()), 0, 5.0).unwrap_err().contains("in order of time"));
+        // As they are written, both would be at 4 s.
+        assert!(with_time(DEMO, &Lane::Camera, 0, 3.9996).unwrap_err().contains("in order of time"));
+        assert!(with_time(DEMO, &Lane::Captions, 0, 7.0).unwrap_err().contains("would end at 8.5 s"));
         assert!(with_time("a = ", &Lane::Camera, 0, 1.0).unwrap_err().starts_with("the file is broken"));
         assert!(without_key(DEMO, &Lane::Edits, 0).is_err());
         assert!(with_time(DEMO, &Lane::Input("keys".to_owned()), 0, 1.0).unwrap_err().contains("in the file"));
@@ -321,6 +333,12 @@ mod tests {
         assert!(new.contains(track) && new.contains("keys = [[0.0, 1.0], [5, 2.0]] # mist"), "{new}");
         let at_once = with_param_keys("duration = 3.0\n", &recorded("sun", &[(0.0, 4.0)])).unwrap();
         assert_eq!(at_once, "duration = 3.0\n\n[tracks.sun]\nkeys = [[0.0, 4.0]]\n");
+        for (first, keys) in
+            [(0.01, "[0.0, 0.5], [0.01, 4.0]"), (0.0102, "[0.0, 0.5], [0.01, 4.0]"), (0.0004, "[0.0, 4.0]")]
+        {
+            let soon = with_param_keys("duration = 3.0\n", &recorded("sun", &[(first, 4.0)])).unwrap();
+            assert_eq!(soon, format!("duration = 3.0\n\n[tracks.sun]\nkeys = [{keys}]\n"));
+        }
         assert!(with_param_keys("tracks = 3", &recorded("sun", &[(0.0, 4.0)])).is_err());
         assert!(with_param_keys("tracks.sun.keys = 3", &recorded("sun", &[(0.0, 4.0)])).is_err());
     }

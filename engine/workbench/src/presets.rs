@@ -19,17 +19,20 @@ const HEAD: &str = "# Presets of params: values by graph, name and param. The wi
 /// Components of params, by their names.
 pub type Values = BTreeMap<String, Vec<f64>>;
 
+/// Presets by graph and name.
+type ByGraph = BTreeMap<String, BTreeMap<String, Values>>;
+
 /// The presets of a project.
 pub struct Presets {
     path: PathBuf,
-    /// By graph and name, as they were read last.
-    known: BTreeMap<String, BTreeMap<String, Values>>,
+    /// As they were read last.
+    known: ByGraph,
 }
 
 impl Presets {
     /// Of the project at a folder. [`Self::read`] finds the existing ones.
     pub fn of(project: &Path) -> Self {
-        Self { path: project.join(FILE), known: BTreeMap::new() }
+        Self { path: project.join(FILE), known: ByGraph::new() }
     }
 
     /// Reads the file. If it cannot be read, the old values stay.
@@ -37,11 +40,16 @@ impl Presets {
     /// # Errors
     /// Returns the fault of the file, in one line.
     pub fn read(&mut self) -> Result<(), String> {
-        let document = self.document()?;
+        self.known = self.presets_in(&self.document()?)?;
+        Ok(())
+    }
+
+    /// The presets in the text of the file.
+    fn presets_in(&self, document: &DocumentMut) -> Result<ByGraph, String> {
         let tables = |item: &dyn TableLike| -> Vec<(String, Item)> {
             item.iter().map(|(name, item)| (name.to_owned(), item.clone())).collect()
         };
-        let mut known: BTreeMap<String, BTreeMap<String, Values>> = BTreeMap::new();
+        let mut known = ByGraph::new();
         for (graph, presets) in tables(document.as_table()) {
             for (name, values) in presets.as_table_like().map(tables).unwrap_or_default() {
                 let values = values.as_table_like().map(tables).unwrap_or_default();
@@ -55,8 +63,7 @@ impl Presets {
                 known.entry(graph.clone()).or_default().insert(name, read);
             }
         }
-        self.known = known;
-        Ok(())
+        Ok(known)
     }
 
     /// The presets of a graph, by name.
@@ -97,13 +104,15 @@ impl Presets {
         let before = text_of(&self.path).map_err(|error| self.wrong(&error.to_string()))?;
         let mut document = self.document()?;
         edit(&mut document).ok_or_else(|| self.wrong("what stands under the graph's name must be a table"))?;
+        // A file with a mistake elsewhere stays as it is.
+        let known = self.presets_in(&document)?;
         let mut text = document.to_string();
         if before.is_none() {
             text.insert_str(0, HEAD);
         }
         let written = self.path.parent().map_or(Ok(()), fs::create_dir_all);
         written.and_then(|()| replace(&self.path, text.as_bytes())).map_err(|error| self.wrong(&error.to_string()))?;
-        self.read()?;
+        self.known = known;
         Ok(Written::of(FILE, &self.path, before, text))
     }
 
@@ -170,6 +179,12 @@ mod tests {
         }
         assert!(presets.save("g", "b", &values(2.0)).is_err());
         assert_eq!(fs::read_to_string(&presets.path).unwrap(), "[g");
+        let mistaken = "[g.a]\nx = \"red\"\n";
+        fs::write(&presets.path, mistaken).unwrap();
+        for error in [presets.save("g", "b", &values(2.0)).unwrap_err(), presets.remove("g", "b").unwrap_err()] {
+            assert!(error.contains("`g`.`a`.`x` must be"), "{error}");
+        }
+        assert_eq!(fs::read_to_string(&presets.path).unwrap(), mistaken);
         fs::write(&presets.path, "g = 3\n").unwrap();
         let error = presets.save("g", "b", &values(2.0)).unwrap_err();
         assert!(error.contains("must be a table"), "{error}");

@@ -126,7 +126,7 @@ pub fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<String, St
     let cameras = document.entry("cameras").or_insert_with(implicit_table);
     let cameras = cameras.as_table_like_mut().ok_or("`cameras` of the file is not a table")?;
     let mut table = Table::new();
-    for (key, written) in camera_values(camera) {
+    for (key, written) in camera_values(&in_one_turn(camera)) {
         table.insert(key, written);
     }
     if let Some(old) = cameras.get(name).and_then(Item::as_table) {
@@ -139,13 +139,19 @@ pub fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<String, St
 
 /// A camera as the lines of a world's file, under a name.
 pub fn camera_lines(name: &str, camera: &Camera) -> String {
-    let lines = camera_values(camera).map(|(key, value)| format!("{key} = {}\n", value.to_string().trim()));
+    let lines =
+        camera_values(&in_one_turn(camera)).map(|(key, value)| format!("{key} = {}\n", value.to_string().trim()));
     format!("[cameras.{name}]\n{}", lines.concat())
 }
 
 /// As exact as a thousandth of a voxel, of a degree and of a second are read by people; never -0.
 pub(super) fn rounded(number: f64) -> f64 {
     (number * 1000.0).round() / 1000.0 + 0.0
+}
+
+/// The same view, with a yaw that a world may have.
+fn in_one_turn(camera: &Camera) -> Camera {
+    Camera { yaw: camera.yaw % std::f64::consts::TAU, ..*camera }
 }
 
 pub(super) fn camera_values(camera: &Camera) -> [(&'static str, Item); 4] {

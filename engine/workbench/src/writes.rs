@@ -68,10 +68,25 @@ pub fn write_params(
     files.into_iter().map(write).collect()
 }
 
+/// Lets params follow their files, which were read again. `following` are these params, each with the value that was written. A param with
+/// another value was set since the write, and keeps this value.
+pub fn follow_files(session: &mut Session, following: &mut Vec<(String, Value)>) {
+    for (name, value) in following.drain(..) {
+        if session.param(&name).is_ok_and(|now| now == value) {
+            // This cannot fail: the graph has the param.
+            let _ = session.unset_param(&name);
+        }
+    }
+}
+
 /// Gives params the values again that files had taken over from a session, unless they were moved since. `following` are the params whose files
-/// were not read again yet. Returns refusals, one line each.
-pub fn set_again(session: &mut Session, following: &mut Vec<String>, params: &[(String, Value)]) -> Vec<String> {
-    following.retain(|name| params.iter().all(|(param, _)| param != name));
+/// were not read again yet, and the written values. Returns refusals, one line each.
+pub fn set_again(
+    session: &mut Session,
+    following: &mut Vec<(String, Value)>,
+    params: &[(String, Value)],
+) -> Vec<String> {
+    following.retain(|(name, _)| params.iter().all(|(param, _)| param != name));
     let mut refused = Vec::new();
     for (name, value) in params {
         if session.param(name).is_ok_and(|now| now == *value) {

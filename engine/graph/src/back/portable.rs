@@ -8,14 +8,13 @@ use crate::ir::plan::{BindingLimits, DeviceLimits, Plan};
 
 /// Limits that many devices do not exceed, a Raspberry Pi 5 among them. docs/promises.md has them, too.
 const COMMON: DeviceLimits = DeviceLimits {
-    workgroup_size: [256, 256, 64],
     workgroup_invocations: 256,
     bindings: BindingLimits { storage_buffers: 8, ..DeviceLimits::PORTABLE.bindings },
     ..DeviceLimits::PORTABLE
 };
 
 /// Capabilities that desktop devices have, and some small devices have not.
-const RARER: [&str; 11] = [
+const RARER: [&str; 10] = [
     "Int64",
     "Int16",
     "SubgroupBallotKHR",
@@ -26,7 +25,6 @@ const RARER: [&str; 11] = [
     "GroupNonUniformShuffleRelative",
     "GroupNonUniformClustered",
     "StorageImageWriteWithoutFormat",
-    "StorageImageArrayDynamicIndexing",
 ];
 
 /// Those that a device has if `device.packets` or `device.ballots` holds.

@@ -19,10 +19,11 @@ pub(super) const PATH: &str = "shaders/rivals/march/raymask_bake.comp";
 const ENTRIES: u32 = 9 * 256 * 256;
 
 /// Makes the table, wide enough that no hit depends on it.
-pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>) -> Result<Resource, RayError> {
+/// `left` pipelines are still to be made, this one included.
+pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>, left: usize) -> Result<Resource, RayError> {
     let defines = vec![("RX_RAYMASK_CONSERVATIVE".to_owned(), "1".to_owned())];
     let request = Request { path: PATH.into(), entry: "main".into(), defines };
-    let (shader, pipeline) = compile(device, files, &request, ("raymask table", 1), None)?;
+    let (shader, pipeline) = compile(device, files, &request, ("the raymask table", left), None)?;
     let size = u64::from(ENTRIES) * 8;
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
     let table = Resource::whole(&Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?));

@@ -162,8 +162,10 @@ impl Stream {
             let looked = self.land(tracer, landing, W::RAYS, &mut look);
             if looked.is_err() {
                 // The part after it may not outlive its input. If this wait fails too, the first error has the reason.
-                if let Some(flight) = &flight {
-                    let _ = self.device.wait(flight.finished_at, self.patience);
+                if let Some(flight) = &flight
+                    && let Err(raxel_gpu::Error::TimedOut { .. }) = self.device.wait(flight.finished_at, self.patience)
+                {
+                    self.device.abandon();
                 }
                 return looked;
             }

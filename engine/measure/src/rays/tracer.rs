@@ -156,10 +156,11 @@ impl Tracer {
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();
         let request = Request { path: PATH.into(), entry: "main".into(), defines };
-        let (shader, pipeline) = compile(device, &files, &request, (&method.to_string(), left), tiles.then_some(32))?;
+        let name = format!("tracer `{method}`");
+        let (shader, pipeline) = compile(device, &files, &request, (&name, left), tiles.then_some(32))?;
         let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
         let wants_masks = names().any(|name| name == masks::BINDING);
-        let masks = if wants_masks { Some(masks::bake(device, &files)?) } else { None };
+        let masks = if wants_masks { Some(masks::bake(device, &files, left)?) } else { None };
         Ok(Self { device: device.clone(), shader, pipeline, pace: Pace::default(), masks, method: method.clone() })
     }
 
@@ -280,6 +281,6 @@ pub(super) fn compile(
         specialization: &[],
         subgroup_size,
     };
-    let pipeline = watched(&format!("tracer `{name}`"), left, || ComputePipeline::new(device, name, &info))?;
+    let pipeline = watched(name, left, || ComputePipeline::new(device, name, &info))?;
     Ok((shader, pipeline))
 }

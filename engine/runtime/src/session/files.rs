@@ -22,13 +22,18 @@ pub(super) struct ProjectFiles {
     pub texts: SourceMap,
     /// Rebuilds after edits, where files are watched.
     reloader: Option<Reloader>,
+    /// Whether shaders check their accesses, or will once they are compiled again.
+    checks_bounds: bool,
+    /// Whether shaders record their writes, or will once they are compiled again.
+    records_writes: bool,
 }
 
 impl ProjectFiles {
     /// Files that nothing watches yet.
     pub fn new(project: Project, loader: Arc<Loader>, state: ProjectState) -> Self {
         let (warnings, texts) = state.diagnostics();
-        Self { project, loader, state, warnings, texts, reloader: None }
+        let (checks_bounds, records_writes) = (loader.checks_bounds(), loader.records_writes());
+        Self { project, loader, state, warnings, texts, reloader: None, checks_bounds, records_writes }
     }
 
     /// Watches the files from here on, and rebuilds for these settings.
@@ -55,13 +60,29 @@ impl ProjectFiles {
     }
 
     /// Compiles all shaders again, with or without checks of bounds. False where nothing builds them.
-    pub fn check_bounds(&self, on: bool) -> bool {
-        self.reloader.as_ref().map(|reloader| reloader.check_bounds(on)).is_some()
+    pub fn check_bounds(&mut self, on: bool) -> bool {
+        let Some(reloader) = &self.reloader else { return false };
+        reloader.check_bounds(on);
+        self.checks_bounds = on;
+        true
     }
 
     /// Compiles all shaders again, with or without records of their writes. False where nothing builds them.
-    pub fn record_writes(&self, on: bool) -> bool {
-        self.reloader.as_ref().map(|reloader| reloader.record_writes(on)).is_some()
+    pub fn record_writes(&mut self, on: bool) -> bool {
+        let Some(reloader) = &self.reloader else { return false };
+        reloader.record_writes(on);
+        self.records_writes = on;
+        true
+    }
+
+    /// Whether shaders check their accesses, or will once they are compiled again.
+    pub fn checks_bounds(&self) -> bool {
+        self.checks_bounds
+    }
+
+    /// Whether shaders record their writes, or will once they are compiled again.
+    pub fn records_writes(&self) -> bool {
+        self.records_writes
     }
 
     /// The edits that were built since the last call.

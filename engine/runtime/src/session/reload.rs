@@ -46,9 +46,9 @@ impl Session {
         self.files.check_bounds(on)
     }
 
-    /// Whether the shaders that are compiled from now on check the bounds of their accesses.
+    /// Whether shaders check the bounds of their accesses, or will once they are compiled again.
     pub fn checks_bounds(&self) -> bool {
-        self.files.loader.checks_bounds()
+        self.files.checks_bounds()
     }
 
     fn take_outcomes(&mut self, outcomes: Vec<Outcome>) -> Vec<ReloadEvent> {

@@ -33,7 +33,8 @@ impl Writers {
         let mut found: Vec<PassWrites> = Vec::new();
         for planned in &plan.passes {
             let name = &plan.graph.pass(planned.pass).name;
-            if found.last().is_none_or(|last| last.pass != *name) {
+            // A pass of a clock stands in the plan once for each tick.
+            if found.iter().all(|known| known.pass != *name) {
                 found.extend(self.known.iter().filter(|known| known.pass == *name).cloned());
             }
         }
@@ -50,9 +51,9 @@ impl Session {
         self.files.record_writes(on)
     }
 
-    /// Whether the shaders that are compiled from now on record their writes.
+    /// Whether shaders record their writes, or will once they are compiled again.
     pub fn records_writes(&self) -> bool {
-        self.files.loader.records_writes()
+        self.files.records_writes()
     }
 
     /// Finds the invocations that write a texel from the next frame on, or of none. [`Session::record_writes`] makes the shaders that tell;
