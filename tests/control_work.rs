@@ -172,7 +172,7 @@ fn presets_are_kept_and_applied() {
         assert_eq!(stage.ask(json!({ "do": "presets" }))["presets"], json!([]));
         assert_eq!(stage.ask(json!({ "do": "undo_write" }))["files"], json!([".raxel/presets.toml"]));
         assert_eq!(stage.read(".raxel/presets.toml"), before);
-        // What is no table of presets is refused, and stays.
+        // A file that is no table of presets stays as it is.
         stage.project.write(".raxel/presets.toml", "\"graphs/inspect.toml\" = 3\n");
         assert!(stage.refused(json!({ "do": "save_preset", "name": "far" })).contains("must be a table"));
         stage.ends();

@@ -72,7 +72,7 @@ pub trait Host {
 
 /// What only a window does.
 pub trait InWindow {
-    /// Shows the kept picture in another way. What is left out stays.
+    /// Shows the kept picture in another way. A choice that is `None` stays as it is.
     fn compare(&mut self, mode: Option<CompareMode>, gain: Option<f32>, flipped: Option<bool>);
 
     /// Gives up the pass that the device has worked on for long. Returns its name if that is known; `None` if the device does not work for long.

@@ -23,7 +23,7 @@ impl Writers {
         }
     }
 
-    /// What is known is no longer true.
+    /// Forgets the known writes: they are those of other shaders or of another texel.
     pub fn forget(&mut self) {
         self.known.clear();
     }
