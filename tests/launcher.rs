@@ -98,6 +98,7 @@ fn what_failed_is_run_again_and_nothing_else() {
         "echo \"cargo $*\" >>calls\n\
          [ \"$1\" = test ] || exit 0\n\
          echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
+         echo 'error: could not compile `of_a_test` (lib)' >&2\n\
          echo 'test help ... FAILED'\n\
          echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2\n\
          exit 101",
@@ -112,6 +113,8 @@ fn what_failed_is_run_again_and_nothing_else() {
     let (code, said, calls) = run(&["test", "--again"]);
     assert_eq!((code, calls.as_str()), (Some(1), once_more), "{said}");
     assert!(said.contains("    tests/cli.rs: help\n"), "{said}");
+    // A test may compile what is wrong.
+    assert!(!said.contains("    could not compile"), "{said}");
 
     launcher.program("cargo", "echo \"cargo $*\" >>calls");
     let (code, said, calls) = run(&["test", "--again"]);
@@ -122,7 +125,8 @@ fn what_failed_is_run_again_and_nothing_else() {
 
     // A test that does not compile fails again.
     launcher.program("cargo", "[ $1 != test ] || { echo 'error: could not compile `raxel` (lib)' >&2; exit 101; }");
-    assert_eq!(run(&["test"]).0, Some(1));
+    let (code, said, _) = run(&["test"]);
+    assert!(code == Some(1) && said.contains("    could not compile `raxel` (lib)\n"), "{code:?} {said}");
     assert_eq!(run(&["test", "--again"]).0, Some(1));
 }
 

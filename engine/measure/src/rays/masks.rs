@@ -8,7 +8,7 @@ use raxel_shader::Request;
 
 use super::error::RayError;
 use super::stream::PATIENCE;
-use super::tracer::compile;
+use super::tracer::{Named, compile};
 
 /// GLSL name of the table.
 pub(super) const BINDING: &str = "rayMasks";
@@ -18,12 +18,12 @@ pub(super) const PATH: &str = "shaders/rivals/march/raymask_bake.comp";
 /// 3 × 3 pairs of faces, 256 × 256 pairs of squares on them, 64 bits each.
 const ENTRIES: u32 = 9 * 256 * 256;
 
-/// Makes the table, wide enough that no hit depends on it.
-/// `left` pipelines are still to be made, this one included.
+/// Makes the table, wide enough that no hit depends on it. `left` pipelines are still to be made, this one included.
 pub(super) fn bake(device: &Arc<Device>, files: &Arc<dyn Files>, left: usize) -> Result<Resource, RayError> {
     let defines = vec![("RX_RAYMASK_CONSERVATIVE".to_owned(), "1".to_owned())];
     let request = Request { path: PATH.into(), entry: "main".into(), defines };
-    let (shader, pipeline) = compile(device, files, &request, ("the raymask table", left), None)?;
+    let named = Named { pipeline: "raymask table", told: "the raymask table", left };
+    let (shader, pipeline) = compile(device, files, &request, named, None)?;
     let size = u64::from(ENTRIES) * 8;
     let info = BufferInfo { size, usage: vk::BufferUsageFlags::STORAGE_BUFFER, location: Location::Device };
     let table = Resource::whole(&Arc::new(Buffer::new(device, BINDING, &info, Backing::Own)?));

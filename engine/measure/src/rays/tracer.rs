@@ -156,8 +156,8 @@ impl Tracer {
         let more = defines.iter().copied().chain(slow).map(|name| (name.to_owned(), "1".to_owned()));
         let defines = method.defines().into_iter().chain(more).collect();
         let request = Request { path: PATH.into(), entry: "main".into(), defines };
-        let name = format!("tracer `{method}`");
-        let (shader, pipeline) = compile(device, &files, &request, (&name, left), tiles.then_some(32))?;
+        let named = Named { pipeline: &method.to_string(), told: &format!("tracer `{method}`"), left };
+        let (shader, pipeline) = compile(device, &files, &request, named, tiles.then_some(32))?;
         let names = || shader.interface.bindings.iter().map(|binding| binding.name.as_str());
         let wants_masks = names().any(|name| name == masks::BINDING);
         let masks = if wants_masks { Some(masks::bake(device, &files, left)?) } else { None };
@@ -241,12 +241,22 @@ impl Tracer {
     }
 }
 
+/// The names of a pipeline that is being made.
+pub(super) struct Named<'a> {
+    /// As errors say it.
+    pub pipeline: &'a str,
+    /// As it is told if the driver takes long.
+    pub told: &'a str,
+    /// How many pipelines are still to be made, this one included.
+    pub left: usize,
+}
+
 /// A shader and its pipeline, with its name and the number of those that are still to be made.
 pub(super) fn compile(
     device: &Arc<Device>,
     files: &Arc<dyn Files>,
     request: &Request,
-    (name, left): (&str, usize),
+    named: Named<'_>,
     subgroup_size: Option<u32>,
 ) -> Result<(Arc<Shader>, ComputePipeline), RayError> {
     let mut texts = SourceMap::default();
@@ -281,6 +291,6 @@ pub(super) fn compile(
         specialization: &[],
         subgroup_size,
     };
-    let pipeline = watched(name, left, || ComputePipeline::new(device, name, &info))?;
+    let pipeline = watched(named.told, named.left, || ComputePipeline::new(device, named.pipeline, &info))?;
     Ok((shader, pipeline))
 }
