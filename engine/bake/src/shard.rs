@@ -186,19 +186,26 @@ pub(crate) fn decode(bytes: &[u8], chunk: usize, materials: usize) -> Result<Con
     let mut solids = Vec::new();
     for (block, mask) in masks.iter_mut().enumerate() {
         let corner = block_cell(block);
-        for bit in 0..64 {
-            let inner = child_cell(bit);
+        // Four cells along x are neighbours in both orders.
+        for first in (0..64).step_by(4) {
+            let inner = child_cell(first);
             let [x, y, z]: [u32; 3] = std::array::from_fn(|axis| 4 * corner[axis] + inner[axis]);
             let at = 2 * ((z * 64 + y) * 64 + x) as usize;
-            let material = u16::from_le_bytes([cells[at], cells[at + 1]]);
-            if material == 0 {
+            let row: [u8; 8] = std::array::from_fn(|byte| cells[at + byte]);
+            if row == [0; 8] {
                 continue;
             }
-            if usize::from(material) >= materials {
-                return Err(wrong(format!("it has material {material}, and there are {materials}")));
+            for (bit, cell) in (first..).zip(row.chunks_exact(2)) {
+                let material = u16::from_le_bytes([cell[0], cell[1]]);
+                if material == 0 {
+                    continue;
+                }
+                if usize::from(material) >= materials {
+                    return Err(wrong(format!("it has material {material}, and there are {materials}")));
+                }
+                *mask |= 1 << bit;
+                solids.push(material);
             }
-            *mask |= 1 << bit;
-            solids.push(material);
         }
     }
     Ok(Chunk::from_parts(&masks, solids).map_or(Content::Empty, |chunk| Content::of(chunk.into())))

@@ -92,7 +92,10 @@ impl ZarrSource {
         })?;
         let (levels, seals) = (baked.baked_levels(), Seals::of(&baked));
         let most = NonZeroUsize::new(KEPT_ENTRIES / chunks(&baked)).unwrap_or(NonZeroUsize::MIN);
-        Ok(Self { store, address, baked, levels, seals, indices: Mutex::new(LruCache::new(most)) })
+        // One of a given size takes all of its memory at once.
+        let mut indices = LruCache::unbounded();
+        indices.resize(most);
+        Ok(Self { store, address, baked, levels, seals, indices: Mutex::new(indices) })
     }
 
     /// The box of voxels that was baked.

@@ -58,35 +58,50 @@ impl Token<'_> {
 
 /// The tokens of a text in order, without comments and white space.
 pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
+    let bytes = text.as_bytes();
     let mut tokens = Vec::new();
     let mut at = 0;
-    while let Some(c) = text[at..].chars().next() {
-        let rest = &text[at..];
-        let length = if c == '/' && rest.starts_with("//") {
-            // A `\` at the end of the line carries the comment on.
-            let end = rest.match_indices('\n').find(|(at, _)| !rest[..*at].trim_end_matches('\r').ends_with('\\'));
-            end.map_or(rest.len(), |(at, _)| at)
-        } else if c == '/'
-            && let Some(comment) = rest.strip_prefix("/*")
-        {
-            comment.find("*/").map_or(rest.len(), |end| end + 4)
-        } else if c.is_ascii_whitespace() {
-            rest.find(|c: char| !c.is_ascii_whitespace()).unwrap_or(rest.len())
-        } else {
-            let number = c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
-            let length = if number {
-                rest.find(|c| !is_word(c) && c != '.').unwrap_or(rest.len())
-            } else if is_word(c) {
-                rest.find(|c| !is_word(c)).unwrap_or(rest.len())
-            } else {
-                c.len_utf8()
-            };
-            tokens.push(Token { text: &rest[..length], at });
-            length
+    while let Some(&first) = bytes.get(at) {
+        let next = bytes.get(at + 1).copied().unwrap_or_default();
+        at += match (first, next) {
+            (b'/', b'/') => line_comment(&text[at..]),
+            (b'/', b'*') => comment(&text[at..]),
+            _ if first.is_ascii_whitespace() => 1,
+            _ => {
+                let number = first.is_ascii_digit() || (first == b'.' && next.is_ascii_digit());
+                let token = Token { text: &text[at..][..token_bytes(&text[at..], number)], at };
+                let length = token.text.len();
+                tokens.push(token);
+                length
+            }
         };
-        at += length;
     }
     tokens
+}
+
+/// Bytes of the token that begins a text. A number may have points in it.
+fn token_bytes(text: &str, number: bool) -> usize {
+    let plain = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_' || (number && *byte == b'.');
+    let end = text.bytes().position(|byte| !plain(&byte)).unwrap_or(text.len());
+    let rest = &text[end..];
+    let length = if text.as_bytes().get(end).is_none_or(u8::is_ascii) {
+        end
+    } else {
+        end + rest.find(|c| !(is_word(c) || (number && c == '.'))).unwrap_or(rest.len())
+    };
+    // Any other character is a token of its own.
+    if length == 0 { text.chars().next().map_or(0, char::len_utf8) } else { length }
+}
+
+/// Bytes of a comment up to the end of its line; a `\` there carries it on.
+pub(crate) fn line_comment(text: &str) -> usize {
+    let mut ends = text.match_indices('\n').map(|(at, _)| at);
+    ends.find(|at| !text[..*at].trim_end_matches('\r').ends_with('\\')).unwrap_or(text.len())
+}
+
+/// Bytes of a comment between marks; without the second mark, all bytes.
+pub(crate) fn comment(text: &str) -> usize {
+    text[2..].find("*/").map_or(text.len(), |end| end + 4)
 }
 
 #[cfg(test)]
@@ -100,6 +115,8 @@ mod tests {
         assert_eq!(words, ["a", "c", "_e1", "+", "2.5e3", "*", ".5", "-", "p", ".", "x"]);
         assert!(tokens("/*/").is_empty());
         assert!(tokens("// a \\\n b \\\r\n c").is_empty());
+        let words: Vec<_> = tokens("é1+aé.b 1.é.2é.. .é漢\u{a0}x").iter().map(|token| token.text).collect();
+        assert_eq!(words, ["é1", "+", "aé", ".", "b", "1.é.2é..", ".", "é漢", "\u{a0}", "x"]);
     }
 
     #[test]

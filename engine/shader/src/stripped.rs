@@ -1,6 +1,8 @@
 //! Texts without the parts that no module follows from: comments, and white space beyond separators. Texts that are equal without these
 //! give the same module, as long as the number of a line is not asked for.
 
+use crate::lexer::{comment, line_comment};
+
 /// The stand-in for a comment of several lines. It is in no text that compiles.
 const LINES: char = '\u{1}';
 
@@ -8,44 +10,48 @@ const LINES: char = '\u{1}';
 pub(crate) fn stripped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut at = 0;
-    while let Some(c) = text[at..].chars().next() {
+    while let Some(&first) = text.as_bytes().get(at) {
         let rest = &text[at..];
-        at += if rest.starts_with("//") {
-            line_comment(rest)
-        } else if let Some(comment) = rest.strip_prefix("/*") {
-            let end = comment.find("*/").map_or(rest.len(), |end| end + 4);
-            // The compiler decides whether a directive goes on after such a comment.
-            if rest[..end].contains('\n') {
-                out.push(LINES);
-            } else {
-                space(&mut out);
+        at += match (first, rest.as_bytes().get(1)) {
+            (b'/', Some(b'/')) => line_comment(rest),
+            (b'/', Some(b'*')) => {
+                let end = comment(rest);
+                // The compiler decides whether a directive goes on after such a comment.
+                if rest[..end].contains('\n') {
+                    out.push(LINES);
+                } else {
+                    space(&mut out);
+                }
+                end
             }
-            end
-        } else if c == '\n' {
-            // A line that a `\` carries on keeps it at its end: the white space before is not that of a line that ends.
-            end_line(&mut out);
-            1
-        } else if c.is_ascii_whitespace() {
-            space(&mut out);
-            1
-        } else {
-            let end = match c {
-                '"' => quoted(rest, '"'),
-                '<' if is_include(&out) => quoted(rest, '>'),
-                _ => c.len_utf8(),
-            };
-            out.push_str(&rest[..end]);
-            end
+            (b'\n', _) => {
+                // A line that a `\` carries on keeps it at its end: the white space before is not that of a line that ends.
+                end_line(&mut out);
+                1
+            }
+            _ if first.is_ascii_whitespace() => {
+                space(&mut out);
+                1
+            }
+            _ => {
+                let end = match first {
+                    b'"' => quoted(rest, '"'),
+                    b'<' if is_include(&out) => quoted(rest, '>'),
+                    _ => plain(rest),
+                };
+                out.push_str(&rest[..end]);
+                end
+            }
         };
     }
     end_line(&mut out);
     out
 }
 
-/// Bytes of a comment up to the end of its line; a `\` there carries it on.
-fn line_comment(rest: &str) -> usize {
-    let mut ends = rest.match_indices('\n').map(|(at, _)| at);
-    ends.find(|at| !rest[..*at].trim_end_matches('\r').ends_with('\\')).unwrap_or(rest.len())
+/// Bytes of what stays as it is, at least the first.
+fn plain(rest: &str) -> usize {
+    let special = |byte: u8| matches!(byte, b'/' | b'"' | b'<') || byte.is_ascii_whitespace();
+    rest.bytes().skip(1).position(special).map_or(rest.len(), |at| at + 1)
 }
 
 /// Bytes of a name between marks, both included; without the second mark, up to the end of the line.

@@ -171,7 +171,10 @@ impl Header {
     /// The contents of a header that has one wrong byte: the byte whose change makes its checksum right.
     fn guess(bytes: &[u8]) -> Option<Self> {
         let mut header = bytes.get(..HEADER).unwrap_or(bytes).to_vec();
-        (0..header.len()).find_map(|at| {
+        // Any other byte may be the wrong one if the first ones are right.
+        let right = HEADERS.iter().any(|(magic, _)| header.starts_with(magic));
+        let tried = if right { header.len() } else { header.len().min(4) };
+        (0..tried).find_map(|at| {
             let byte = header[at];
             let found = (1..=255).find_map(|change| {
                 header[at] = byte ^ change;
@@ -183,7 +186,8 @@ impl Header {
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
-        let (_, size) = HEADERS.into_iter().find(|(magic, _)| bytes.starts_with(magic))?;
+        let first = bytes.first_chunk()?;
+        let (_, size) = HEADERS.into_iter().find(|(magic, _)| magic == first)?;
         let header = bytes.get(..size)?;
         let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
         let sum = word(size - 4);
