@@ -117,32 +117,8 @@ fn shipped_graphs_pass_the_check_and_say_so_in_json() {
     }
 }
 
-const HEAVY_GRAPH: &str = r#"name = "heavy"
-present = "color"
-
-[targets.color]
-format = "rgba8"
-
-[[passes]]
-name = "heavy"
-shader = "heavy.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-specialization = { THREADS = 512 }
-"#;
-const HEAVY_SHADER: &str = "#version 460
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-layout(local_size_x_id = 0) in;
-layout(constant_id = 0) const uint THREADS = 64;
-layout(rgba8) uniform writeonly image2D outColor;
-shared uint all[5000];
-void main() {
-    uint64_t wide = uint64_t(gl_GlobalInvocationID.x) << 40;
-    all[gl_LocalInvocationIndex] = uint(wide >> 40);
-    barrier();
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(all[0]));
-}
-";
+const HEAVY_GRAPH: &str = include_str!("fixtures/cli/heavy.toml");
+const HEAVY_SHADER: &str = include_str!("fixtures/cli/heavy.comp");
 
 #[test]
 fn needs_that_many_devices_do_not_meet_are_warnings() {
@@ -294,32 +270,19 @@ fn plans_are_printed_in_every_form() {
 }
 
 /// A target over the bounds of the world, a material of it, and a pass that only worlds with lamps have.
-const OVER_A_WORLD: &str = r#"
-name = "over"
-present = "field"
-[targets.field]
-format = "r32ui"
-size = { of = "world", scale = 0.5 }
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = { threads = "field" }
-bind = { field = "field" }
-push = { stone = "material.stone" }
-[[passes]]
-name = "glow"
-shader = "fill.comp"
-when = "world.has_emission"
-dispatch = { threads = "field" }
-bind = { field = "field" }
-push = { stone = "material.stone" }
-"#;
+const OVER_A_WORLD: &str = include_str!("fixtures/cli/over.toml");
 
 /// A box of 64 x 16 x 6 voxels of one material.
 fn box_of(material: &str, emission: f32) -> String {
     format!(
-        "[materials]\n{material} = {{ albedo = \"#808080\", emission = {emission:?} }}\n\
-         [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [64, 16, 6]\nmaterial = \"{material}\"\n"
+        r##"[materials]
+{material} = {{ albedo = "#808080", emission = {emission:?} }}
+[[build]]
+op = "box"
+min = [0, 0, 0]
+size = [64, 16, 6]
+material = "{material}"
+"##
     )
 }
 
@@ -328,9 +291,12 @@ fn plans_without_a_device_follow_the_world() {
     let project = common::Project::empty();
     project.write("graphs/over.toml", OVER_A_WORLD).write(
         "shaders/fill.comp",
-        "#version 460\nlayout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;\n\
-         layout(r32ui) writeonly uniform uimage3D field;\nlayout(push_constant) uniform Push { uint stone; };\n\
-         void main() { imageStore(field, ivec3(gl_GlobalInvocationID), uvec4(stone)); }\n",
+        r"#version 460
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(r32ui) writeonly uniform uimage3D field;
+layout(push_constant) uniform Push { uint stone; };
+void main() { imageStore(field, ivec3(gl_GlobalInvocationID), uvec4(stone)); }
+",
     );
     // Without any world there is a stand-in, and both verbs name it.
     let run = project.raxel(&["check", "graphs/over.toml"]).exits(0);
@@ -499,7 +465,15 @@ fn a_graph_and_a_world_are_listed_by_name() {
     assert_eq!(json["world"], "worlds/valley.toml");
     // A graph alone has no world to name.
     let alone = Project::empty();
-    alone.write("graphs/a.toml", "name = \"a\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\ninit = 0.0\n");
+    alone.write(
+        "graphs/a.toml",
+        r#"name = "a"
+present = "a"
+[targets.a]
+format = "r32f"
+init = 0.0
+"#,
+    );
     let json = alone.raxel(&["list", "--format", "json"]).exits(0).json();
     assert_eq!((&json[0]["name"], json[0].get("world")), (&"a".into(), None), "{json:?}");
     project.raxel(&["list", "graphs/none.toml"]).exits(3);
@@ -550,13 +524,15 @@ fn shaders_are_written_as_modules() {
 /// glslang dereferences a null pointer over the second text. The child process dies of it, not this one.
 #[test]
 fn hlsl_that_stops_the_compiler_is_a_diagnostic() {
-    const GRAPH: &str = "name = 'h'\npresent = 'dst'\n[targets.dst]\nformat = 'r32f'\n[[passes]]\nname = 'p'\nshader = 'p.hlsl'\n\
-                         dispatch = { threads = 'dst' }\nbind = { dst = 'dst' }\n[passes.push]\nk = { type = 'f32', value = 0.5 }\n";
+    const GRAPH: &str = include_str!("fixtures/cli/hlsl.toml");
     let shader = |value: &str| {
         format!(
-            "struct Push {{ float k; }};\n[[vk::push_constant]] ConstantBuffer<Push> push;\n\
-             [[vk::image_format(\"r32f\")]] RWTexture2D<float> dst;\n[numthreads(8, 8, 1)]\n\
-             void main(uint3 id : SV_DispatchThreadID) {{ dst[id.xy] = {value}; }}\n"
+            r#"struct Push {{ float k; }};
+[[vk::push_constant]] ConstantBuffer<Push> push;
+[[vk::image_format("r32f")]] RWTexture2D<float> dst;
+[numthreads(8, 8, 1)]
+void main(uint3 id : SV_DispatchThreadID) {{ dst[id.xy] = {value}; }}
+"#
         )
     };
     let project = Project::empty();

@@ -86,29 +86,29 @@ fn a_target_is_read_right_after_a_pass() {
 }
 
 /// A 3-D target with mips: the first pass writes the number of each texel, NaN at two of them, and -7 at one of mip 1.
-const SLICES: &str = r"#version 460
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(rg32f) uniform writeonly image3D to;
-layout(push_constant) uniform Push { uint mip; } push;
-void main() {
-    ivec3 at = ivec3(gl_GlobalInvocationID);
-    float value = float(at.x + 4 * at.y + 16 * at.z);
-    bool odd = push.mip == 0u && (at == ivec3(1, 2, 1) || at == ivec3(3, 0, 3));
-    if (push.mip == 1u && at == ivec3(1, 1, 1)) value = -7.0;
-    imageStore(to, at, vec4(value, odd ? uintBitsToFloat(0x7fc00000u) : 1.0, 0.0, 0.0));
-}
-";
+const SLICES: &str = include_str!("fixtures/control/slices.comp");
 
 #[test]
 fn values_are_found_in_all_slices_and_counted_in_one() {
     let project = Project::empty();
     let pass = |mip: u32| {
         format!(
-            "[[passes]]\nname = \"mip{mip}\"\nshader = \"slices.comp\"\ndispatch = {{ threads = \"fog\", mip = {mip} }}\n\
-             bind = {{ to = {{ target = \"fog\", mip = {mip} }} }}\npush = {{ mip = {mip} }}\n"
+            r#"[[passes]]
+name = "mip{mip}"
+shader = "slices.comp"
+dispatch = {{ threads = "fog", mip = {mip} }}
+bind = {{ to = {{ target = "fog", mip = {mip} }} }}
+push = {{ mip = {mip} }}
+"#
         )
     };
-    let head = "name = \"numbers\"\npresent = \"fog\"\n[targets.fog]\nformat = \"rg32f\"\nsize = [4, 4, 4]\nmips = 2\n";
+    let head = r#"name = "numbers"
+present = "fog"
+[targets.fog]
+format = "rg32f"
+size = [4, 4, 4]
+mips = 2
+"#;
     project.write("graphs/numbers.toml", format!("{head}{}{}", pass(0), pass(1))).write("shaders/slices.comp", SLICES);
     let mut talk = control_numbers(&project);
     let find = |value: &str, channel: u32, more: Value| {
@@ -627,35 +627,7 @@ fn the_python_package_passes_its_tests() {
 }
 
 /// The part of RenderDoc that a program sees: the table of functions of its API 1.1.2. Each function prints its name when it is called.
-const FAKE_RENDERDOC: &str = r#"
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-static uint32_t captures;
-static void say(const char *what) {
-    FILE *file = fopen(getenv("FAKE_RENDERDOC"), "a");
-    fprintf(file, "%s\n", what);
-    fclose(file);
-}
-static void start(void *device, void *window) { say(device || window ? "start one" : "start any"); }
-static uint32_t end(void *device, void *window) { say("end"); ++captures; return !getenv("FAKE_RENDERDOC_FAILS"); }
-static uint32_t count(void) { return captures; }
-static uint32_t get(uint32_t index, char *name, uint32_t *length, uint64_t *time) {
-    char file[64];
-    snprintf(file, sizeof file, "/captures/frame%u.rdc", index);
-    if (name) strcpy(name, file);
-    if (length) *length = strlen(file) + 1;
-    return 1;
-}
-static void *table[24];
-int RENDERDOC_GetAPI(int version, void **api) {
-    if (version != 10102) return 0;
-    table[13] = count; table[14] = get; table[19] = start; table[21] = end;
-    *api = table;
-    return 1;
-}
-"#;
+const FAKE_RENDERDOC: &str = include_str!("fixtures/control/fake_renderdoc.c");
 
 #[test]
 #[cfg(target_os = "linux")]
@@ -686,17 +658,7 @@ fn a_frame_is_captured_under_renderdoc_and_refused_without_it() {
 }
 
 /// One step of work for each of `rounds`, on the old value.
-const WORK: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba16f) uniform image2D color;
-layout(push_constant) uniform Push { uint frame; uint rounds; } push;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    float x = imageLoad(color, pixel).x + float(push.frame & 7u);
-    for (uint i = 0u; i < push.rounds; ++i) x = sin(x) + 1.0;
-    imageStore(color, pixel, vec4(x));
-}
-";
+const WORK: &str = include_str!("fixtures/control/work.comp");
 
 /// A driver that draws and computes in one queue must not take the times of passes when it draws.
 #[test]
@@ -705,12 +667,22 @@ fn the_times_of_passes_are_theirs_beside_panels() {
     let project = Project::empty();
     let pass = |name: &str, rounds: u32| {
         format!(
-            "[[passes]]\nname = \"{name}\"\nshader = \"work.comp\"\ndispatch = {{ threads = \"color\" }}\nbind = {{ color = \"color\" }}\n\
-             push = {{ frame = \"frame.index\", rounds = {rounds} }}\n"
+            r#"[[passes]]
+name = "{name}"
+shader = "work.comp"
+dispatch = {{ threads = "color" }}
+bind = {{ color = "color" }}
+push = {{ frame = "frame.index", rounds = {rounds} }}
+"#
         )
     };
-    let head =
-        "name = \"work\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba16f\"\nsize = [64, 36]\nclear = 0.0\n";
+    let head = r#"name = "work"
+present = "color"
+[targets.color]
+format = "rgba16f"
+size = [64, 36]
+clear = 0.0
+"#;
     project.write("graphs/work.toml", format!("{head}{}{}{}", pass("short", 1), pass("long", 3000), pass("last", 1)));
     project.write("shaders/work.comp", WORK);
     let mut talk = Talk::start(
@@ -735,15 +707,26 @@ fn the_times_of_passes_are_theirs_beside_panels() {
 }
 
 /// Stores a number in a target.
-const SET: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) writeonly uniform image2D to;\n\
-    layout(push_constant) uniform Push { float value; };\nvoid main() { imageStore(to, ivec2(0), vec4(value)); }\n";
+const SET: &str = r"#version 460
+layout(local_size_x = 1) in;
+layout(r32f) writeonly uniform image2D to;
+layout(push_constant) uniform Push { float value; };
+void main() { imageStore(to, ivec2(0), vec4(value)); }
+";
 /// Copies a target.
-const COPY: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) readonly uniform image2D from;\n\
-    layout(r32f) writeonly uniform image2D to;\nvoid main() { imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }\n";
+const COPY: &str = r"#version 460
+layout(local_size_x = 1) in;
+layout(r32f) readonly uniform image2D from;
+layout(r32f) writeonly uniform image2D to;
+void main() { imageStore(to, ivec2(0), imageLoad(from, ivec2(0))); }
+";
 /// Adds a number to the old value.
-const ADD: &str = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) uniform image2D sum;\n\
-    layout(push_constant) uniform Push { float value; };\n\
-    void main() { imageStore(sum, ivec2(0), imageLoad(sum, ivec2(0)) + value); }\n";
+const ADD: &str = r"#version 460
+layout(local_size_x = 1) in;
+layout(r32f) uniform image2D sum;
+layout(push_constant) uniform Push { float value; };
+void main() { imageStore(sum, ivec2(0), imageLoad(sum, ivec2(0)) + value); }
+";
 
 /// A project with targets of 4×4 numbers (name, keys) and passes (name, shader, keys). It shows `fin`.
 fn numbers(targets: &[(&str, &str)], passes: &[(&str, &str, &str)]) -> Project {

@@ -233,17 +233,7 @@ fn values_are_written_into_files_and_restored() {
 }
 
 /// A graph that needs no world.
-const PLAIN_GRAPH: &str = r#"
-name = "plain"
-present = "color"
-[targets.color]
-format = "rgba8"
-[[passes]]
-name = "fill"
-shader = "plain.comp"
-dispatch = { threads = "color" }
-bind = { color = "color" }
-"#;
+const PLAIN_GRAPH: &str = include_str!("fixtures/control_work/plain.toml");
 const PLAIN_SHADER: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba8) uniform writeonly image2D color;
@@ -457,27 +447,12 @@ fn only_a_window_shows_a_comparison_and_gives_a_pass_up() {
 }
 
 /// Works for minutes on the software driver: it leaves a loop after 65535 rounds, so a round is long and the groups are many.
-const SPIN: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-#define STEP x = fract(x * 1.37 + 0.11);
-#define STEPS STEP STEP STEP STEP STEP STEP STEP STEP
-void main() {
-    float x = float(gl_GlobalInvocationID.x);
-    for (int i = 0; i < 60000; ++i) { STEPS STEPS STEPS STEPS }
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(x));
-}
-";
+const SPIN: &str = include_str!("fixtures/control_work/spin.comp");
 
 #[test]
 fn a_pass_that_does_not_end_is_given_up_by_a_request() {
     let project = Project::empty();
-    project.write(
-        "graphs/spin.toml",
-        "name = \"spin\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nsize = [4096, 4096]\n\
-         [[passes]]\nname = \"spin\"\nshader = \"spin.comp\"\ndispatch = { threads = \"color\" }\n\
-         bind = { outColor = \"color\" }\n",
-    );
+    project.write("graphs/spin.toml", include_str!("fixtures/control_work/spin.toml"));
     project.write("shaders/spin.comp", SPIN);
     let mut stage = Stage::over(project, Runs::Window, &["graphs/spin.toml", "--size", "320x180", "--watchdog", "600"]);
     eventually("the pass is given up", || {

@@ -247,9 +247,21 @@ fn copy_folder(from: &Path, to: &Path) {
 
 fn write_world(folder: &Path, more: &str) {
     let world = format!(
-        "name = \"field\"\n[camera]\nposition = [40, 40, 40]\nlook_at = [0, 0, 0]\n[materials]\nsoil = {{ albedo = \"#806040\" }}\n\
-         lamp = {{ albedo = \"#ffffff\", emission = 4 }}\n[save]\npath = \"saves/field\"\n[[build]]\nop = \"box\"\n\
-         min = [-32, -8, -32]\nmax = [32, 0, 32]\nmaterial = \"soil\"\n{more}"
+        r##"name = "field"
+[camera]
+position = [40, 40, 40]
+look_at = [0, 0, 0]
+[materials]
+soil = {{ albedo = "#806040" }}
+lamp = {{ albedo = "#ffffff", emission = 4 }}
+[save]
+path = "saves/field"
+[[build]]
+op = "box"
+min = [-32, -8, -32]
+max = [32, 0, 32]
+material = "soil"
+{more}"##
     );
     fs::create_dir_all(folder.join("worlds")).unwrap();
     fs::write(folder.join("worlds/field.toml"), world).unwrap();
@@ -356,11 +368,7 @@ fn a_changed_world_file_keeps_the_edits_that_still_fit() {
 #[test]
 fn edits_of_a_demo_are_a_function_of_time() {
     let folder = project();
-    let demo = "world = \"field.toml\"\ngraph = \"primary.toml\"\nduration = 4\nfps = 10\n\
-        [[edits]]\ntime = 0.5\nop = \"sphere\"\nmode = \"subtract\"\ncenter = [0, 0, 0]\nradius = 9.5\n\
-        [[edits]]\ntime = 1.5\nop = \"box\"\nmin = [-4, 0, -4]\nsize = [8, 20, 8]\nmaterial = \"lamp\"\n\
-        [[edits]]\ntime = 1.5\nop = \"cylinder\"\nmode = \"paint\"\nbase = [0, 5, 0]\nradius = 20\nheight = 3\nmaterial = \"soil\"\n\
-        [[edits]]\ntime = 3\nop = \"restore\"\nmin = [-32, -8, -32]\nmax = [0, 64, 32]\n";
+    let demo = include_str!("fixtures/edits/edits.demo.toml");
     let path = folder.path().join("worlds/field.demo.toml");
     fs::write(&path, demo).unwrap();
     let options = || Options { demo: Some(path.clone()), step: Some(0.1), ..field(folder.path(), Saves::Write) };

@@ -270,8 +270,10 @@ fn texels_of_floats_have_the_light_of_whole_faces() {
 
 /// Lamps of three colours and powers on both sides of a wall, most of them hidden from most places.
 fn lamps(project: &Project) {
-    let materials = "wall = { albedo = [0.5, 0.5, 0.5] }\nred = { albedo = [1.0, 0.4, 0.3], emission = 6.0 }\n\
-                     blue = { albedo = [0.3, 0.5, 1.0], emission = 3.0 }\nwhite = { albedo = [1.0, 1.0, 1.0], emission = 1.0 }";
+    let materials = r"wall = { albedo = [0.5, 0.5, 0.5] }
+red = { albedo = [1.0, 0.4, 0.3], emission = 6.0 }
+blue = { albedo = [0.3, 0.5, 1.0], emission = 3.0 }
+white = { albedo = [1.0, 1.0, 1.0], emission = 1.0 }";
     let mut build = vec![cuboid("wall", [-2, -1, -2], [26, 0, 26], ""), cuboid("wall", [11, 0, 4], [13, 6, 20], "")];
     for i in 0..12 {
         let (x, z) = (1 + i * 7 % 23, 2 + i * 11 % 21);
@@ -287,7 +289,13 @@ fn points_on_lamps_that_are_used_again_add_no_light_and_take_none() {
     lamps(&project);
     project.write(
         "graphs/light/raw.toml",
-        "extends = \"../rivals/light/many_lamps.toml\"\nname = \"raw\"\n[params.rounds]\ndefault = 0\n[params.reused]\ndefault = 20\n",
+        r#"extends = "../rivals/light/many_lamps.toml"
+name = "raw"
+[params.rounds]
+default = 0
+[params.reused]
+default = 20
+"#,
     );
     let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
     let scene = Scene { params: dark, ..scene() };
@@ -334,7 +342,13 @@ fn lamps_that_are_known_add_no_light_and_take_none() {
     lamps(&project);
     project.write(
         "graphs/light/known.toml",
-        "extends = \"face_cache.toml\"\nname = \"known\"\n[params.smooth]\ndefault = false\n[params.grain]\ndefault = 0.0\n",
+        r#"extends = "face_cache.toml"
+name = "known"
+[params.smooth]
+default = false
+[params.grain]
+default = 0.0
+"#,
     );
     let dark = DARK.map(|(name, value)| (name.to_owned(), value)).to_vec();
     let scene = Scene { params: dark, ..scene() };

@@ -170,7 +170,7 @@ fn names_are_completed_and_explained() {
     let mut editor = Editor::start(&project);
     let graph = project.path("graphs/inspect.toml");
     editor.open(&graph, "");
-    let text = "present = \"a\"\n[params.sun]\ntype = \"f32\"\n[targets.color]\nformat = \"r8\"\n[buffers.list]\nsize = 4\n[[passes]]\nname = \"p\"\n";
+    let text = include_str!("fixtures/lsp/unfinished.toml");
     let has = |offered: &[String], wanted: &[&str]| {
         for name in wanted {
             assert!(offered.iter().any(|label| label == name), "{name} is not among {offered:?}");
@@ -288,7 +288,12 @@ fn names_of_the_base_are_known_in_a_graph_that_extends_it() {
     let demo = project.path("worlds/mine.demo.toml");
     std::fs::write(&demo, "").unwrap();
     editor.open(&demo, "");
-    let head = "world = \"valley.toml\"\ngraph = \"mine.toml\"\n[[edits]]\ntime = 1.0\nop = \"set\"\n";
+    let head = r#"world = "valley.toml"
+graph = "mine.toml"
+[[edits]]
+time = 1.0
+op = "set"
+"#;
     let offered = editor.offered(&demo, &format!("{head}material = \"|\"\n"));
     assert!(offered.contains(&"grass".to_owned()) && offered.contains(&"sand".to_owned()), "{offered:?}");
     assert_eq!(editor.offered(&demo, &format!("{head}[tracks.]\n|")), ["interpolation", "keys"]);
@@ -347,40 +352,22 @@ fn edits_in<'v>(edit: &'v Value, path: &Path) -> Vec<&'v Value> {
     edit["changes"][address(path)].as_array().map(|edits| edits.iter().collect()).unwrap_or_default()
 }
 
-const NOTE: &str = "#version 460
-layout(local_size_x = 8) in;
-layout(rgba16f) uniform writeonly image2D outColor;
-layout(push_constant) uniform Push { float time; } push;
-// Twice as far.
-float far(float near, float by) {
-    float twice = near * by;
-    return twice;
-}
-void main() {
-    float near = far(push.time, 2.0);
-    imageStore(outColor, ivec2(0), vec4(near));
-}
-";
+const NOTE: &str = include_str!("fixtures/lsp/note.comp");
 
-const NOTES: &str = "name = \"note\"
-present = \"color\"
-[params.speed]
-type = \"f32\"
-default = 1.0
-[targets.color]
-format = \"rgba16f\"
-[[passes]]
-name = \"note\"
-shader = \"note.comp\"
-dispatch = { threads = \"color\" }
-bind = { outColor = \"color\" }
-push = { time = \"param.speed\" }
-";
+const NOTES: &str = include_str!("fixtures/lsp/note.toml");
 
 fn notes() -> (Project, Editor, std::path::PathBuf, std::path::PathBuf) {
     let project = Project::empty();
     project.write("graphs/note.toml", NOTES).write("shaders/note.comp", NOTE);
-    project.write("graphs/more.toml", "extends = \"note.toml\"\n[[passes]]\nname = \"note\"\nbind = { outColor = \"color\" }\npush.time = \"param.speed\"\n");
+    project.write(
+        "graphs/more.toml",
+        r#"extends = "note.toml"
+[[passes]]
+name = "note"
+bind = { outColor = "color" }
+push.time = "param.speed"
+"#,
+    );
     let mut editor = Editor::start(&project);
     let (graph, shader) = (project.path("graphs/note.toml"), project.path("shaders/note.comp"));
     editor.open(&graph, NOTES);
@@ -403,30 +390,7 @@ fn locals_and_parameters_are_known_in_their_scope() {
 }
 
 /// A structure and blocks of a shader of their own, besides those of the library.
-const MEMBERS: &str = "#version 460
-#include <raxel/ray.glsl>
-layout(local_size_x = 8) in;
-// A ball.
-struct Ball {
-    vec3 centre; // in voxels
-    // Never negative.
-    float radius, weight[2];
-};
-layout(push_constant) uniform Push {
-    Ball ball;
-    float exposure; // in stops
-} push;
-layout(std430) readonly buffer Balls { uint count; Ball all[]; } balls;
-layout(std140) uniform Sky { mat4x3 turn; float distance; };
-uniform sampler3D air;
-const vec2 AT[2] = vec2[2](vec2(0.0), vec2(1.0));
-Ball grown(Ball ball) { return ball; }
-void main() {
-    RxHit hit;
-    Ball many[2];
-    //
-}
-";
+const MEMBERS: &str = include_str!("fixtures/lsp/members.comp");
 
 #[test]
 fn members_are_known_behind_a_dot() {

@@ -233,9 +233,11 @@ struct Bare {
     window: String,
 }
 
-const BARE: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\n\
-    layout(FORMAT) uniform writeonly image2D outColor;\n\
-    void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(outColor, at, VALUE); }\n";
+const BARE: &str = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(FORMAT) uniform writeonly image2D outColor;
+void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(outColor, at, VALUE); }
+";
 
 impl Bare {
     fn open(format: &str, value: &str) -> Self {
@@ -243,9 +245,17 @@ impl Bare {
         project.write(
             "graphs/bare.toml",
             format!(
-                "name = \"bare\"\npresent = \"color\"\n[targets.color]\nformat = \"{format}\"\ndisplay = {{ map = \"raw\" }}\n\
-                 [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = {{ threads = \"color\" }}\n\
-                 bind = {{ outColor = \"color\" }}\n"
+                r#"name = "bare"
+present = "color"
+[targets.color]
+format = "{format}"
+display = {{ map = "raw" }}
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = {{ threads = "color" }}
+bind = {{ outColor = "color" }}
+"#
             ),
         );
         project.write("shaders/fill.comp", BARE.replace("FORMAT", format).replace("VALUE", value));
@@ -358,8 +368,15 @@ fn what_is_shown_is_compared_with_another_target_as_it_goes_on() {
     let fill = |value: &str| BARE.replace("FORMAT", "r32f").replace("VALUE", value);
     bare.project.write("shaders/other.comp", fill("vec4(0.5)"));
     let graph = fs::read_to_string(bare.project.path("graphs/bare.toml")).unwrap();
-    let more = "[targets.other]\nformat = \"r32f\"\ndisplay = { map = \"raw\" }\n[[passes]]\nname = \"other\"\nshader = \"other.comp\"\n\
-        dispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
+    let more = r#"[targets.other]
+format = "r32f"
+display = { map = "raw" }
+[[passes]]
+name = "other"
+shader = "other.comp"
+dispatch = { threads = "other" }
+bind = { outColor = "other" }
+"#;
     bare.project.write("graphs/bare.toml", graph + more);
     bare.display.xdotool(&["key", "shift+b"]);
     // The shown target is left of the edge, the live target right of it. After Tab, the two differ.
@@ -405,13 +422,15 @@ fn a_million_prints_a_frame_are_bounded_and_stall_nothing() {
     let display = Display::start();
     let run = |prints: bool| {
         let project = Project::empty();
-        let graph = "name = \"flood\"\npresent = \"color\"\n[targets.color]\nformat = \"r32f\"\nsize = [1000, 1000]\n\
-            [[passes]]\nname = \"flood\"\nshader = \"flood.comp\"\ndispatch = { threads = \"color\" }\nbind = { to = \"color\" }\n\
-            push = { frame = \"frame.index\" }\n";
-        let shader = "#version 460\n#extension GL_EXT_debug_printf : require\nlayout(local_size_x = 8, local_size_y = 8) in;\n\
-            layout(r32f) writeonly uniform image2D to;\nlayout(push_constant) uniform Push { uint frame; } push;\n\
-            void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(to, at, vec4(push.frame));\n\
-            if (push.frame < LAST) debugPrintfEXT(\"%v2d in frame %u\", at, push.frame); }\n";
+        let graph = include_str!("fixtures/window/flood.toml");
+        let shader = r#"#version 460
+#extension GL_EXT_debug_printf : require
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) writeonly uniform image2D to;
+layout(push_constant) uniform Push { uint frame; } push;
+void main() { ivec2 at = ivec2(gl_GlobalInvocationID.xy); imageStore(to, at, vec4(push.frame));
+if (push.frame < LAST) debugPrintfEXT("%v2d in frame %u", at, push.frame); }
+"#;
         let shader = shader.replace("LAST", if prints { "1000000u" } else { "0u" });
         project.write("graphs/flood.toml", graph).write("shaders/flood.comp", shader);
         let frames = FRAMES.to_string();
@@ -555,28 +574,13 @@ fn a_window_waits_for_the_mend_of_the_manifest_and_opens_what_it_says_then() {
 }
 
 /// Works for minutes on the software driver: it leaves a loop after 65535 rounds, so a round is long and the groups are many.
-const SPIN: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-#define STEP x = fract(x * 1.37 + 0.11);
-#define STEPS STEP STEP STEP STEP STEP STEP STEP STEP
-void main() {
-    float x = float(gl_GlobalInvocationID.x);
-    for (int i = 0; i < 60000; ++i) { STEPS STEPS STEPS STEPS }
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(x));
-}
-";
+const SPIN: &str = include_str!("fixtures/window/spin.comp");
 
 #[test]
 fn a_dispatch_that_does_not_end_is_named_and_keeps_neither_edits_nor_escape() {
     let display = Display::start();
     let project = Project::empty();
-    project.write(
-        "graphs/spin.toml",
-        "name = \"spin\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nsize = [4096, 4096]\n\
-         [[passes]]\nname = \"spin\"\nshader = \"spin.comp\"\ndispatch = { threads = \"color\" }\n\
-         bind = { outColor = \"color\" }\n",
-    );
+    project.write("graphs/spin.toml", include_str!("fixtures/window/spin.toml"));
     project.write("shaders/spin.comp", SPIN);
     let log_path = project.path("log");
     let mut child = Running::start(
@@ -610,12 +614,7 @@ fn a_dispatch_that_does_not_end_is_named_and_keeps_neither_edits_nor_escape() {
 fn a_pass_that_does_not_end_is_given_up_by_a_key_and_the_last_whole_picture_stays() {
     let display = Display::start();
     let project = Project::empty();
-    project.write(
-        "graphs/spin.toml",
-        "name = \"spin\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nsize = [4096, 4096]\n\
-         [[passes]]\nname = \"spin\"\nshader = \"spin.comp\"\ndispatch = { threads = \"color\" }\n\
-         bind = { outColor = \"color\" }\n",
-    );
+    project.write("graphs/spin.toml", include_str!("fixtures/window/spin.toml"));
     project.write("shaders/spin.comp", SPIN);
     let log_path = project.path("log");
     let mut child = Running::start(
@@ -680,35 +679,7 @@ fn the_device_that_presents_may_be_named() {
 }
 
 /// Lists the first device twice, and says that the first of both is a GPU; and if so, that none can present.
-const NO_DISPLAY: &str = r#"
-static int (*enumerate)(void *, unsigned *, void **);
-static void (*describe)(void *, unsigned *);
-static int (*can_present)(void *, unsigned, void *, unsigned *);
-static int twice(void *instance, unsigned *count, void **devices) {
-    if (!devices) { *count = 2; return 0; }
-    unsigned one = 1;
-    int result = enumerate(instance, &one, devices);
-    devices[1] = devices[0];
-    *count = 2;
-    return result < 0 ? result : 0;
-}
-static void as_gpu(void *device, unsigned *properties) {
-    static int asked;
-    describe(device, properties);
-    properties[4] = asked++ % 2 ? 4 : 2;
-}
-static int perhaps(void *device, unsigned family, void *surface, unsigned *can) {
-    int result = can_present(device, family, surface, can);
-    if (getenv("CANNOT_PRESENT")) *can = 0;
-    return result;
-}
-static Function ours(const char *name, Function found) {
-    if (!strcmp(name, "vkEnumeratePhysicalDevices")) { enumerate = (void *)found; return (Function)twice; }
-    if (!strcmp(name, "vkGetPhysicalDeviceProperties")) { describe = (void *)found; return (Function)as_gpu; }
-    if (!strcmp(name, "vkGetPhysicalDeviceSurfaceSupportKHR")) { can_present = (void *)found; return (Function)perhaps; }
-    return found;
-}
-"#;
+const NO_DISPLAY: &str = include_str!("fixtures/window/no_display.c");
 
 #[test]
 #[cfg(target_os = "linux")]
@@ -741,23 +712,7 @@ fn where_a_gpu_cannot_present_another_device_does() {
 }
 
 /// The next submission after a file has appeared is answered with the loss of the device, once; nothing that could be blamed runs then.
-const LOSS: &str = r#"
-#include <unistd.h>
-static int (*submit)(void *, unsigned, const void *, void *);
-static int (*wait_idle)(void *);
-static int lose(void *queue, unsigned count, const void *submits, void *fence) {
-    if (access(getenv("LOSE_THE_DEVICE"), F_OK)) return submit(queue, count, submits, fence);
-    wait_idle(queue);
-    unlink(getenv("LOSE_THE_DEVICE"));
-    return -4;
-}
-static Function ours(const char *name, Function found) {
-    if (!strcmp(name, "vkQueueWaitIdle")) wait_idle = (void *)found;
-    if (strcmp(name, "vkQueueSubmit2")) return found;
-    submit = (void *)found;
-    return (Function)lose;
-}
-"#;
+const LOSS: &str = include_str!("fixtures/window/loss.c");
 
 #[test]
 #[cfg(target_os = "linux")]
@@ -921,19 +876,21 @@ struct Slider {
 impl Slider {
     fn open() -> Self {
         let (display, project) = (Display::start(), Project::empty());
-        project.write(
-            "graphs/bare.toml",
-            "name = \"bare\"\npresent = \"color\"\n[params.red]\ntype = \"f32\"\ndefault = 0.25\nrange = [0.0, 1.0]\n\
-             [targets.color]\nformat = \"rgba8\"\ndisplay = { map = \"raw\" }\n\
-             [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n\
-             [passes.push]\nred = { type = \"f32\", from = \"param.red\" }\n",
-        );
+        project.write("graphs/bare.toml", include_str!("fixtures/window/bare.toml"));
         let push = "layout(push_constant) uniform PC { float red; } pc;\nvoid main()";
         let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(pc.red, 0, 0, 1)");
         project.write("shaders/fill.comp", shader.replace("void main()", push));
         project.write(
             "worlds/box.toml",
-            "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"red\"\n",
+            r##"name = "box"
+[materials]
+red = { albedo = "#ff0000" }
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [4, 4, 4]
+material = "red"
+"##,
         );
         let docks =
             "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"params\"] } } }\n";

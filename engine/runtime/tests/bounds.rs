@@ -11,34 +11,12 @@ use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Observe, Options, Session};
 
-const GRAPH: &str = r#"
-name = "bounds"
-present = "color"
-
-[params.n]
-type = "u32"
-default = 0
-range = [0, 1000]
-
-[targets.color]
-format = "rgba32f"
-
-[buffers.counts]
-size = { count = 10, stride = 4 }
-clear = 7
-
-[[passes]]
-name = "count"
-shader = "count.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", counts = "counts" }
-push = { n = "param.n" }
-"#;
+const GRAPH: &str = include_str!("fixtures/bounds/bounds.toml");
 
 /// A shader that runs `body` in the invocation (2, 1), with `n`.
 fn shader(body: &str) -> String {
     format!(
-        "#version 460
+        r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D outColor;
 struct Pair {{ vec2 a; uint b; }};

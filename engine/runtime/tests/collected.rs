@@ -142,48 +142,8 @@ fn shaders_edit_a_streamed_world() {
 
 #[test]
 fn wrong_and_too_many_edits_of_shaders_are_said_once_and_the_others_are_made() {
-    let shader = r"
-#version 460
-#include <raxel/edits.glsl>
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { uint wanted; } push;
-void main() {
-    uint n = gl_GlobalInvocationID.x;
-    if (n < push.wanted) rx_edit_set(ivec3(n & 63u, 300 + int(n >> 6), 0), 1u);
-    if (n == 0u) rx_edit_set(ivec3(0, -500, 0), 60000u);
-    if (n == 1u) rx_edit_sphere(ivec3(0, -520, 0), 0.0, RX_EDIT_ADD, 1u);
-}
-";
-    let graph = r#"
-name = "many"
-present = "color"
-[params.wanted]
-type = "u32"
-default = 100
-range = [0, 100000]
-[buffers.edits]
-source = "world.edits"
-[buffers.world]
-source = "world.tree64"
-[targets.color]
-format = "rgba16f"
-[[passes]]
-name = "write"
-shader = "many.comp"
-dispatch = { threads = [100000, 1, 1] }
-bind = { edits = "edits" }
-push = { wanted = "param.wanted" }
-[[passes]]
-name = "see"
-shader = "examples/see_copy.comp"
-dispatch = { threads = "color" }
-bind = { world = "world", outColor = "color" }
-[passes.push]
-view_to_world = "camera.view_to_world"
-camera_cell = "camera.cell"
-camera_frac = "camera.frac"
-tan_half_fov = "camera.tan_half_fov"
-"#;
+    let shader = include_str!("fixtures/collected/many.comp");
+    let graph = include_str!("fixtures/collected/many.toml");
     let project = project(&[("shaders/many.comp", shader.to_owned()), ("graphs/many.toml", graph.to_owned())]);
     let options = options(project.path(), "graphs/many.toml", "worlds/menger.toml");
     let mut session = open(options.clone());

@@ -107,9 +107,7 @@ fn demo() -> (TestProject, raxel_runtime::Session) {
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
-    let demo = "world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 2.0\n\
-                [[camera]]\ntime = 0.0\nposition = [0.0, 0.0, 9.0]\n[[camera]]\ntime = 2.0\nposition = [2.0, 0.0, 9.0]\n\
-                [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
+    let demo = include_str!("fixtures/drive/drive.demo.toml");
     project.write("worlds/box.demo.toml", demo);
     let options = Options { step: Some(0.5), demo: Some("worlds/box.demo.toml".into()), ..project.options() };
     let session = TestProject::open_with(options);

@@ -12,25 +12,7 @@ use raxel_graph::checked::Value;
 use raxel_runtime::{FrameError, Options, Session};
 
 /// Shows its own param where a condition holds.
-const CONDITIONAL: &str = r#"
-name = "conditional"
-present = "color"
-[params.on]
-type = "bool"
-default = true
-[params.gain]
-type = "f32"
-default = 0.5
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "fill"
-shader = "gain.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-when = "param.on"
-push.gain = { type = "f32", from = "param.gain" }
-"#;
+const CONDITIONAL: &str = include_str!("fixtures/frame/conditional.toml");
 
 const GAIN: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -39,27 +21,7 @@ layout(push_constant) uniform PC { float gain; } pc;
 void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(pc.gain)); }
 ";
 
-const DEMO: &str = r#"
-world = "box.toml"
-graph = "conditional.toml"
-duration = 10.0
-[[camera]]
-time = 0.0
-position = [0.0, 0.0, 20.0]
-look_at = [0.0, 0.0, 0.0]
-[[camera]]
-time = 10.0
-position = [20.0, 0.0, 0.0]
-yaw = 30.0
-pitch = 0.0
-[tracks.gain]
-keys = [[0.0, 0.0], [10.0, 1.0]]
-[tracks.on]
-keys = [[0.0, true], [5.0, true]]
-[[show]]
-time = 0.0
-target = "color"
-"#;
+const DEMO: &str = include_str!("fixtures/frame/run.demo.toml");
 
 fn allocations(session: &mut Session) -> u64 {
     // The first frames may reserve what later ones use.

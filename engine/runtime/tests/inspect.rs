@@ -14,41 +14,7 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::{Observe, Options, Session};
 
 /// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
-const GRAPH: &str = r#"
-name = "steps"
-present = "color"
-[params.value]
-type = "f32"
-default = 0.25
-[targets.color]
-format = "rg32f"
-[targets.unseen]
-format = "rg32f"
-[buffers.numbers]
-size = { count = 8, stride = 4 }
-[[passes]]
-name = "first"
-shader = "write.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push.value = { type = "f32", from = "param.value" }
-[[passes]]
-name = "second"
-shader = "double.comp"
-dispatch = { threads = "color" }
-bind = { color = "color" }
-[[passes]]
-name = "number"
-shader = "number.comp"
-dispatch = { threads = "numbers" }
-bind = { numbers = "numbers" }
-[[passes]]
-name = "lost"
-shader = "write.comp"
-dispatch = { threads = "unseen" }
-bind = { outColor = "unseen" }
-push.value = { type = "f32", from = "param.value" }
-"#;
+const GRAPH: &str = include_str!("fixtures/inspect/steps.toml");
 
 const WRITE: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -13,49 +13,10 @@ use raxel_runtime::take::Ended;
 use raxel_runtime::{OpenError, Options, Session};
 
 /// Two targets of one microphone: the first is shown with a moving trace of the last frame.
-const GRAPH: &str = r#"
-name = "microphone"
-present = "color"
-
-[targets.sound]
-source = "input.microphone"
-
-[targets.exact]
-source = "input.microphone"
-format = "r32f"
-mips = 2
-
-[targets.color]
-format = "r32f"
-size = { of = "sound" }
-history = 1
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { sound = "sound", exact = "exact", before = "color@1", outColor = "color" }
-[passes.push]
-sticks = "input.gamepad_sticks"
-drag = "input.drag"
-buttons = "input.gamepad_buttons"
-"#;
+const GRAPH: &str = include_str!("fixtures/microphone/microphone.toml");
 
 /// Each texel of the sound, a little of what the last frame had, of the other target's mips, and of mouse and gamepad.
-const SHADER: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 2) in;
-layout(r32f) uniform writeonly image2D outColor;
-layout(r32f) uniform readonly image2D before;
-uniform sampler2D sound;
-uniform sampler2D exact;
-layout(push_constant) uniform PC { vec4 sticks; ivec4 drag; uint buttons; } pc;
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    float near = texelFetch(sound, at, 0).x + 0.125 * imageLoad(before, at).x;
-    float held = pc.sticks.x + pc.sticks.w + float(pc.drag.x + 3 * pc.drag.z) + float(pc.buttons);
-    imageStore(outColor, at, vec4(near + 1e-3 * texelFetch(exact, at / 2, 1).x + 1e-4 * held));
-}
-";
+const SHADER: &str = include_str!("fixtures/microphone/show.comp");
 
 /// Samples of a frame.
 const STEP: usize = 960;
@@ -306,7 +267,13 @@ fn a_file_is_heard_in_place_of_a_device() {
     assert_eq!((take.ended, take.sound), (Some(Ended::OtherSound), Some(samples[..STEP].to_vec())));
 }
 
-const DEMO: &str = "world = \"box.toml\"\ngraph = \"microphone.toml\"\nduration = 1.0\nsize = [512, 2]\n[inputs]\nmicrophone = \"../tone.wav\"\n";
+const DEMO: &str = r#"world = "box.toml"
+graph = "microphone.toml"
+duration = 1.0
+size = [512, 2]
+[inputs]
+microphone = "../tone.wav"
+"#;
 
 #[test]
 fn a_saved_sound_of_a_demo_is_taken_over() {

@@ -8,59 +8,7 @@ use raxel_graph::checked::Value;
 use raxel_runtime::{Observe, Options, Session};
 
 /// `color` is shown. It does not need `sum`, which adds up frames, `rare`, which only every third frame writes, or `copy`.
-const GRAPH: &str = r#"
-name = "numbers"
-present = "color"
-[params.value]
-type = "f32"
-default = 1.0
-[targets.color]
-format = "r32f"
-size = [4, 4]
-[targets.sum]
-format = "r32f"
-size = [4, 4]
-[targets.copy]
-format = "r32f"
-size = [4, 4]
-[targets.rare]
-format = "r32f"
-size = [4, 4]
-[targets.valid]
-format = "r32f"
-size = [4, 4]
-history = 2
-[[passes]]
-name = "color"
-shader = "set.comp"
-dispatch = [1, 1, 1]
-bind = { to = "color" }
-push = { value = "param.value" }
-[[passes]]
-name = "copy"
-shader = "copy.comp"
-dispatch = [1, 1, 1]
-bind = { from = "sum", to = "copy" }
-[[passes]]
-name = "sum"
-shader = "add.comp"
-dispatch = [1, 1, 1]
-bind = { to = "sum" }
-push = { value = "param.value" }
-[[passes]]
-name = "rare"
-shader = "set.comp"
-dispatch = [1, 1, 1]
-every = { frames = 3 }
-bind = { to = "rare" }
-push = { value = "frame.time" }
-[[passes]]
-name = "valid"
-shader = "told.comp"
-dispatch = [1, 1, 1]
-bind = { to = "valid" }
-push = { still = "frame.still", valid = "history.valid" }
-"#;
+const GRAPH: &str = include_str!("fixtures/observe/numbers.toml");
 
 const HEAD: &str = "#version 460\nlayout(local_size_x = 1) in;\n";
 

@@ -15,7 +15,7 @@ use raxel_runtime::{Options, Session};
 /// The shader that stores `pc.n` after it has run `body` with `at`, the invocation, and `n`.
 fn shader(body: &str) -> String {
     format!(
-        "#version 460
+        r"#version 460
 #include <raxel/print.glsl>
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform writeonly image2D outColor;
@@ -33,25 +33,7 @@ void main() {{
 /// The first line of `body` in a shader.
 const LINE: u32 = 10;
 
-const GRAPH: &str = r#"
-name = "printing"
-present = "color"
-
-[params.n]
-type = "u32"
-default = 0
-range = [0, 1000]
-
-[targets.color]
-format = "rgba32f"
-
-[[passes]]
-name = "print"
-shader = "print.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push = { n = "param.n" }
-"#;
+const GRAPH: &str = include_str!("fixtures/prints/print.toml");
 
 fn project(body: &str) -> TestProject {
     let project = TestProject::new();

@@ -115,7 +115,12 @@ fn passes_of_equal_modules_and_constants_share_a_pipeline() {
         )
     };
     let graph = |passes: &[String]| {
-        let head = "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nclear = [0.0, 0.0, 0.0, 0.0]\n";
+        let head = r#"name = "fill"
+present = "color"
+[targets.color]
+format = "rgba32f"
+clear = [0.0, 0.0, 0.0, 0.0]
+"#;
         format!("{head}{}", passes.concat())
     };
     let run = |passes: &[String]| {
@@ -168,23 +173,7 @@ void main() {{
         )
     };
     let whole = "color = imageLoad(sum, pixel) + pc.add; imageStore(sum, pixel, color);";
-    let graph = r#"
-name = "gather"
-present = "color"
-[params.add]
-type = "f32"
-default = 1.0
-[targets.color]
-format = "rgba32f"
-[targets.sum]
-format = "rgba32f"
-[[passes]]
-name = "gather"
-shader = "gather.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", sum = "sum" }
-push = { add = "param.add" }
-"#;
+    let graph = include_str!("fixtures/reload/gather.toml");
     let project = TestProject::new();
     project.write("graphs/gather.toml", graph);
     project.write("shaders/gather.comp", shader(whole));
@@ -354,38 +343,9 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     project::assert_silent(&session);
 }
 
-const FOLLOWS_GRAPH: &str = r#"
-name = "follows"
-present = "color"
-[targets.color]
-format = "rgba32f"
-history = 1
-[targets.cells]
-format = "r32ui"
-size = { of = "world", scale = 0.5 }
-init = 0
-[[passes]]
-name = "follow"
-shader = "follow.comp"
-dispatch = { threads = "color" }
-bind = { before = "color@1", after = "color", cells = "cells" }
-push = { extent = "target.cells.size", red = "material.red" }
-"#;
+const FOLLOWS_GRAPH: &str = include_str!("fixtures/reload/follows.toml");
 
-const FOLLOW_SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D after;
-layout(r32ui) uniform uimage3D cells;
-layout(push_constant) uniform PC { ivec3 extent; uint red; } pc;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    float frames = imageLoad(before, pixel).x + 1.0;
-    float seen = float(imageLoad(cells, ivec3(0)).x);
-    imageStore(after, pixel, vec4(frames, float(pc.extent.x * imageSize(cells).z), float(pc.red), seen));
-    if (pixel == ivec2(0)) imageStore(cells, ivec3(0), uvec4(7));
-}
-";
+const FOLLOW_SHADER: &str = include_str!("fixtures/reload/follow.comp");
 
 /// An edit of the world resizes what follows its bounds, which starts again, and renumbers its materials; all else stays.
 #[test]

@@ -9,25 +9,10 @@ use project::{TestProject, assert_silent, write_wav};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
-const GRAPH: &str = r#"
-name = "sound"
-present = "color"
-
-[targets.sound]
-source = "file.tone.wav"
-
-[targets.color]
-format = "r32f"
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { sound = "sound", outColor = "color" }
-"#;
+const GRAPH: &str = include_str!("fixtures/sound/sound.toml");
 
 /// Each texel of the sound, as the sampler gives it.
-const SHADER: &str = "#version 460
+const SHADER: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f) uniform writeonly image2D outColor;
 uniform sampler2D sound;

@@ -12,39 +12,9 @@ use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
-const GRAPH: &str = r#"
-name = "video"
-present = "color"
+const GRAPH: &str = include_str!("fixtures/video/video.toml");
 
-[params.add]
-type = "f32"
-default = 0.0
-range = [0.0, 1.0]
-
-[targets.clip]
-source = "file.clip.mkv"
-
-[targets.color]
-format = "rgba8"
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { clip = "clip", outColor = "color" }
-push = { add = "param.add" }
-"#;
-
-const SHADER: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba8) uniform writeonly image2D outColor;
-uniform sampler2D clip;
-layout(push_constant) uniform PC { float add; } pc;
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, at, texelFetch(clip, at % textureSize(clip, 0), 0) + vec4(0, pc.add, 0, 0));
-}
-";
+const SHADER: &str = include_str!("fixtures/video/show.comp");
 
 /// Writes a video without loss: a frame of one colour for each number, ten a second.
 fn write_clip(path: &Path, reds: &[u8]) {

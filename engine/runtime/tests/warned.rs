@@ -11,54 +11,9 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Options, Session};
 
 /// Counts `param.lost` in the second word, and one less in the third: nothing is stored where that is 0.
-const SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-layout(std430) buffer Counts { uint counts[]; };
-layout(push_constant) uniform PC { uint lost; } pc;
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(pc.lost));
-    if (gl_GlobalInvocationID.y != 0u) return;
-    if (i < pc.lost) atomicAdd(counts[1], 1u);
-    if (i + 1u < pc.lost) atomicAdd(counts[2], 1u);
-}
-";
+const SHADER: &str = include_str!("fixtures/warned/counting.comp");
 
-const GRAPH: &str = r#"
-name = "counting"
-present = "color"
-
-[params.lost]
-type = "u32"
-default = 0
-range = [0, 16]
-
-[targets.color]
-format = "rgba32f"
-
-[buffers.counts]
-size = { of = "color", stride = 4 }
-clear = 0
-
-[[buffers.counts.warnings]]
-offset = 4
-says = "pixels found no room"
-help = "make room"
-
-[[buffers.counts.warnings]]
-offset = 8
-says = "more than one found none"
-
-[[passes]]
-name = "count"
-shader = "counting.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", Counts = "counts" }
-
-[passes.push]
-lost = "param.lost"
-"#;
+const GRAPH: &str = include_str!("fixtures/warned/counting.toml");
 
 fn project() -> TestProject {
     let project = TestProject::new();

@@ -191,9 +191,10 @@ fn terrain_has_layers_bands_and_water() {
     let range = heights.values().max().expect("land") - heights.values().min().expect("land");
     assert!(range > 20, "hills of {range} voxels");
     let text = format!(
-        "{TERRAIN}\nlayers = [{{ material = \"a\", depth = 2 }}, {{ material = \"b\", depth = 3 }}, {{ material = \"c\" }}]\n\
-         bands = [{{ material = \"c\", above = 24, depth = 3 }}, {{ material = \"b\", below = 20, slope = 2 }}]\n\
-         water = {{ material = \"b\", level = 15 }}"
+        r#"{TERRAIN}
+layers = [{{ material = "a", depth = 2 }}, {{ material = "b", depth = 3 }}, {{ material = "c" }}]
+bands = [{{ material = "c", above = 24, depth = 3 }}, {{ material = "b", below = 20, slope = 2 }}]
+water = {{ material = "b", level = 15 }}"#
     );
     // Bands look at neighbours beyond the edge, which the reference does not know.
     let inside = |x: i64, z: i64| (-29..44).contains(&x) && (41..89).contains(&z);
@@ -294,8 +295,18 @@ fn models_turn_about_their_anchor() {
 
 #[test]
 fn scattered_models_stand_on_their_ground_and_apart() {
-    let ground = "[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [-100, 0, -100]\nmax = [100, 4, 100]\n\
-        [[build]]\nop = \"box\"\nmode = \"paint\"\nmaterial = \"b\"\nmin = [0, 0, -100]\nmax = [100, 4, 100]\n";
+    let ground = r#"[[build]]
+op = "box"
+material = "a"
+min = [-100, 0, -100]
+max = [100, 4, 100]
+[[build]]
+op = "box"
+mode = "paint"
+material = "b"
+min = [0, 0, -100]
+max = [100, 4, 100]
+"#;
     let scatter = "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\nmin = [-90, -90]\nmax = [90, 90]\ncount = 40\non = \"b\"\nmin_spacing = 14\nrotate = false\nanchor = \"origin\"";
     let world = build(&format!("{ground}{scatter}"));
     let plain = build(ground);
@@ -333,10 +344,26 @@ fn the_corners_of_the_world_can_be_built_on() {
 fn threads_make_no_difference() {
     let terrain = TERRAIN.replace("min = [-30, 40]\nmax = [45, 90]", "min = [-150, -150]\nsize = [300, 300]");
     let text = format!(
-        "{terrain}\nlayers = [{{ material = \"a\", depth = 2 }}, {{ material = \"b\" }}]\n\
-        [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncenter = [0, 0]\nsize = [280, 280]\ndensity = 0.002\n\
-        [[build]]\nop = \"sphere\"\nmode = \"subtract\"\ncenter = [0.0, 10.0, 0.0]\nradius = 60.0\n\
-        [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncenter = [0, 0]\nsize = [280, 280]\ncount = 20\non = [\"a\", \"b\"]"
+        r#"{terrain}
+layers = [{{ material = "a", depth = 2 }}, {{ material = "b" }}]
+[[build]]
+op = "scatter"
+model = "arrow"
+center = [0, 0]
+size = [280, 280]
+density = 0.002
+[[build]]
+op = "sphere"
+mode = "subtract"
+center = [0.0, 10.0, 0.0]
+radius = 60.0
+[[build]]
+op = "scatter"
+model = "arrow"
+center = [0, 0]
+size = [280, 280]
+count = 20
+on = ["a", "b"]"#
     );
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
