@@ -71,8 +71,8 @@ echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456
 echo 'test plan::tests::orders ... FAILED'
 echo 'test plan::tests::aliases ... ok'
 echo 'error: test failed, to rerun pass `-p raxel-graph --lib`' >&2
-echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2
-echo 'test help ... ok'
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo 'test words::help ... ok'
 echo '     Running tests/hang.rs (target/checked/deps/hang-0123456789abcdef)' >&2
 echo 'error: test failed, to rerun pass `-p raxel-runtime --test hang`' >&2
 echo '   Doc-tests raxel' >&2
@@ -97,9 +97,9 @@ fn what_failed_is_run_again_and_nothing_else() {
         "cargo",
         r#"echo "cargo $*" >>calls
 [ "$1" = test ] || exit 0
-echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
 echo 'error: could not compile `of_a_test` (lib)' >&2
-echo 'test help ... FAILED'
+echo 'test words::help ... FAILED'
 echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2
 exit 101"#,
     );
@@ -112,7 +112,7 @@ exit 101"#,
     let once_more = "cargo test --profile checked --no-fail-fast -p raxel --test cli\n";
     let (code, said, calls) = run(&["test", "--again"]);
     assert_eq!((code, calls.as_str()), (Some(1), once_more), "{said}");
-    assert!(said.contains("    tests/cli.rs: help\n"), "{said}");
+    assert!(said.contains("    tests/cli/main.rs: words::help\n"), "{said}");
     // A test may compile what is wrong.
     assert!(!said.contains("    could not compile"), "{said}");
 
@@ -151,12 +151,15 @@ fn parts_have_names_and_say_how_long_they_took() {
         r"[ $1 = test ] || exit 0
 echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2
 echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 2.11s'
-echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
 echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 120.49s'",
     );
     let (_, said) = run(&["test"]);
     let (_, longest) = said.split_once("raxel: these tests took longest:\n").expect("a list");
-    assert!(longest.starts_with("     120.5 s  tests/cli.rs\n       2.1 s  unit tests of raxel_graph\n"), "{longest}");
+    assert!(
+        longest.starts_with("     120.5 s  tests/cli/main.rs\n       2.1 s  unit tests of raxel_graph\n"),
+        "{longest}"
+    );
 }
 
 #[test]
