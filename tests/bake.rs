@@ -7,7 +7,7 @@ mod common;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{Project, Run, files, output, repository};
+use common::{Project, Run, RunRaxel, files, output, repository};
 
 const ISLE: [&str; 5] = ["world", "bake", "worlds/baked/isle.toml", "--edge", "128"];
 /// A part of the endless world, in 8 shards of voxels and as many of cells as it takes.

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, RunRaxel};
 use raxel::layouts::Layout;
 use raxel::rivals;
 use raxel::{Options, Session};

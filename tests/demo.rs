@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Project, Run};
+use common::{Project, Run, RunRaxel};
 
 /// A graph that shows the number of frames since it began, and the position of the camera.
 const GRAPH: &str = include_str!("fixtures/demo/count.toml");

@@ -7,7 +7,7 @@ mod common;
 use std::fs;
 use std::time::{Duration, SystemTime};
 
-use common::{FullDisk, Project, Run, command, output};
+use common::{FullDisk, Project, Run, RunRaxel, command, output};
 
 /// The verbs that write, and the path that the message names.
 const WRITERS: &[(&[&str], &str)] = &[

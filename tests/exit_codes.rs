@@ -4,7 +4,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::{Project, Run, Running, command, output, raxel, repository};
+use common::{Project, Run, RunRaxel, Running, command, output, raxel, repository};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];

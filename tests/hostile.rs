@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, RunRaxel};
 
 /// A graph of two passes: `far` writes shared memory far outside of its array, `color` is red from left to right.
 fn shared_out_of_bounds(project: &Project) {

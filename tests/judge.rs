@@ -6,7 +6,7 @@ mod common;
 #[path = "light/scenes.rs"]
 mod scenes;
 
-use common::{Project, Run};
+use common::{Project, Run, RunRaxel};
 use raxel::measure::light::{Bench, CameraMotion, Effort, Epsilon, Motion, REFERENCE, Scene};
 use scenes::{cuboid, effort, scene, world};
 use serde_json::Value;

@@ -9,7 +9,7 @@ mod scenes;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use common::Project;
+use common::{Project, RunRaxel};
 use raxel::measure::light::{Bench, Effort, REFERENCE};
 use raxel::{Options, Session, Validation, Value};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};

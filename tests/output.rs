@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{FullDisk, Project, Run, Running, command, output, raxel};
+use common::{FullDisk, Project, Run, RunRaxel, Running, command, output, raxel};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];

@@ -6,7 +6,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Project, Run, command, output, raxel, raxel_in};
+use common::{Project, Run, RunRaxel, command, output, raxel, raxel_in};
 
 /// A quick picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];

@@ -15,7 +15,7 @@ use std::process::{ChildStdin, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, Running, command, repository};
+use common::{Display, Project, RunRaxel, Running, command, repository};
 use serde_json::{Value, json};
 
 /// The demo, which runs two graphs in turn. The test looks at its first frame.

@@ -8,7 +8,7 @@ mod lamps;
 
 use std::path::PathBuf;
 
-use common::{Display, Project, Run, command, output};
+use common::{Display, Project, Run, RunRaxel, command, output};
 use glam::IVec3;
 use raxel::layouts::Layout;
 use raxel::oracle::Oracle;

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Project, Run, before_vulkan, command, output, raxel};
+use common::{Project, Run, RunRaxel, before_vulkan, command, output, raxel};
 use serde_json::Value;
 
 /// A slice: name, start and end in microseconds.

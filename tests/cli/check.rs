@@ -1,6 +1,6 @@
 //! `raxel check`: mistakes are found with their places, and nothing else is done.
 
-use crate::common::{Project, raxel};
+use crate::common::{Project, RunRaxel, raxel};
 
 #[test]
 fn a_shader_is_no_graph_and_that_is_said_once() {

@@ -1,6 +1,6 @@
 //! Plans, schemas and shaders are printed.
 
-use crate::common::{Project, raxel};
+use crate::common::{Project, RunRaxel, raxel};
 
 #[test]
 fn plans_are_printed_in_every_form() {

@@ -1,6 +1,6 @@
 //! Projects are made, listed, filled and cleaned.
 
-use crate::common::{Project, raxel, raxel_in};
+use crate::common::{Project, RunRaxel, raxel, raxel_in};
 
 #[test]
 fn a_new_project_checks_and_a_full_folder_is_refused() {

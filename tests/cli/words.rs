@@ -1,6 +1,6 @@
 //! Help, completions, and words that are wrong, moved or explained.
 
-use crate::common::{Project, Run, output, raxel};
+use crate::common::{Project, Run, RunRaxel, output, raxel};
 
 #[test]
 fn help_version_and_wrong_use() {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::SCENE;
-use crate::common::{Display, Project, Talk, command, eventually, repository};
+use crate::common::{Display, Project, RunRaxel, Talk, command, eventually, repository};
 
 #[test]
 fn the_world_is_edited_and_edits_are_undone() {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::eventually;
+use crate::common::{RunRaxel, eventually};
 use crate::{Runs, SCENE, Stage};
 
 #[test]

@@ -6,7 +6,7 @@ use raxel::measure::light::{Bench, Effort, Scene};
 use raxel::world::{World, vox};
 use raxel::{Session, Value};
 
-use crate::common::{Project, repository};
+use crate::common::{Project, RunRaxel, repository};
 use crate::scenes::{DARK, cuboid, effort, frames, open, scene, world};
 use crate::{luminance, room};
 

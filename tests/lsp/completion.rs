@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::common::Project;
+use crate::common::{Project, RunRaxel};
 use crate::{Editor, NOTES, address, notes, place_of};
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::common::Project;
+use crate::common::{Project, RunRaxel};
 use crate::{Editor, NOTE, NOTES, address, byte_at, edits_in, notes};
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::common::{Display, Project, Run, Running, before_vulkan, command, eventually, output, repository};
+use crate::common::{Display, Project, Run, RunRaxel, Running, before_vulkan, command, eventually, output, repository};
 use crate::{log, press, press_button, rendered};
 
 #[test]

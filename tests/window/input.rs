@@ -3,7 +3,7 @@
 use std::fs;
 use std::time::Duration;
 
-use crate::common::{Display, Project, Running, command, eventually};
+use crate::common::{Display, Project, RunRaxel, Running, command, eventually};
 use crate::{log, press, press_button, rendered};
 
 #[test]

@@ -14,7 +14,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, Running, command, eventually};
+use common::{Display, Project, RunRaxel, Running, command, eventually};
 
 /// Presses a key, and again when nothing came of it: a busy machine may lose one while the window takes the focus.
 #[track_caller]

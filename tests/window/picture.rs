@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use crate::common::{Display, Project, Running, command, eventually};
+use crate::common::{Display, Project, RunRaxel, Running, command, eventually};
 use crate::{BARE, Bare, press};
 
 #[test]

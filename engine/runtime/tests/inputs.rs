@@ -6,7 +6,7 @@ mod project;
 
 use std::path::Path;
 
-use project::{TestProject, assert_silent, box_world};
+use project::{Project, Sessions, assert_silent, box_world};
 use raxel_edit::{Brush, Operation};
 use raxel_execute::PassOutcome;
 use raxel_graph::checked::Value;
@@ -20,18 +20,18 @@ const SHADER: &str = include_str!("fixtures/inputs/told.comp");
 
 const GRAPH: &str = include_str!("fixtures/inputs/told.toml");
 
-fn told_project() -> TestProject {
-    let project = TestProject::new();
+fn told_project() -> Project {
+    let project = Project::filled();
     project.write("graphs/told.toml", GRAPH);
     project.write("shaders/told.comp", SHADER);
     project.write("worlds/box.toml", box_world(4));
     project
 }
 
-fn open(project: &TestProject) -> Session {
+fn open(project: &Project) -> Session {
     let world = Some(Path::new("worlds/box.toml").to_owned());
     let graph = Some(Path::new("graphs/told.toml").to_owned());
-    TestProject::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
+    Project::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
 }
 
 /// The shader's inputs in one more frame: cursor and buttons, drag, wheel and time of day, keys.
@@ -120,7 +120,7 @@ fn an_input_that_no_pass_reads_disturbs_nothing() {
 /// A pass that reads keys runs again when they change, and not otherwise.
 #[test]
 fn a_key_wakes_the_passes_that_read_it() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write(
         "graphs/keys.toml",
         project::FILL_GRAPH
@@ -206,7 +206,7 @@ fn a_take_gives_the_same_bytes() {
     project.write("worlds/take.demo.toml", &take.text);
     let demo = || {
         let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
-        TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() })
+        Project::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() })
     };
     let mut again = demo();
     let of_demo = again.demo().unwrap();
@@ -246,7 +246,7 @@ fn a_take_ends_where_it_cannot_go_on() {
     assert_eq!(ended(&mut session, &|session| session.resize(8, 8)), (Some(Ended::OtherSize), 3.0));
     assert_eq!(ended(&mut session, &|session| session.seek(700.0)), (Some(Ended::Full), 3.0));
     // Without a world there is no demo.
-    let empty = TestProject::new();
+    let empty = Project::filled();
     assert_eq!(empty.open().record(), Err(TakeError::NoWorld));
 }
 
@@ -290,7 +290,7 @@ fn a_take_holds_edits() {
     session.stop_recording();
     project.write("worlds/take.demo.toml", &take.text);
     let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
-    let mut again = TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() });
+    let mut again = Project::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() });
     let shown: Vec<f32> = (0..10).map(|_| voxels(&mut again)).collect();
     assert_eq!(shown, seen, "{}", take.text);
     assert_silent(&again);

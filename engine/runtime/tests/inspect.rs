@@ -7,7 +7,7 @@ mod project;
 use std::sync::Arc;
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels, TracedTexel};
 use raxel_graph::checked::{Display, DisplayMap, Value};
 use raxel_runtime::debug_target::DebugTarget;
@@ -38,15 +38,15 @@ layout(std430) writeonly buffer Numbers { uint items[]; } numbers;
 void main() { numbers.items[gl_GlobalInvocationID.x] = 100u + gl_GlobalInvocationID.x; }
 ";
 
-fn open() -> (TestProject, Session) {
-    let project = TestProject::new();
+fn open() -> (Project, Session) {
+    let project = Project::filled();
     project.write("graphs/steps.toml", GRAPH);
     project.write("shaders/write.comp", WRITE);
     project.write("shaders/double.comp", DOUBLE);
     project.write("shaders/number.comp", NUMBER);
     let graph = Some("graphs/steps.toml".into());
     // As in a window: resources that are not shown are culled.
-    let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
+    let session = Project::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
 

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use glam::IVec3;
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_graph::checked::Value;
 use raxel_layouts::instances::{Frame, Pose, Rotation};
@@ -31,8 +31,8 @@ const GRAPH: &str = include_str!("fixtures/instances/instances.toml");
 const SHADER: &str = include_str!("fixtures/instances/trace.comp");
 
 /// A project with three models, and a world of random instances about `origin`.
-fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
-    let project = TestProject::new();
+fn project(origin: [i32; 3], seed: u64, instances: &str) -> Project {
+    let project = Project::filled();
     project.write("graphs/instances.toml", GRAPH.replace("\"RAYS\"", &RAYS.to_string()));
     project.write("shaders/trace.comp", SHADER);
     project.write("data/rays.bin", "\0".repeat(48));
@@ -124,11 +124,11 @@ fn bytes(rays: &[Ray]) -> Vec<u8> {
     words.flat_map(u32::to_le_bytes).collect()
 }
 
-fn open(project: &TestProject) -> Session {
-    TestProject::open_with(options(project))
+fn open(project: &Project) -> Session {
+    Project::open_with(options(project))
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options {
         graph: Some(PathBuf::from("graphs/instances.toml")),
         world: Some(PathBuf::from("worlds/test.toml")),
@@ -217,7 +217,7 @@ fn judge_some(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 
 }
 
 /// The world of a project as its file says it.
-fn load(project: &TestProject) -> Loaded {
+fn load(project: &Project) -> Loaded {
     let files = DiskFiles::new(&project.path("")).unwrap();
     let loaded = raxel_worldfile::load("worlds/test.toml", &files, &mut SourceMap::default());
     loaded.unwrap_or_else(|errors| panic!("{errors:#?}")).0
@@ -375,7 +375,7 @@ fn wanted(count: usize, seed: u64) -> (Vec<u8>, Vec<Pose>) {
 }
 
 /// A world of 60 instances whose first 48 a shader puts elsewhere, the file and the poses; and the graph's text without the pass.
-fn posed(seed: u64) -> (TestProject, Loaded, Vec<Pose>) {
+fn posed(seed: u64) -> (Project, Loaded, Vec<Pose>) {
     let project = project([0; 3], seed, &random_instances([0; 3], seed));
     let (bytes, poses) = wanted(48, seed + 100);
     fs::write(project.path("data/wanted.bin"), bytes).unwrap();
@@ -438,7 +438,7 @@ fn what_is_wrong_with_poses_of_shaders_is_said_once_and_left_out() {
     let rays = rays_for(&loaded, &away);
     fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
     // Without the memo the pass writes them in every frame.
-    let mut session = TestProject::open_with(Options { memo: false, ..options(&project) });
+    let mut session = Project::open_with(Options { memo: false, ..options(&project) });
     session.set_param("kind", Value::U32(1)).unwrap();
     let mut run = |wrong: u32| -> Vec<String> {
         session.set_param("wrong", Value::U32(wrong)).unwrap();
@@ -483,7 +483,7 @@ fn a_param_that_the_graph_lacks_is_named() {
 #[test]
 fn the_flock_flies() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         project: Some(root.clone()),
         graph: Some(root.join("graphs/examples/flock.toml")),
         world: Some(root.join("worlds/flock.toml")),

@@ -6,7 +6,7 @@ mod project;
 use std::path::Path;
 use std::time::Duration;
 
-use project::{TestProject, assert_silent, box_world, write_wav};
+use project::{Project, Sessions, assert_silent, box_world, write_wav};
 use raxel_runtime::inputs::Feed;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::take::Ended;
@@ -21,15 +21,15 @@ const SHADER: &str = include_str!("fixtures/microphone/show.comp");
 /// Samples of a frame.
 const STEP: usize = 960;
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/microphone.toml", GRAPH);
     project.write("shaders/show.comp", SHADER);
     project.write("worlds/box.toml", box_world(4));
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options {
         graph: Some("graphs/microphone.toml".into()),
         world: Some("worlds/box.toml".into()),
@@ -39,13 +39,8 @@ fn options(project: &TestProject) -> Options {
     }
 }
 
-fn open_demo(project: &TestProject, path: &str) -> Session {
-    TestProject::open_with(Options {
-        graph: None,
-        world: None,
-        demo: Some(Path::new(path).to_owned()),
-        ..options(project)
-    })
+fn open_demo(project: &Project, path: &str) -> Session {
+    Project::open_with(Options { graph: None, world: None, demo: Some(Path::new(path).to_owned()), ..options(project) })
 }
 
 fn bytes(session: &mut Session) -> Vec<u8> {
@@ -84,7 +79,7 @@ fn without_a_device_it_is_silent_and_runs_nothing() {
     project.write("graphs/microphone.toml", still);
     let still = SHADER.replace("layout(r32f) uniform readonly image2D before;\n", "");
     project.write("shaders/show.comp", still.replace(" + 0.125 * imageLoad(before, at).x", ""));
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     assert!(session.hears_microphone() && session.wants_capture());
     assert!(is_silent(&rows(&mut session)));
     let before = session.device().submitted();
@@ -101,7 +96,7 @@ fn without_a_device_it_is_silent_and_runs_nothing() {
 #[test]
 fn a_frame_hears_what_was_captured() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     let mut feed = session.microphone().line().feed(48_000, 1).unwrap();
     rows(&mut session);
     for frame in 0..20 {
@@ -160,7 +155,7 @@ fn play(session: &mut Session, feed: &mut Option<Feed>, frame: usize) {
 #[test]
 fn a_take_gives_the_same_bytes() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     // Samples before it are not part of it.
     let mut before = session.microphone().line().feed(48_000, 1).unwrap();
     for frame in 0..4 {
@@ -219,7 +214,7 @@ fn a_take_gives_the_same_bytes() {
 #[test]
 fn a_take_that_heard_nothing_has_no_sound() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     session.record().unwrap();
     bytes(&mut session);
     bytes(&mut session);
@@ -233,7 +228,7 @@ fn a_file_is_heard_in_place_of_a_device() {
     let project = project();
     let samples: Vec<i16> = (0..48_000).map(|at| (32_767.0 * tone(40, at)).round() as i16).collect();
     write_wav(&project.path("tone.wav"), &samples);
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     let mut feed = session.microphone().line().feed(48_000, 1).unwrap();
     session.give_sound(Some("tone.wav")).unwrap();
     assert!(!session.wants_capture());
@@ -281,7 +276,7 @@ fn a_saved_sound_of_a_demo_is_taken_over() {
     let level = |level: i16| write_wav(&project.path("tone.wav"), &vec![level; 48_000]);
     level(16_384);
     project.write("worlds/a.demo.toml", DEMO);
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         watch: true,
         graph: None,
         world: None,

@@ -3,7 +3,7 @@
 
 mod project;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_graph::checked::Value;
 use raxel_runtime::{Observe, Options, Session};
 
@@ -14,8 +14,8 @@ const HEAD: &str = "#version 460\nlayout(local_size_x = 1) in;\n";
 
 const NAMES: [&str; 5] = ["color", "copy", "sum", "rare", "valid"];
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     let push = "layout(push_constant) uniform Push { float value; };\n";
     let store = "layout(r32f) writeonly uniform image2D to;\n";
     project.write("graphs/numbers.toml", GRAPH);
@@ -47,9 +47,9 @@ fn project() -> TestProject {
     project
 }
 
-fn open(project: &TestProject, observe: Observe) -> Session {
+fn open(project: &Project, observe: Observe) -> Session {
     let graph = Some("graphs/numbers.toml".into());
-    TestProject::open_with(Options { graph, observe, step: Some(0.25), ..project.options() })
+    Project::open_with(Options { graph, observe, step: Some(0.25), ..project.options() })
 }
 
 fn read(session: &mut Session, name: &str) -> Result<f32, String> {
@@ -65,7 +65,7 @@ fn frame(session: &mut Session, frame: usize) {
 const FRAMES: usize = 24;
 
 /// The contents of every target after each frame, when everything can be read.
-fn all(project: &TestProject) -> Vec<Vec<f32>> {
+fn all(project: &Project) -> Vec<Vec<f32>> {
     let mut session = open(project, Observe::Everything);
     let mut frames = Vec::new();
     for number in 0..FRAMES {

@@ -7,7 +7,7 @@ mod project;
 use std::fs;
 use std::time::Duration;
 
-use project::{TestProject, red, red_after_frame, texel};
+use project::{Project, Sessions, red, red_after_frame, texel};
 use raxel_execute::WriteError;
 use raxel_layouts::Layout;
 use raxel_runtime::reload::ReloadEvent;
@@ -18,7 +18,7 @@ const BOX_WITHOUT_AN_EDGE: &str = include_str!("fixtures/sources/box.toml");
 
 #[test]
 fn a_world_that_is_written_in_part_shows_in_the_next_frame() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", BOX_WITHOUT_AN_EDGE);
@@ -82,8 +82,8 @@ fn floats(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-fn files_project() -> TestProject {
-    let project = TestProject::new();
+fn files_project() -> Project {
+    let project = Project::filled();
     project.write("graphs/files.toml", FILES_GRAPH);
     project.write("shaders/half.comp", HALF);
     project.write("shaders/files.comp", FILES);
@@ -183,7 +183,7 @@ const COUNT_SOLID: &str = include_str!("fixtures/sources/count.comp");
 
 #[test]
 fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_again() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/copy.toml", COPY_GRAPH);
     project.write("shaders/dig.comp", DIG);
     project.write("shaders/count.comp", COUNT_SOLID);

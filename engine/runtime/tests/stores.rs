@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_bake::{BakePart, FolderStore, Plan, bake};
 use raxel_diagnostics::{DiskFiles, MemoryFiles, SourceMap};
 use raxel_edit::EditError;
@@ -260,7 +260,7 @@ fn every_answer_of_a_damaged_store_is_exact_or_names_a_chunk() {
 #[test]
 fn a_session_names_the_chunk_that_is_unavailable() {
     let baked = Baked::new(5, 64);
-    let project = TestProject::new();
+    let project = Project::filled();
     copy(&baked.objects(), &project.path("store"));
     project.write("worlds/land.toml", WORLD);
     let options = || Options {
@@ -274,7 +274,7 @@ fn a_session_names_the_chunk_that_is_unavailable() {
     let whole = fs::read(project.path("store").join(object)).unwrap();
     for cut in [0, whole.len() / 2, whole.len()] {
         fs::write(project.path("store").join(object), &whole[..cut]).unwrap();
-        let mut session: Session = TestProject::open_with(options());
+        let mut session: Session = Project::open_with(options());
         session.frame().unwrap();
         let mut camera = *session.camera();
         camera.place(glam::DVec3::new(30.0, 20.5, 30.0));

@@ -5,7 +5,7 @@ mod project;
 
 use std::collections::BTreeMap;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::Thumbnail;
 use raxel_runtime::{Observe, Options, Session};
 
@@ -21,14 +21,14 @@ void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), COLOR); }
 
 const COPY: &str = include_str!("fixtures/thumbnails/copy.comp");
 
-fn open() -> (TestProject, Session) {
-    let project = TestProject::new();
+fn open() -> (Project, Session) {
+    let project = Project::filled();
     project.write("graphs/thumbnails.toml", GRAPH);
     project.write("shaders/fill.comp", FILL);
     project.write("shaders/copy.comp", COPY);
     let graph = Some("graphs/thumbnails.toml".into());
     // As in a window: with memory that is shared.
-    let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
+    let session = Project::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
 

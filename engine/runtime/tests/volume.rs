@@ -6,7 +6,7 @@ mod project;
 
 use std::time::Duration;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
@@ -18,8 +18,8 @@ const SAMPLED: &str = include_str!("fixtures/volume/sampled.comp");
 /// Number of texels of mip 2 that are not empty, counted through a storage image.
 const STORED: &str = include_str!("fixtures/volume/stored.comp");
 
-fn volume(edge: u32) -> TestProject {
-    let project = TestProject::new();
+fn volume(edge: u32) -> Project {
+    let project = Project::filled();
     project.write("graphs/volume.toml", GRAPH);
     project.write("shaders/sampled.comp", SAMPLED);
     project.write("shaders/stored.comp", STORED);
@@ -27,9 +27,9 @@ fn volume(edge: u32) -> TestProject {
     project
 }
 
-fn open(project: &TestProject) -> Session {
+fn open(project: &Project) -> Session {
     let options = Options { graph: Some("graphs/volume.toml".into()), pinned: vec!["sum".into()], ..project.options() };
-    TestProject::open_with(options)
+    Project::open_with(options)
 }
 
 /// Integers of a slice.
@@ -81,13 +81,13 @@ fn passes_read_the_image_and_it_follows_its_world() {
 
 #[test]
 fn any_graph_can_have_its_world_so() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
     let options =
         Options { graph: Some("graphs/world.toml".into()), layout: Some(raxel_rivals::TEXTURE3D), ..project.options() };
-    let mut session = TestProject::open_with(options);
+    let mut session = Project::open_with(options);
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [64.0, 1.0, 0.0, 0.0]);
     assert_eq!(session.read_texels("world_voxels", 0, 0, 0).unwrap().width, 64);

@@ -5,7 +5,7 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Options, Session};
@@ -15,8 +15,8 @@ const SHADER: &str = include_str!("fixtures/warned/counting.comp");
 
 const GRAPH: &str = include_str!("fixtures/warned/counting.toml");
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/counting.toml", GRAPH);
     project.write("shaders/counting.comp", SHADER);
     project
@@ -36,7 +36,7 @@ fn a_count_is_said_once_until_it_has_gone() {
     let project = project();
     // Every frame counts, also one that nothing has changed in.
     let graph = Some("graphs/counting.toml".into());
-    let mut session = TestProject::open_with(Options { graph, memo: false, ..project.options() });
+    let mut session = Project::open_with(Options { graph, memo: false, ..project.options() });
     let none: [&str; 0] = [];
     assert_eq!(frame(&mut session, 0), none);
     assert_eq!(frame(&mut session, 1), ["RX0411: pixels found no room: 1"]);

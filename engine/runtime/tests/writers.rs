@@ -4,7 +4,7 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::{PassWrites, TracedTexel};
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
@@ -41,8 +41,8 @@ void main() {
 
 const RACE: &str = include_str!("fixtures/writers/race.comp");
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/writers.toml", GRAPH);
     let shaders =
         [("fill", FILL), ("again", AGAIN), ("level", LEVEL), ("deep", DEEP), ("third", THIRD), ("race", RACE)];
@@ -52,12 +52,12 @@ fn project() -> TestProject {
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options { graph: Some("graphs/writers.toml".into()), observe: Observe::Everything, ..project.options() }
 }
 
-fn open(project: &TestProject) -> Session {
-    TestProject::open_with(Options { record_writes: true, ..options(project) })
+fn open(project: &Project) -> Session {
+    Project::open_with(Options { record_writes: true, ..options(project) })
 }
 
 fn texel(target: &str, at: [u32; 2]) -> TracedTexel {
@@ -170,7 +170,7 @@ fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
     let project = project();
     let mut all = Vec::new();
     for record in [false, true] {
-        let mut session = TestProject::open_with(Options { record_writes: record, ..options(&project) });
+        let mut session = Project::open_with(Options { record_writes: record, ..options(&project) });
         session.pause(true);
         session.frame().unwrap();
         // Some passes run in every frame: they change contents that they read.
@@ -197,7 +197,7 @@ fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
 #[test]
 fn records_are_switched_while_it_runs() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     session.find_writers(Some(texel("color", [5, 5])));
     assert_eq!(frame(&mut session), []);
     for on in [true, false, true] {
@@ -213,5 +213,5 @@ fn records_are_switched_while_it_runs() {
     assert_eq!(frame(&mut session)[0].writes.len(), 1);
     session.find_writers(None);
     assert_eq!(frame(&mut session), []);
-    assert!(!TestProject::open_with(Options { watch: false, ..options(&project) }).record_writes(true));
+    assert!(!Project::open_with(Options { watch: false, ..options(&project) }).record_writes(true));
 }

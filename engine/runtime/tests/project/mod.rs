@@ -1,12 +1,11 @@
 //! A small project in a folder of its own.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-use std::ops::Deref;
 use std::path::Path;
 
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Session};
-use raxel_testing::Folder;
+pub use raxel_testing::Project;
 
 pub const FILL_GRAPH: &str = include_str!("../fixtures/project/fill.toml");
 
@@ -72,25 +71,34 @@ pub fn assert_silent(session: &Session) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-pub struct TestProject(Folder);
-
-impl Deref for TestProject {
-    type Target = Folder;
-
-    fn deref(&self) -> &Folder {
-        &self.0
+/// Sessions of a project.
+pub trait Sessions {
+    /// A project with the graph `fill`.
+    fn filled() -> Self;
+    fn options(&self) -> Options;
+    fn open_with(options: Options) -> Session {
+        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+    }
+    fn open(&self) -> Session {
+        self.open_graph("graphs/fill.toml")
+    }
+    fn open_graph(&self, graph: &str) -> Session {
+        Self::open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
+    }
+    fn open_demo(&self, demo: &str) -> Session {
+        Self::open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
     }
 }
 
-impl TestProject {
-    pub fn new() -> Self {
-        let project = Self(Folder::default());
+impl Sessions for Project {
+    fn filled() -> Self {
+        let project = Self::empty();
         project.write("graphs/fill.toml", FILL_GRAPH);
         project.write("shaders/fill.comp", fill("vec4(0.25)"));
         project
     }
 
-    pub fn options(&self) -> Options {
+    fn options(&self) -> Options {
         Options {
             project: Some(self.root().to_owned()),
             size: [16, 16],
@@ -98,22 +106,6 @@ impl TestProject {
             watch: true,
             ..Options::default()
         }
-    }
-
-    pub fn open_with(options: Options) -> Session {
-        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    pub fn open(&self) -> Session {
-        self.open_graph("graphs/fill.toml")
-    }
-
-    pub fn open_graph(&self, graph: &str) -> Session {
-        Self::open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
-    }
-
-    pub fn open_demo(&self, demo: &str) -> Session {
-        Self::open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
     }
 }
 
