@@ -67,8 +67,14 @@ fn checks_make_the_exit_code_and_point_at_their_lines() {
     let project = project();
     let run = project.raxel(&["test"]).exits(2);
     assert!(run.stderr.contains("no demo of the project checks anything"), "{}", run.stderr);
-    let check =
-        "[[check]]\nframe = 5\nreference = 'refs/a.png'\nflip = 0.001\n[[check]]\npass = 'add'\nbelow_ms = 60000.0\n";
+    let check = r"[[check]]
+frame = 5
+reference = 'refs/a.png'
+flip = 0.001
+[[check]]
+pass = 'add'
+below_ms = 60000.0
+";
     project.write("worlds/a.demo.toml", format!("{DEMO}{check}"));
     let run = project.raxel(&["test", "--format", "short"]).exits(1);
     assert!(run.stderr.contains("worlds/a.demo.toml:20:13: error[RX0421]"), "{}", run.stderr);
@@ -131,7 +137,15 @@ fn two_graphs() -> Project {
         .replace("ivec3 last; }", "ivec3 last; float tint; }")
         .replace("push.cell.x, push.last.x", "-push.cell.x, push.tint");
     project.write("graphs/other.toml", other).write("shaders/other.comp", shader);
-    let turns = "[[graphs]]\ntime = 0.5\ngraph = 'other.toml'\n[[graphs]]\ntime = 0.9\ngraph = 'count.toml'\n[tracks.tint]\nkeys = [[0.0, 0.0], [1.0, 2.0]]\n";
+    let turns = r"[[graphs]]
+time = 0.5
+graph = 'other.toml'
+[[graphs]]
+time = 0.9
+graph = 'count.toml'
+[tracks.tint]
+keys = [[0.0, 0.0], [1.0, 2.0]]
+";
     project.write("worlds/a.demo.toml", format!("{DEMO}{turns}"));
     project
 }

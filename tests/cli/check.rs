@@ -38,8 +38,14 @@ fn needs_that_many_devices_do_not_meet_are_warnings() {
     let run = project.raxel(&["check", "graphs/heavy.toml"]).exits(0);
     let warning = |message: &str, label: &str, note: &str| {
         format!(
-            "warning[RX0163]: {message}\n --> graphs/heavy.toml:8:8\n  |\n8 | name = \"heavy\"\n  |        ^^^^^^^ {label}\n  |\n{note}\
-             help: `raxel doctor --graph` compares the graph with a device\n"
+            r#"warning[RX0163]: {message}
+ --> graphs/heavy.toml:8:8
+  |
+8 | name = "heavy"
+  |        ^^^^^^^ {label}
+  |
+{note}help: `raxel doctor --graph` compares the graph with a device
+"#
         )
     };
     let limit = |name: &str| format!("  = note: the limit is `{name}`\n");

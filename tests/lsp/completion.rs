@@ -41,8 +41,17 @@ fn names_are_completed_and_explained() {
     // Of tables of several forms, those that are written.
     let demo = project.path("worlds/valley.demo.toml");
     editor.open(&demo, "");
-    let offered = editor
-        .offered(&demo, "[[edits]]\ntime = 1.0\nop = \"sphere\"\n|\nmode = \"subtract\"\n[[edits]]\nop = \"box\"\n");
+    let offered = editor.offered(
+        &demo,
+        r#"[[edits]]
+time = 1.0
+op = "sphere"
+|
+mode = "subtract"
+[[edits]]
+op = "box"
+"#,
+    );
     assert_eq!(offered, ["center", "material", "mode", "op", "radius", "time"]);
     // A demo can show the targets of its graph, and of the graph that this one extends.
     let show = "graph = \"beauty.toml\"\n[[show]]\ntime = 1.0\ntarget = \"|\"\n";

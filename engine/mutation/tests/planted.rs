@@ -74,8 +74,16 @@ fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
     let group = Group { name: "sums", folder: "sums", sources: &[""], tests: &[], stress: None };
     let none = Err("no fault of sums compiles".to_owned());
     // Without its second statement the loop borrows twice, and the compiler marks the second.
-    let halves = "pub fn count(mut all: &mut [u8]) -> usize {\n    let mut n = 0;\n    for _ in 0..4 {\n        \
-                  let (own, rest) = all.split_at_mut(1);\n        all = rest;\n        n += own.len();\n    }\n    n\n}\n";
+    let halves = r"pub fn count(mut all: &mut [u8]) -> usize {
+    let mut n = 0;
+    for _ in 0..4 {
+        let (own, rest) = all.split_at_mut(1);
+        all = rest;
+        n += own.len();
+    }
+    n
+}
+";
     for (text, right) in [
         ("pub fn sum(a: u32, b: u32) -> u32 {\n    a + b\n}\n", Ok((1, 0))),
         (halves, Ok((5, 1))),

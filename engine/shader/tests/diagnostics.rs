@@ -287,8 +287,14 @@ void main() {
 
 #[test]
 fn a_name_that_is_missing_is_told_once_and_another_beside_it_too() {
-    let text = "vec3 f(vec3 v) { return v; }\nvoid main() {\n    vec3 a = f(colr * 2.0) + f(lihgt);\n    \
-                a += f(colr);\n    int n = vec3(1.0);\n    a = mat2(1.0) * a * vec2(1.0);\n}\n";
+    let text = r"vec3 f(vec3 v) { return v; }
+void main() {
+    vec3 a = f(colr * 2.0) + f(lihgt);
+    a += f(colr);
+    int n = vec3(1.0);
+    a = mat2(1.0) * a * vec2(1.0);
+}
+";
     let told = said([("shaders/a.comp", body(text))]);
     let errors: Vec<&str> = told.lines().filter(|line| line.starts_with("error[")).collect();
     assert_eq!(errors.len(), 4, "{told}");

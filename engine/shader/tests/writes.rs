@@ -72,7 +72,7 @@ void main() { to[gl_LocalInvocationIndex] = imageLoad(from, ivec2(0)).r; }
 
 #[test]
 fn hlsl_is_recorded_too() {
-    let text = "RWTexture2D<float4> color : register(u0);
+    let text = r"RWTexture2D<float4> color : register(u0);
 RWTexture2D<uint> counts : register(u1);
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {

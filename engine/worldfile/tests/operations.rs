@@ -96,7 +96,14 @@ proptest! {
         let mut base = [x, 0.25, 1.5];
         base[axis] = foot as f64;
         let name = ["x", "y", "z"][axis];
-        let text = format!("[[build]]\nop = \"cylinder\"\nmaterial = \"c\"\naxis = \"{name}\"\nbase = {base:?}\nradius = {r:?}\ntop_radius = {top:?}\nheight = {height}");
+        let text = format!(r#"[[build]]
+op = "cylinder"
+material = "c"
+axis = "{name}"
+base = {base:?}
+radius = {r:?}
+top_radius = {top:?}
+height = {height}"#);
         assert_is(&text, |c| {
             let above = c[axis] - foot;
             if !(0..height).contains(&above) {
@@ -139,7 +146,15 @@ fn menger_sponges() {
 
 #[test]
 fn mazes_have_one_way_between_any_two_cells() {
-    let text = "[[build]]\nop = \"maze\"\nmaterial = \"a\"\ncells = [9, 7]\ncell = 3\nwall = 2\nheight = 5\norigin = [-20, 62, 3]\nseed = 4";
+    let text = r#"[[build]]
+op = "maze"
+material = "a"
+cells = [9, 7]
+cell = 3
+wall = 2
+height = 5
+origin = [-20, 62, 3]
+seed = 4"#;
     let world = build(text);
     let [width, height, depth] = world.bounds().expect("walls").size();
     assert_eq!([width, height, depth], [9 * 5 + 2, 5, 7 * 5 + 2]);
@@ -182,7 +197,14 @@ fn heights(terrain: &str) -> HashMap<(i64, i64), i64> {
     heights
 }
 
-const TERRAIN: &str = "[[build]]\nop = \"terrain\"\nmin = [-30, 40]\nmax = [45, 90]\nbase = -4.0\namplitude = 44.0\nfrequency = 0.03\nfloor = -20";
+const TERRAIN: &str = r#"[[build]]
+op = "terrain"
+min = [-30, 40]
+max = [45, 90]
+base = -4.0
+amplitude = 44.0
+frequency = 0.03
+floor = -20"#;
 
 #[test]
 fn terrain_has_layers_bands_and_water() {
@@ -307,7 +329,16 @@ material = "b"
 min = [0, 0, -100]
 max = [100, 4, 100]
 "#;
-    let scatter = "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\nmin = [-90, -90]\nmax = [90, 90]\ncount = 40\non = \"b\"\nmin_spacing = 14\nrotate = false\nanchor = \"origin\"";
+    let scatter = r#"[[build]]
+op = "scatter"
+model = "arrow"
+min = [-90, -90]
+max = [90, 90]
+count = 40
+on = "b"
+min_spacing = 14
+rotate = false
+anchor = "origin""#;
     let world = build(&format!("{ground}{scatter}"));
     let plain = build(ground);
     let whole = |world: &World| world.voxels().map(|(cell, m)| (cell.to_array(), m)).collect::<HashMap<_, _>>();

@@ -115,7 +115,14 @@ fn a_table_of_what_stands_still_is_made_once() {
 fn what_is_kept_stays_and_a_clear_of_it_is_no_work_for_a_still_frame() {
     let mut lab = Lab::new();
     let mut toml = "name = \"kept\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\n".to_owned();
-    toml += "[targets.canvas]\nformat = \"rgba32f\"\nkeep = true\n[targets.sheet]\nformat = \"rgba32f\"\nkeep = true\nclear = 3.0\n";
+    toml += r#"[targets.canvas]
+format = "rgba32f"
+keep = true
+[targets.sheet]
+format = "rgba32f"
+keep = true
+clear = 3.0
+"#;
     toml += &pass("paint", "half", "outColor = { target = \"canvas\", partial = true }", "\"frame.time\"");
     toml += &pass("sheet", "half", "outColor = { target = \"sheet\", partial = true }", "\"frame.delta\"");
     toml += &pass("show", "copy", "image = \"sheet\", outColor = \"color\"", "0.0");

@@ -129,7 +129,17 @@ fn mistakes() {
     let mut said = String::new();
     for (code, file, old, new) in cases {
         // A second pass over the same shader, in which everything is wrong in the same way.
-        let twice = GRAPH.replace("[[passes]]\nname = \"second\"", "[[passes]]\nname = \"again\"\nshader = \"first.comp\"\ndispatch = { threads = \"depth\" }\nbind = { outDepth = \"depth\" }\n\n[[passes]]\nname = \"second\"");
+        let twice = GRAPH.replace(
+            "[[passes]]\nname = \"second\"",
+            r#"[[passes]]
+name = "again"
+shader = "first.comp"
+dispatch = { threads = "depth" }
+bind = { outDepth = "depth" }
+
+[[passes]]
+name = "second""#,
+        );
         let mut project = project();
         project.put(PATH, &twice);
         let text = project.edit(file, old, new).rendered(PATH);
