@@ -312,7 +312,7 @@ fn edits_are_saved_and_come_back() {
             let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
             let found = |error: &Diagnostic| {
                 let place = &error.labels.first().expect("what the world's file says is at fault").span;
-                let file = std::fs::read_to_string(project.path(&*place.file)).unwrap();
+                let file = std::fs::read_to_string(project.path(&place.file)).unwrap();
                 format!("{} at {}", error.code, &file[place.range.clone()])
             };
             errors.map(found).collect()
