@@ -18,7 +18,7 @@ use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 pub const EDGE: u32 = 128;
 pub const LEVELS: u32 = 2;
 
-const LAND: &str = include_str!("../fixtures/land.toml");
+const LAND: &str = include_str!("../fixtures/common/land.toml");
 
 /// Land with caves, and a lamp.
 pub fn land() -> Arc<dyn ChunkProvider> {

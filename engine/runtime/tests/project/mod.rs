@@ -1,4 +1,4 @@
-//! A small project in a folder of its own.
+//! Sessions over small projects, and the files of these.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::path::Path;
