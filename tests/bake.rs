@@ -7,7 +7,7 @@ mod common;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{Project, Run, files, output, repository};
+use common::{Project, Run, RunRaxel, files, output, repository};
 
 const ISLE: [&str; 5] = ["world", "bake", "worlds/baked/isle.toml", "--edge", "128"];
 /// A part of the endless world, in 8 shards of voxels and as many of cells as it takes.
@@ -179,7 +179,14 @@ fn world_files_that_do_not_suit_their_store_are_told_why() {
     let project = from_store();
     let world = "worlds/baked/from_store.toml";
     let text = std::fs::read_to_string(project.path(world)).unwrap();
-    let build = "[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [4, 4, 4]\nmaterial = \"m\"\n[materials]\nm = { albedo = \"#ffffff\" }\n";
+    let build = r##"[[build]]
+op = "box"
+min = [0, 0, 0]
+size = [4, 4, 4]
+material = "m"
+[materials]
+m = { albedo = "#ffffff" }
+"##;
     for (changed, code) in [
         (text.replace("near   = 320", "near   = 192\nfar    = 400"), "RX0455"),
         (format!("{text}{build}"), "RX0456"),

@@ -4,48 +4,14 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, RunRaxel};
 use raxel::layouts::Layout;
 use raxel::rivals;
 use raxel::{Options, Session};
 use serde_json::Value;
 
 /// A ball, a sponge and a thin wall, seen from the outside and from within.
-const SMALL: &str = r##"
-[camera]
-position = [-20.25, 41.5, -31.75]
-look_at = [14, 10, 14]
-
-[cameras.outside]
-position = [70.0625, 60, 80]
-look_at = [14, 10, 14]
-fov = 40
-
-[cameras.within]
-position = [14.5, 29.5, 14.5]
-yaw = 33
-pitch = -40
-fov = 90
-
-[materials]
-a = { albedo = "#aa3311" }
-b = { albedo = "#11aa33" }
-
-[[build]]
-op = "menger"
-level = 3
-material = "a"
-[[build]]
-op = "sphere"
-center = [40, 20, 9]
-radius = 9.5
-material = "b"
-[[build]]
-op = "box"
-min = [-3, -4, 50]
-max = [60, 44, 51]
-material = ["a"]
-"##;
+const SMALL: &str = include_str!("fixtures/bench/small.toml");
 
 fn project() -> Project {
     let project = Project::shipped();
@@ -196,7 +162,7 @@ fn what_is_not_there_is_said_before_anything_is_measured() {
     let project = project();
     project.write("graphs/bench/broken.toml", "present = 3");
     std::fs::create_dir_all(project.path("taken/results.csv")).unwrap();
-    project.write("worlds/wide.toml", "[materials]\na = { albedo = \"#fff000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n[[build]]\nop = \"box\"\nmin = [70000, 0, 0]\nsize = [1, 1, 1]\nmaterial = \"a\"\n");
+    project.write("worlds/wide.toml", include_str!("fixtures/bench/wide.toml"));
     for (arguments, code, said) in [
         (&["first_hut"][..], 3, "did you mean `first_hit`?"),
         (&["--layouts", "tree46"], 2, "did you mean `tree64`?"),
@@ -257,10 +223,21 @@ fn what_is_wrong_with_a_graph_is_said_with_its_place_and_the_others_are_measured
 #[test]
 fn what_the_planner_refuses_is_said_with_its_place() {
     let project = project();
-    let wide = "\n[targets.wide]\nformat = \"r32f\"\nsize = [40000, 1]\n[[passes]]\nname = \"wide\"\nshader = \"wide.comp\"\n\
-                dispatch = { threads = \"wide\" }\nbind = { wide = \"wide\" }\n";
-    let shader = "#version 460\nlayout(local_size_x = 64) in;\nlayout(r32f) writeonly uniform image2D wide;\n\
-                  void main() { imageStore(wide, ivec2(gl_GlobalInvocationID.xy), vec4(1.0)); }\n";
+    let wide = r#"
+[targets.wide]
+format = "r32f"
+size = [40000, 1]
+[[passes]]
+name = "wide"
+shader = "wide.comp"
+dispatch = { threads = "wide" }
+bind = { wide = "wide" }
+"#;
+    let shader = r"#version 460
+layout(local_size_x = 64) in;
+layout(r32f) writeonly uniform image2D wide;
+void main() { imageStore(wide, ivec2(gl_GlobalInvocationID.xy), vec4(1.0)); }
+";
     let graph = format!("name = \"wide\"\npresent = \"wide\"\n{wide}");
     project.write("graphs/bench/wide.toml", graph).write("shaders/wide.comp", shader);
     let run = bench(&project, &["wide", "first_hit", "--layouts=own"], 0);

@@ -8,34 +8,9 @@ use raxel_oracle::camera::Pinhole;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::{Options, Session};
 
-const GRAPH: &str = r#"
-name = "rays"
-present = "direction"
-[targets.direction]
-format = "rgba32ui"
-[[passes]]
-name = "rays"
-shader = "rays.comp"
-dispatch = { threads = "direction" }
-bind = { outDirection = "direction" }
-[passes.push]
-view_to_world = { type = "mat4", from = "camera.view_to_world" }
-tan_half_fov = { type = "vec2", from = "camera.tan_half_fov" }
-"#;
+const GRAPH: &str = include_str!("fixtures/camera/rays.toml");
 
-const SHADER: &str = r"
-#version 460
-#include <raxel/camera.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32ui) uniform writeonly uimage2D outDirection;
-layout(push_constant) uniform Push { mat4 view_to_world; vec2 tan_half_fov; } push;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outDirection);
-    if (any(greaterThanEqual(pixel, size))) return;
-    RxRay ray = rx_camera_ray(ivec3(0), vec3(0.0), push.view_to_world, push.tan_half_fov, pixel, size);
-    imageStore(outDirection, pixel, uvec4(floatBitsToUint(ray.dir), 0u));
-}
-";
+const SHADER: &str = include_str!("fixtures/camera/rays.comp");
 
 #[test]
 fn a_device_and_the_oracle_make_the_same_rays() {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Project, raxel};
+use common::{Project, RunRaxel, raxel};
 use image::{Rgb, RgbImage};
 
 /// A picture with a grey square, whose grey is given.

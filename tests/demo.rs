@@ -2,26 +2,25 @@
 
 mod common;
 
-use common::{Project, Run};
+use common::{Project, Run, RunRaxel};
 
 /// A graph that shows the number of frames since it began, and the position of the camera.
-const GRAPH: &str = "name = 'count'\npresent = 'sum'\n[targets.sum]\nformat = 'rgba16f'\nhistory = 1\n[[passes]]\nname = 'add'\n\
-                     shader = 'add.comp'\ndispatch = { threads = 'sum' }\nbind = { before = 'sum@1', after = 'sum' }\n[passes.push]\n\
-                     cell = { type = 'ivec3', from = 'camera.cell' }\nlast = { type = 'ivec3', from = 'camera.previous.cell' }\n";
+const GRAPH: &str = include_str!("fixtures/demo/count.toml");
 
-const SHADER: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(rgba16f) readonly uniform image2D before;\n\
-                      layout(rgba16f) writeonly uniform image2D after;\nlayout(push_constant) uniform Push { ivec3 cell; ivec3 last; } push;\n\
-                      void main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n    if (any(greaterThanEqual(p, imageSize(after)))) return;\n\
-                      vec4 sum = imageLoad(before, p);\n    imageStore(after, p, vec4(sum.r + 1.0, push.cell.x, push.last.x, 1.0));\n}\n";
+const SHADER: &str = include_str!("fixtures/demo/count.comp");
 
-const DEMO: &str = "world = 'empty.toml'\ngraph = 'count.toml'\nduration = 2.0\nfps = 10\nsize = [16, 8]\n\
-                    [[camera]]\ntime = 0.0\nposition = [0.5, 0.5, 0.5]\ninterpolation = 'linear'\n\
-                    [[camera]]\ntime = 1.0\nposition = [10.5, 0.5, 0.5]\ncut = true\ninterpolation = 'linear'\n\
-                    [[camera]]\ntime = 2.0\nposition = [20.5, 0.5, 0.5]\n";
+const DEMO: &str = include_str!("fixtures/demo/count.demo.toml");
 
 fn project() -> Project {
     let project = Project::empty();
-    let world = "[materials]\nstone = { albedo = '#808080' }\n[[build]]\nop = 'box'\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = 'stone'\n";
+    let world = r"[materials]
+stone = { albedo = '#808080' }
+[[build]]
+op = 'box'
+min = [0, 0, 0]
+max = [1, 1, 1]
+material = 'stone'
+";
     project.write("graphs/count.toml", GRAPH).write("shaders/add.comp", SHADER);
     project.write("worlds/empty.toml", world).write("worlds/a.demo.toml", DEMO);
     project
@@ -68,8 +67,14 @@ fn checks_make_the_exit_code_and_point_at_their_lines() {
     let project = project();
     let run = project.raxel(&["test"]).exits(2);
     assert!(run.stderr.contains("no demo of the project checks anything"), "{}", run.stderr);
-    let check =
-        "[[check]]\nframe = 5\nreference = 'refs/a.png'\nflip = 0.001\n[[check]]\npass = 'add'\nbelow_ms = 60000.0\n";
+    let check = r"[[check]]
+frame = 5
+reference = 'refs/a.png'
+flip = 0.001
+[[check]]
+pass = 'add'
+below_ms = 60000.0
+";
     project.write("worlds/a.demo.toml", format!("{DEMO}{check}"));
     let run = project.raxel(&["test", "--format", "short"]).exits(1);
     assert!(run.stderr.contains("worlds/a.demo.toml:20:13: error[RX0421]"), "{}", run.stderr);
@@ -132,7 +137,15 @@ fn two_graphs() -> Project {
         .replace("ivec3 last; }", "ivec3 last; float tint; }")
         .replace("push.cell.x, push.last.x", "-push.cell.x, push.tint");
     project.write("graphs/other.toml", other).write("shaders/other.comp", shader);
-    let turns = "[[graphs]]\ntime = 0.5\ngraph = 'other.toml'\n[[graphs]]\ntime = 0.9\ngraph = 'count.toml'\n[tracks.tint]\nkeys = [[0.0, 0.0], [1.0, 2.0]]\n";
+    let turns = r"[[graphs]]
+time = 0.5
+graph = 'other.toml'
+[[graphs]]
+time = 0.9
+graph = 'count.toml'
+[tracks.tint]
+keys = [[0.0, 0.0], [1.0, 2.0]]
+";
     project.write("worlds/a.demo.toml", format!("{DEMO}{turns}"));
     project
 }
@@ -161,8 +174,18 @@ fn graphs_take_turns_in_films_parts_and_tests() {
     }
 
     // Passes of both graphs are timed, each in its own frames, and checks find them.
-    let checks = "[[check]]\npass = 'add'\nbelow_ms = 60000.0\n[[check]]\npass = 'sub'\nbelow_ms = 60000.0\n\
-                  [[check]]\nframe = 6\ntarget = 'sum'\nreference = 'refs/b.png'\nflip = 0.0\n";
+    let checks = r"[[check]]
+pass = 'add'
+below_ms = 60000.0
+[[check]]
+pass = 'sub'
+below_ms = 60000.0
+[[check]]
+frame = 6
+target = 'sum'
+reference = 'refs/b.png'
+flip = 0.0
+";
     let text = std::fs::read_to_string(project.path("worlds/a.demo.toml")).unwrap();
     project.write("worlds/a.demo.toml", text + checks);
     project.raxel(&["test", "--write"]).exits(0);

@@ -188,32 +188,8 @@ fn a_window_opens_on_a_device_of_vulkan_1_2_and_says_why_it_does_not_on_others()
 }
 
 /// A pass whose module has its needs in the text: a type, the size of the workgroup by constants, and shared memory.
-const PLANTED_GRAPH: &str = r#"
-name = "planted"
-present = "color"
-[targets.color]
-format = "rgba8"
-[[passes]]
-name = "plant"
-shader = "plant.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-specialization = { THREADS = 512, LENGTH = 6000 }
-"#;
-const PLANTED_SHADER: &str = "#version 460
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-layout(local_size_x_id = 0) in;
-layout(constant_id = 0) const uint THREADS = 64;
-layout(constant_id = 1) const uint LENGTH = 4;
-layout(rgba8) uniform writeonly image2D outColor;
-shared uint all[LENGTH];
-void main() {
-    uint64_t wide = uint64_t(gl_GlobalInvocationID.x) << 40;
-    all[gl_LocalInvocationIndex % LENGTH] = uint(wide >> 40);
-    barrier();
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(all[0]));
-}
-";
+const PLANTED_GRAPH: &str = include_str!("fixtures/devices/planted.toml");
+const PLANTED_SHADER: &str = include_str!("fixtures/devices/planted.comp");
 
 /// A device that claims more than it has, so that raxel asks for it: each request ends the program, with its name.
 #[test]

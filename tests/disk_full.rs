@@ -7,7 +7,7 @@ mod common;
 use std::fs;
 use std::time::{Duration, SystemTime};
 
-use common::{FullDisk, Project, Run, command, output};
+use common::{FullDisk, Project, Run, RunRaxel, command, output};
 
 /// The verbs that write, and the path that the message names.
 const WRITERS: &[(&[&str], &str)] = &[
@@ -25,20 +25,26 @@ const WRITERS: &[(&[&str], &str)] = &[
 
 fn project() -> Project {
     let project = Project::empty();
-    project.write(
-        "graphs/fill.toml",
-        "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\n[[passes]]\nname = \"fill\"\n\
-         shader = \"fill.comp\"\ndispatch = { threads = \"color\" }\nbind = { dst = \"color\" }\n",
-    );
+    project.write("graphs/fill.toml", include_str!("fixtures/disk_full/fill.toml"));
     project.write(
         "shaders/fill.comp",
-        "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(rgba32f) uniform writeonly image2D dst;\n\
-         void main() { imageStore(dst, ivec2(gl_GlobalInvocationID.xy), vec4(0.25)); }\n",
+        r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D dst;
+void main() { imageStore(dst, ivec2(gl_GlobalInvocationID.xy), vec4(0.25)); }
+",
     );
     project.write(
         "worlds/box.toml",
-        "name = \"box\"\n[materials]\nred = { albedo = \"#ff0000\" }\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\n\
-         max = [4, 4, 4]\nmaterial = \"red\"\n",
+        r##"name = "box"
+[materials]
+red = { albedo = "#ff0000" }
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [4, 4, 4]
+material = "red"
+"##,
     );
     project.write("raxel.toml", "graph = \"fill.toml\"\nworld = \"box.toml\"\nsize = [32, 32]\n");
     project

@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use common::{Project, markdown, repository};
+use common::{Project, RunRaxel, markdown, repository};
 use raxel::layouts::LayoutError;
 use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};

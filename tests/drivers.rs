@@ -11,7 +11,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{Project, Run, command, output};
+use common::{Project, Run, RunRaxel, command, output};
 
 /// The places of SwiftShader in browsers. The launcher `raxel` has the same list.
 const MANIFESTS: [&str; 2] =

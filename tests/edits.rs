@@ -13,6 +13,7 @@ use raxel_execute::FrameReport;
 use raxel_layouts::Layout;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{EditFailure, OpenError, Options, Saves, Session};
+use raxel_testing::Project;
 use raxel_world::Bounds;
 
 const SIZE: [u32; 2] = [96, 54];
@@ -173,13 +174,13 @@ fn what_cannot_be_edited_is_refused_and_the_picture_stays() {
 /// raxel takes back an edit that finds no room on the device, and only that edit. A failed undo takes back only its own step.
 #[test]
 fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
-    let folder = project();
+    let project = project();
     let graph = |layout: &str| {
         let text = fs::read_to_string(root().join("graphs/inspect.toml")).unwrap();
-        fs::write(folder.path().join("graphs/inspect.toml"), text.replace("world.tree64", layout)).unwrap();
+        project.write("graphs/inspect.toml", text.replace("world.tree64", layout));
     };
     graph("world.tree64");
-    let options = field(folder.path(), Saves::Ignore);
+    let options = field(project.root(), Saves::Ignore);
     let mut session = open(Options { graph: Some("graphs/inspect.toml".into()), watch: true, poll: true, ..options });
     let far = [1_000_000, 0, 0];
     let near = |n: i32| Operation::set([n, 20, 0], 1);
@@ -224,35 +225,32 @@ fn an_edit_an_undo_and_a_redo_that_find_no_room_leave_the_steps_as_they_were() {
 }
 
 /// A project in a folder of its own with the shipped graph, over a small world that is saved.
-fn project() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::create_dir_all(folder.path().join("graphs")).unwrap();
-    fs::copy(root().join("graphs/primary.toml"), folder.path().join("graphs/primary.toml")).unwrap();
-    copy_folder(&root().join("shaders"), &folder.path().join("shaders"));
-    write_world(folder.path(), "");
-    folder
+fn project() -> Project {
+    let project = Project::empty();
+    project.copy_file("graphs/primary.toml").copy_folder("shaders");
+    write_world(&project, "");
+    project
 }
 
-fn copy_folder(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        if entry.file_type().unwrap().is_dir() {
-            copy_folder(&entry.path(), &to.join(entry.file_name()));
-        } else {
-            fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-        }
-    }
-}
-
-fn write_world(folder: &Path, more: &str) {
+fn write_world(project: &Project, more: &str) {
     let world = format!(
-        "name = \"field\"\n[camera]\nposition = [40, 40, 40]\nlook_at = [0, 0, 0]\n[materials]\nsoil = {{ albedo = \"#806040\" }}\n\
-         lamp = {{ albedo = \"#ffffff\", emission = 4 }}\n[save]\npath = \"saves/field\"\n[[build]]\nop = \"box\"\n\
-         min = [-32, -8, -32]\nmax = [32, 0, 32]\nmaterial = \"soil\"\n{more}"
+        r##"name = "field"
+[camera]
+position = [40, 40, 40]
+look_at = [0, 0, 0]
+[materials]
+soil = {{ albedo = "#806040" }}
+lamp = {{ albedo = "#ffffff", emission = 4 }}
+[save]
+path = "saves/field"
+[[build]]
+op = "box"
+min = [-32, -8, -32]
+max = [32, 0, 32]
+material = "soil"
+{more}"##
     );
-    fs::create_dir_all(folder.join("worlds")).unwrap();
-    fs::write(folder.join("worlds/field.toml"), world).unwrap();
+    project.write("worlds/field.toml", world);
 }
 
 fn field(folder: &Path, saves: Saves) -> Options {
@@ -268,8 +266,8 @@ fn field(folder: &Path, saves: Saves) -> Options {
 
 #[test]
 fn edits_are_saved_and_come_back() {
-    let folder = project();
-    let mut session = open(field(folder.path(), Saves::Write));
+    let project = project();
+    let mut session = open(field(project.root(), Saves::Write));
     frame(&mut session);
     let [soil, lamp] = ["soil", "lamp"].map(|name| session.scene().material(name).unwrap());
     assert!(!session.world().voxels().has_emission());
@@ -284,7 +282,7 @@ fn edits_are_saved_and_come_back() {
     assert_eq!(session.world().bounds(), Bounds { min: [-32, -8, -32], max: [32, 14, 32] });
 
     // Another window has it open: it shows the same, and says that it saves nothing.
-    let mut second = open(field(folder.path(), Saves::Write));
+    let mut second = open(field(project.root(), Saves::Write));
     assert!(second.warnings().iter().any(|warning| warning.code.as_str() == "RX0352"), "{:?}", second.warnings());
     frame(&mut second);
     assert!(second.read_presented().unwrap() == picture);
@@ -296,25 +294,25 @@ fn edits_are_saved_and_come_back() {
         if checkpoint {
             session.checkpoint();
         }
-        let mut reader = open(field(folder.path(), Saves::Read));
+        let mut reader = open(field(project.root(), Saves::Read));
         assert_eq!(reader.warnings(), []);
         frame(&mut reader);
         assert!(reader.read_presented().unwrap() == picture, "checkpoint: {checkpoint}");
     }
     assert!(session.take_messages().is_empty());
     drop(session);
-    let mut ignored = open(field(folder.path(), Saves::Ignore));
+    let mut ignored = open(field(project.root(), Saves::Ignore));
     frame(&mut ignored);
     assert!(ignored.read_presented().unwrap() != picture);
 
     // The looks of a material may change, the built voxels may not.
-    let code = || match Session::open(field(folder.path(), Saves::Write)) {
+    let code = || match Session::open(field(project.root(), Saves::Write)) {
         Ok(_) => "opened".to_owned(),
         Err(OpenError::Project { diagnostics, .. }) => {
             let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
             let found = |error: &Diagnostic| {
                 let place = &error.labels.first().expect("what the world's file says is at fault").span;
-                let file = std::fs::read_to_string(folder.path().join(&*place.file)).unwrap();
+                let file = std::fs::read_to_string(project.path(&place.file)).unwrap();
                 format!("{} at {}", error.code, &file[place.range.clone()])
             };
             errors.map(found).collect()
@@ -322,20 +320,20 @@ fn edits_are_saved_and_come_back() {
         Err(error) => error.to_string(),
     };
     assert_eq!(code(), "opened");
-    write_world(folder.path(), "[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"soil\"\n");
+    write_world(&project, "[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"soil\"\n");
     assert_eq!(code(), "RX0353 at \"saves/field\"");
 }
 
 #[test]
 fn a_changed_world_file_keeps_the_edits_that_still_fit() {
-    let folder = project();
-    let mut session = open(Options { watch: true, poll: true, ..field(folder.path(), Saves::Ignore) });
+    let project = project();
+    let mut session = open(Options { watch: true, poll: true, ..field(project.root(), Saves::Ignore) });
     frame(&mut session);
     let soil = session.scene().material("soil").unwrap();
     session.edit(&[Operation::sphere([-20.0, 9.0, 0.0], 5.0, Brush::Add(soil))]).unwrap();
     frame(&mut session);
     let edited = session.world().voxels().solids();
-    write_world(folder.path(), "[[build]]\nop = \"box\"\nmin = [70, 0, 0]\nmax = [74, 4, 4]\nmaterial = \"soil\"\n");
+    write_world(&project, "[[build]]\nop = \"box\"\nmin = [70, 0, 0]\nmax = [74, 4, 4]\nmaterial = \"soil\"\n");
     let mut events = Vec::new();
     for _ in 0..40 {
         events.extend(session.wait_reload(Duration::from_millis(500)));
@@ -355,15 +353,11 @@ fn a_changed_world_file_keeps_the_edits_that_still_fit() {
 
 #[test]
 fn edits_of_a_demo_are_a_function_of_time() {
-    let folder = project();
-    let demo = "world = \"field.toml\"\ngraph = \"primary.toml\"\nduration = 4\nfps = 10\n\
-        [[edits]]\ntime = 0.5\nop = \"sphere\"\nmode = \"subtract\"\ncenter = [0, 0, 0]\nradius = 9.5\n\
-        [[edits]]\ntime = 1.5\nop = \"box\"\nmin = [-4, 0, -4]\nsize = [8, 20, 8]\nmaterial = \"lamp\"\n\
-        [[edits]]\ntime = 1.5\nop = \"cylinder\"\nmode = \"paint\"\nbase = [0, 5, 0]\nradius = 20\nheight = 3\nmaterial = \"soil\"\n\
-        [[edits]]\ntime = 3\nop = \"restore\"\nmin = [-32, -8, -32]\nmax = [0, 64, 32]\n";
-    let path = folder.path().join("worlds/field.demo.toml");
+    let project = project();
+    let demo = include_str!("fixtures/edits/edits.demo.toml");
+    let path = project.path("worlds/field.demo.toml");
     fs::write(&path, demo).unwrap();
-    let options = || Options { demo: Some(path.clone()), step: Some(0.1), ..field(folder.path(), Saves::Write) };
+    let options = || Options { demo: Some(path.clone()), step: Some(0.1), ..field(project.root(), Saves::Write) };
     let mut whole = open(options());
     let mut pictures = Vec::new();
     let mut dispatched = Vec::new();
@@ -372,7 +366,7 @@ fn edits_of_a_demo_are_a_function_of_time() {
         pictures.push(whole.read_presented().unwrap());
     }
     assert_exact(&mut whole);
-    assert!(!folder.path().join("saves").exists(), "a demo saves nothing");
+    assert!(!project.path("saves").exists(), "a demo saves nothing");
     let mut different = pictures.clone();
     different.dedup();
     assert_eq!(different.len(), 4, "before, and after each time");

@@ -4,7 +4,7 @@ mod common;
 
 use std::time::Instant;
 
-use common::{Project, Run, Running, command, output, raxel, repository};
+use common::{Project, Run, RunRaxel, Running, command, output, raxel, repository};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "32x18"];
@@ -85,14 +85,19 @@ fn code_4_means_that_there_is_no_suitable_device() {
 /// A project with a pass that does this number of steps in a round, for each of 65536 pixels.
 fn slow(steps: usize) -> Project {
     let project = Project::empty();
-    let graph = "name = 'slow'\npresent = 'color'\n[targets.color]\nformat = 'r32f'\nsize = [256, 256]\n[[passes]]\nname = 'spin'\n\
-                 shader = 'spin.comp'\ndispatch = { threads = 'color' }\nbind = { color = 'color' }\n";
+    let graph = include_str!("fixtures/exit_codes/slow.toml");
     // That driver leaves loops after 65535 rounds, so a round is long.
     let step = "x = fract(x * 1.37 + 0.11); ".repeat(steps);
     let shader = format!(
-        "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) writeonly uniform image2D color;\n\
-         void main() {{\n    float x = float(gl_GlobalInvocationID.x);\n    for (int i = 0; i < 60000; ++i) {{ {step} }}\n    \
-         imageStore(color, ivec2(gl_GlobalInvocationID.xy), vec4(x));\n}}\n"
+        r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) writeonly uniform image2D color;
+void main() {{
+    float x = float(gl_GlobalInvocationID.x);
+    for (int i = 0; i < 60000; ++i) {{ {step} }}
+    imageStore(color, ivec2(gl_GlobalInvocationID.xy), vec4(x));
+}}
+"
     );
     project.write("graphs/slow.toml", graph).write("shaders/spin.comp", shader);
     project

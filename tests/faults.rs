@@ -21,61 +21,9 @@ use common::{CALLS, Fault, Faults, Project, Run, output};
 use raxel::edit::{Brush, Operation};
 use raxel::{Options, ReloadEvent, Session, Validation, Value};
 
-const GRAPH: &str = r#"
-name = "faults"
-present = "color"
-[params.gain]
-type = "f32"
-default = 1.0
-range = [0.0, 8.0]
-[targets.color]
-format = "rgba32f"
-[targets.sum]
-format = "rgba32f"
-history = 1
-[targets.part]
-format = "r32f"
-size = 0.5
-[buffers.world]
-source = "world.tree64"
-[buffers.rare]
-size = 64
-keep = true
-[[passes]]
-name = "part"
-shader = "part.comp"
-dispatch = { threads = "part" }
-bind = { dst = "part", world = "world" }
-[passes.push]
-gain = { type = "f32", from = "param.gain" }
-[[passes]]
-name = "rare"
-shader = "rare.comp"
-every = { hz = 20 }
-dispatch = [1, 1, 1]
-bind = { rare = "rare" }
-[[passes]]
-name = "sum"
-shader = "sum.comp"
-dispatch = { threads = "sum" }
-bind = { part = "part", before = "sum@1", after = "sum", color = "color", rare = "rare" }
-[passes.push]
-frame = { type = "u32", from = "frame.index" }
-still = { type = "u32", from = "frame.still" }
-valid = { type = "u32", from = "history.valid" }
-"#;
+const GRAPH: &str = include_str!("fixtures/faults/faults.toml");
 
-const PART: &str = r"#version 460
-#include <raxel/world.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32f) uniform writeonly image2D dst;
-layout(push_constant) uniform PC { float gain; } pc;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(dst)))) return;
-    imageStore(dst, p, vec4(pc.gain * float(rx_material(ivec3(p, 0)))));
-}
-";
+const PART: &str = include_str!("fixtures/faults/part.comp");
 
 const RARE: &str = r"#version 460
 layout(local_size_x = 1) in;
@@ -83,33 +31,9 @@ layout(std430) buffer Rare { uint ticks[16]; } rare;
 void main() { rare.ticks[0] += 1u; }
 ";
 
-const SUM: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32f) uniform readonly image2D part;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D after;
-layout(rgba32f) uniform writeonly image2D color;
-layout(std430) readonly buffer Rare { uint ticks[16]; } rare;
-layout(push_constant) uniform PC { uint frame; uint still; uint valid; } pc;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(after)))) return;
-    float here = imageLoad(part, p / 2).r;
-    imageStore(after, p, imageLoad(before, p) + vec4(here, 1.0, pc.still, pc.valid));
-    imageStore(color, p, vec4(here, SCALE * float(p.x), float(pc.frame), float(rare.ticks[0])));
-}
-";
+const SUM: &str = include_str!("fixtures/faults/sum.comp");
 
-const WORLD: &str = r##"name = "box"
-[materials]
-red = { albedo = "#ff0000" }
-blue = { albedo = "#0000ff" }
-[[build]]
-op = "box"
-min = [0, 0, 0]
-max = [4, 4, 4]
-material = "red"
-"##;
+const WORLD: &str = include_str!("fixtures/faults/box.toml");
 
 /// The final state of a session.
 #[derive(Debug, PartialEq)]
@@ -375,8 +299,10 @@ fn a_session_goes_on_after_any_call_of_vulkan_has_failed() {
     std::fs::write(
         &settings,
         format!(
-            "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\nkhronos_validation.report_flags = error,warn\n\
-             khronos_validation.log_filename = {}\n",
+            r"khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG
+khronos_validation.report_flags = error,warn
+khronos_validation.log_filename = {}
+",
             log.display()
         ),
     )

@@ -79,20 +79,36 @@ fn passes_that_differ_in_constants_are_compiled_once_and_that_is_said() {
     let graph = |second: f32| {
         let pass = |name: &str, added: f32| {
             format!(
-                "[[passes]]\nname = \"{name}\"\nshader = \"add.comp\"\nspecialization = {{ ADDED = {added:?} }}\n\
-                 dispatch = {{ threads = \"color\" }}\nbind = {{ outColor = \"color\" }}\n"
+                r#"[[passes]]
+name = "{name}"
+shader = "add.comp"
+specialization = {{ ADDED = {added:?} }}
+dispatch = {{ threads = "color" }}
+bind = {{ outColor = "color" }}
+"#
             )
         };
         format!(
-            "name = \"add\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nclear = [0.0, 0.0, 0.0, 0.0]\n{}{}{}",
+            r#"name = "add"
+present = "color"
+[targets.color]
+format = "rgba32f"
+clear = [0.0, 0.0, 0.0, 0.0]
+{}{}{}"#,
             pass("a", 0.5),
             pass("b", second),
             pass("c", 0.5)
         )
     };
-    let shader = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(constant_id = 0) const float ADDED = 1.0;\n\
-                  layout(rgba32f) uniform image2D outColor;\nvoid main() {\n    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);\n    \
-                  imageStore(outColor, pixel, imageLoad(outColor, pixel) + ADDED);\n}\n";
+    let shader = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 0) const float ADDED = 1.0;
+layout(rgba32f) uniform image2D outColor;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    imageStore(outColor, pixel, imageLoad(outColor, pixel) + ADDED);
+}
+";
     fs::write(lab.picture("graphs/add.toml"), graph(0.25)).unwrap();
     fs::write(lab.picture("shaders/add.comp"), shader).unwrap();
     let mut command = command(

@@ -4,33 +4,26 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, RunRaxel};
 
 /// A graph of two passes: `far` writes shared memory far outside of its array, `color` is red from left to right.
 fn shared_out_of_bounds(project: &Project) {
     project
+        .write("graphs/shared.toml", include_str!("fixtures/hostile/shared.toml"))
+        .write("shaders/far.comp", include_str!("fixtures/hostile/far.comp"))
+        .write("shaders/color.comp", include_str!("fixtures/hostile/color.comp"))
         .write(
-            "graphs/shared.toml",
-            "name = \"shared\"\npresent = \"color\"\n[targets.far]\nformat = \"r32ui\"\n[targets.color]\nformat = \"rgba8\"\n\
-             [[passes]]\nname = \"far\"\nshader = \"far.comp\"\ndispatch = { threads = \"far\" }\nbind = { outFar = \"far\" }\n\
-             [[passes]]\nname = \"color\"\nshader = \"color.comp\"\ndispatch = { threads = \"color\" }\n\
-             bind = { far = \"far\", outColor = \"color\" }\n",
-        )
-        .write(
-            "shaders/far.comp",
-            "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\n\
-             layout(r32ui) uniform writeonly uimage2D outFar;\nshared uint s[64];\nshared vec4 v;\n\
-             void main() {\n    uint k = gl_LocalInvocationIndex;\n    s[k * 100000u] = k;\n    v[k * 100000u] = 1.0;\n    barrier();\n\
-             \x20   imageStore(outFar, ivec2(gl_GlobalInvocationID.xy), uvec4(s[k * 100000u] & 0u));\n}\n",
-        )
-        .write(
-            "shaders/color.comp",
-            "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32ui) uniform readonly uimage2D far;\n\
-             layout(rgba8) uniform writeonly image2D outColor;\nshared uint s[64];\nvoid main() {\n\
-             \x20   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);\n    s[gl_LocalInvocationIndex] = imageLoad(far, pixel).x;\n    barrier();\n\
-             \x20   imageStore(outColor, pixel, vec4(float(pixel.x + int(s[63u - gl_LocalInvocationIndex])) / 255.0, 0.0, 0.0, 1.0));\n}\n",
-        )
-        .write("worlds/w.toml", "name = \"w\"\n[materials.stone]\nalbedo = [0.5, 0.5, 0.5]\n[[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [4, 4, 4]\nmaterial = \"stone\"\n");
+            "worlds/w.toml",
+            r#"name = "w"
+[materials.stone]
+albedo = [0.5, 0.5, 0.5]
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [4, 4, 4]
+material = "stone"
+"#,
+        );
 }
 
 /// Without bounds the software driver writes into the memory of the process and ends it.
@@ -64,18 +57,18 @@ fn a_shader_that_never_ends_compiling_is_given_up() {
     let project = Project::empty();
     let shader = |structs: &str| {
         format!(
-            "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(rgba8) uniform writeonly image2D outColor;\n\
-             {structs}\nvoid main() {{ A40 v, w; v = w; imageStore(outColor, ivec2(0), vec4(1)); }}\n"
+            r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba8) uniform writeonly image2D outColor;
+{structs}
+void main() {{ A40 v, w; v = w; imageStore(outColor, ivec2(0), vec4(1)); }}
+"
         )
     };
     let double = |i| format!("struct A{i} {{ A{0} a; A{0} b; }};\n", i - 1);
     let plain: String = (1..=40).map(double).collect();
     project
-        .write(
-            "graphs/g.toml",
-            "name = \"g\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba8\"\n[[passes]]\nname = \"a\"\nshader = \"a.comp\"\n\
-             dispatch = { threads = \"color\" }\nbind = { outColor = \"color\" }\n",
-        )
+        .write("graphs/g.toml", include_str!("fixtures/hostile/structs.toml"))
         .write("shaders/a.comp", shader(&format!("struct A0 {{ int x; }};\n{plain}")));
     let run = project.raxel(&["check", "graphs/g.toml"]).exits(3);
     assert!(run.stdout.contains("RX0204") && run.stdout.contains("65536 members"), "{}", run.stdout);

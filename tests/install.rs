@@ -220,8 +220,7 @@ fn the_demo_of_a_project_is_that_of_the_project() {
     let user = User::with(binary());
     user.raxel(&["new", "mine"]).exits(0);
     let mine = user.path("here/mine");
-    let demo = "name = 'dusk'\nworld = 'valley.toml'\ngraph = 'primary.toml'\nduration = 1.0\nfps = 3\n[[camera]]\ntime = 0.0\n\
-                position = [-150.0, 96.0, 300.0]\nlook_at = [4.0, 40.0, 20.0]\n";
+    let demo = include_str!("fixtures/install/dusk.demo.toml");
     fs::write(mine.join("worlds/dusk.demo.toml"), demo).unwrap();
     let small = ["--size", "64x36", "--fps", "3"];
     let run = user.raxel_in(&mine.join("graphs"), &[&["demo"], &small[..]].concat()).exits(0);

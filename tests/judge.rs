@@ -6,48 +6,15 @@ mod common;
 #[path = "light/scenes.rs"]
 mod scenes;
 
-use common::{Project, Run};
+use common::{Project, Run, RunRaxel};
 use raxel::measure::light::{Bench, CameraMotion, Effort, Epsilon, Motion, REFERENCE, Scene};
 use scenes::{cuboid, effort, scene, world};
 use serde_json::Value;
 
 /// A system without noise that shows the azimuth of the sun: of this frame, or of the frame before.
-const ECHO: &str = r#"
-name    = "echo"
-present = "radiance"
+const ECHO: &str = include_str!("fixtures/judge/echo.toml");
 
-[params.sun_azimuth]
-type    = "f32"
-default = 100.0
-range   = [0.0, 360.0]
-
-[targets.radiance]
-format = "rgba32f"
-[targets.last]
-format  = "r32f"
-history = 1
-
-[[passes]]
-name     = "echo"
-shader   = "echo.comp"
-dispatch = { threads = "radiance" }
-bind     = { outRadiance = "radiance", outLast = "last", lastBefore = "last@1" }
-push     = { azimuth = "param.sun_azimuth" }
-"#;
-
-const ECHO_SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outRadiance;
-layout(r32f) uniform writeonly image2D outLast;
-layout(r32f) uniform readonly image2D lastBefore;
-layout(push_constant) uniform Push { float azimuth; };
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    float before = imageLoad(lastBefore, pixel).r;
-    imageStore(outLast, pixel, vec4(azimuth / 360.0));
-    imageStore(outRadiance, pixel, vec4(vec3(SHOWN), 1.0));
-}
-";
+const ECHO_SHADER: &str = include_str!("fixtures/judge/echo.comp");
 
 /// Writes the system; `shown` is `azimuth / 360.0` or `before`.
 fn echo(project: &Project, name: &str, shown: &str) {
@@ -159,8 +126,14 @@ fn instances_move_in_systems_that_lack_their_params() {
     yard(&project);
     let text = std::fs::read_to_string(project.path("worlds/test.toml")).unwrap();
     // The param has no default: a graph that binds instances needs it.
-    let instance = "\n[models]\nthing = { file = \"models/bird.vox\" }\n[[instances]]\nmodel = \"thing\"\nposition = [12.0, 4.0, 12.0]\n\
-                    slide = { param = \"glide\", along = [1.0, 0.0, 0.0] }\n";
+    let instance = r#"
+[models]
+thing = { file = "models/bird.vox" }
+[[instances]]
+model = "thing"
+position = [12.0, 4.0, 12.0]
+slide = { param = "glide", along = [1.0, 0.0, 0.0] }
+"#;
     project.write("worlds/test.toml", text + instance);
     let command = |more: &[&str]| {
         let all = [
@@ -195,8 +168,20 @@ fn streamed_worlds_have_references_of_their_own() {
     let project = Project::shipped();
     let text = |albedo: &str| {
         format!(
-            "[stream]\nnear = 64\nfar = 64\ngpu_memory = \"16 MiB\"\n[camera]\nposition = [0.0, 40.0, 0.0]\npitch = -40.0\n[materials]\n\
-             earth = {{ albedo = \"{albedo}\" }}\n[[build]]\nop = \"terrain\"\namplitude = 20.0\nlayers = [{{ material = \"earth\" }}]\n"
+            r#"[stream]
+near = 64
+far = 64
+gpu_memory = "16 MiB"
+[camera]
+position = [0.0, 40.0, 0.0]
+pitch = -40.0
+[materials]
+earth = {{ albedo = "{albedo}" }}
+[[build]]
+op = "terrain"
+amplitude = 20.0
+layers = [{{ material = "earth" }}]
+"#
         )
     };
     let run = |albedo: &str| {
@@ -214,25 +199,7 @@ fn streamed_worlds_have_references_of_their_own() {
     assert!(dark.mean < 0.9 * bright.mean, "{dark:?} {bright:?}");
 }
 
-const FLIGHT: &str = r#"
-world    = "test.toml"
-graph    = "now.toml"
-duration = 1.0
-fps      = 8.0
-
-[[camera]]
-time     = 0.0
-position = [12.0, 9.0, 30.0]
-look_at  = [12.0, 2.0, 8.0]
-
-[[camera]]
-time     = 1.0
-position = [4.0, 9.0, 24.0]
-look_at  = [12.0, 2.0, 8.0]
-
-[tracks.sun_azimuth]
-keys = [[0.0, 0.0], [1.0, 360.0]]
-"#;
+const FLIGHT: &str = include_str!("fixtures/judge/flight.demo.toml");
 
 #[test]
 fn frames_of_a_film_are_compared_with_their_moments() {

@@ -63,21 +63,21 @@ fn everything_is_tested_and_all_that_failed_is_listed_at_the_end() {
     let launcher = Launcher::new();
     launcher.program(
         "cargo",
-        "case $1 in\n\
-         fmt) exit 1 ;;\n\
-         clippy) exit 101 ;;\n\
-         esac\n\
-         echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2\n\
-         echo 'test plan::tests::orders ... FAILED'\n\
-         echo 'test plan::tests::aliases ... ok'\n\
-         echo 'error: test failed, to rerun pass `-p raxel-graph --lib`' >&2\n\
-         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
-         echo 'test help ... ok'\n\
-         echo '     Running tests/hang.rs (target/checked/deps/hang-0123456789abcdef)' >&2\n\
-         echo 'error: test failed, to rerun pass `-p raxel-runtime --test hang`' >&2\n\
-         echo '   Doc-tests raxel' >&2\n\
-         echo 'test engine/lib.rs - (line 3) ... FAILED'\n\
-         exit 101",
+        r"case $1 in
+fmt) exit 1 ;;
+clippy) exit 101 ;;
+esac
+echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2
+echo 'test plan::tests::orders ... FAILED'
+echo 'test plan::tests::aliases ... ok'
+echo 'error: test failed, to rerun pass `-p raxel-graph --lib`' >&2
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo 'test words::help ... ok'
+echo '     Running tests/hang.rs (target/checked/deps/hang-0123456789abcdef)' >&2
+echo 'error: test failed, to rerun pass `-p raxel-runtime --test hang`' >&2
+echo '   Doc-tests raxel' >&2
+echo 'test engine/lib.rs - (line 3) ... FAILED'
+exit 101",
     );
     let output = common::output(&mut launcher.command(&["test"]));
     let (_, said) = texts(&output);
@@ -95,13 +95,13 @@ fn what_failed_is_run_again_and_nothing_else() {
     let launcher = Launcher::new();
     launcher.program(
         "cargo",
-        "echo \"cargo $*\" >>calls\n\
-         [ \"$1\" = test ] || exit 0\n\
-         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
-         echo 'error: could not compile `of_a_test` (lib)' >&2\n\
-         echo 'test help ... FAILED'\n\
-         echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2\n\
-         exit 101",
+        r#"echo "cargo $*" >>calls
+[ "$1" = test ] || exit 0
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo 'error: could not compile `of_a_test` (lib)' >&2
+echo 'test words::help ... FAILED'
+echo 'error: test failed, to rerun pass `-p raxel --test cli`' >&2
+exit 101"#,
     );
     let run = |arguments: &[&str]| {
         let _ = fs::remove_file(launcher.path("calls"));
@@ -112,7 +112,7 @@ fn what_failed_is_run_again_and_nothing_else() {
     let once_more = "cargo test --profile checked --no-fail-fast -p raxel --test cli\n";
     let (code, said, calls) = run(&["test", "--again"]);
     assert_eq!((code, calls.as_str()), (Some(1), once_more), "{said}");
-    assert!(said.contains("    tests/cli.rs: help\n"), "{said}");
+    assert!(said.contains("    tests/cli/main.rs: words::help\n"), "{said}");
     // A test may compile what is wrong.
     assert!(!said.contains("    could not compile"), "{said}");
 
@@ -148,15 +148,18 @@ fn parts_have_names_and_say_how_long_they_took() {
 
     launcher.program(
         "cargo",
-        "[ $1 = test ] || exit 0\n\
-         echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2\n\
-         echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 2.11s'\n\
-         echo '     Running tests/cli.rs (target/checked/deps/cli-0123456789abcdef)' >&2\n\
-         echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 120.49s'",
+        r"[ $1 = test ] || exit 0
+echo '     Running unittests src/lib.rs (target/checked/deps/raxel_graph-0123456789abcdef)' >&2
+echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 2.11s'
+echo '     Running tests/cli/main.rs (target/checked/deps/cli-0123456789abcdef)' >&2
+echo 'test result: ok. 5 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 120.49s'",
     );
     let (_, said) = run(&["test"]);
     let (_, longest) = said.split_once("raxel: these tests took longest:\n").expect("a list");
-    assert!(longest.starts_with("     120.5 s  tests/cli.rs\n       2.1 s  unit tests of raxel_graph\n"), "{longest}");
+    assert!(
+        longest.starts_with("     120.5 s  tests/cli/main.rs\n       2.1 s  unit tests of raxel_graph\n"),
+        "{longest}"
+    );
 }
 
 #[test]

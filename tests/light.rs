@@ -9,7 +9,7 @@ mod scenes;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use common::Project;
+use common::{Project, RunRaxel};
 use raxel::measure::light::{Bench, Effort, REFERENCE};
 use raxel::{Options, Session, Validation, Value};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
@@ -394,22 +394,7 @@ fn the_verb_says_what_passes_count() {
 }
 
 /// Points of 2^8 in four pairs, for two seeds; the light that a number draws.
-const SAMPLER: &str = "#version 460
-#include <raxel/light/sobol.glsl>
-#include <raxel/light/sampling.glsl>
-#include <raxel/light/lights.glsl>
-layout(local_size_x = 64) in;
-layout(std430) buffer Results { vec4 points[2048]; uint drawn[65536]; } results;
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i < 2048u) {
-        uvec2 bits = rx_sobol_bits(i & 255u, (i >> 8) & 3u, 77u + (i >> 10));
-        vec3 dir = rx_cosine_direction(RX_FACE_POS_Y, rx_sobol(i & 255u, (i >> 8) & 3u, 77u + (i >> 10)));
-        results.points[i] = vec4(uintBitsToFloat(bits.x), uintBitsToFloat(bits.y), dir.y * dir.y, atan(dir.z, dir.x));
-    }
-    results.drawn[i] = rx_pick_light(rx_sobol_bits(i, 0u, 5u));
-}
-";
+const SAMPLER: &str = include_str!("fixtures/light/sampler.comp");
 
 #[test]
 fn points_are_stratified_and_lamps_are_drawn_by_their_power() {
@@ -418,12 +403,9 @@ fn points_are_stratified_and_lamps_are_drawn_by_their_power() {
         "dim = { albedo = [1.0, 1.0, 1.0], emission = 1.0 }\nbright = { albedo = [1.0, 1.0, 1.0], emission = 20.0 }";
     let build = [cuboid("dim", [0, 0, 0], [3, 1, 1], ""), cuboid("bright", [9, 0, 0], [10, 1, 1], "")];
     world(&project, materials, &build, [5.0, 5.0, 9.0], [5.0, 0.0, 0.0], 60.0);
-    project.write("shaders/sampler.comp", SAMPLER).write(
-        "graphs/sampler.toml",
-        "name = \"sampler\"\npresent = \"results\"\n[buffers.results]\nsize = 294912\ninit = 0\n[buffers.lights]\nsource = \"world.lights\"\n\
-         [[passes]]\nname = \"sample\"\nshader = \"sampler.comp\"\ndispatch = { threads = [65536, 1, 1] }\n\
-         bind = { results = \"results\", lights = \"lights\" }\n",
-    );
+    project
+        .write("shaders/sampler.comp", SAMPLER)
+        .write("graphs/sampler.toml", include_str!("fixtures/light/sampler.toml"));
     let mut session = Session::open(Options {
         project: Some(project.root().into()),
         graph: Some(project.path("graphs/sampler.toml")),

@@ -7,8 +7,15 @@ use raxel::{Options, Session, Validation};
 
 /// The `count` floats that `tests/light_library/NAME.comp` has written to its buffer `results`.
 fn results(name: &str, buffers: &str, passes: &str, count: usize) -> Vec<f32> {
-    let world = "name = \"one\"\n[materials.stone]\nalbedo = \"#808080\"\n\
-                 [[build]]\nop = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nmaterial = \"stone\"\n";
+    let world = r##"name = "one"
+[materials.stone]
+albedo = "#808080"
+[[build]]
+op = "box"
+min = [0, 0, 0]
+max = [1, 1, 1]
+material = "stone"
+"##;
     results_in(world, name, buffers, passes, count)
 }
 
@@ -19,7 +26,13 @@ fn results_in(world: &str, name: &str, buffers: &str, passes: &str, count: usize
     project.write("worlds/one.toml", world).write("shaders/check.comp", shader).write(
         "graphs/check.toml",
         format!(
-            "name = \"check\"\npresent = \"results\"\n[buffers.results]\nsize = {{ count = {count}, stride = 4 }}\ninit = 0\n{buffers}\n{passes}"
+            r#"name = "check"
+present = "results"
+[buffers.results]
+size = {{ count = {count}, stride = 4 }}
+init = 0
+{buffers}
+{passes}"#
         ),
     );
     let mut session = Session::open(Options {
@@ -53,13 +66,23 @@ fn faces_find_their_slots_and_slots_their_faces() {
 
 fn faces_in_a_table(slots: u32, define: &str) {
     let buffers = format!(
-        "[buffers.keys]\nsize = {{ count = {slots}, stride = 4 }}\ninit = 0\n\
-         [buffers.met]\nsize = {{ count = {slots}, stride = 4 }}\ninit = 0\n"
+        r"[buffers.keys]
+size = {{ count = {slots}, stride = 4 }}
+init = 0
+[buffers.met]
+size = {{ count = {slots}, stride = 4 }}
+init = 0
+"
     );
     let pass = |name: &str, stage: u32| {
         format!(
-            "[[passes]]\nname = \"{name}\"\nshader = \"check.comp\"\ndispatch = {{ threads = [262144, 1, 1] }}\n\
-             defines = {{ STAGE = {stage}{define} }}\nbind = {{ FaceKeys = \"keys\", Met = \"met\", Results = \"results\" }}\n"
+            r#"[[passes]]
+name = "{name}"
+shader = "check.comp"
+dispatch = {{ threads = [262144, 1, 1] }}
+defines = {{ STAGE = {stage}{define} }}
+bind = {{ FaceKeys = "keys", Met = "met", Results = "results" }}
+"#
         )
     };
     let found = results("face_table", &buffers, &(pass("insert", 0) + &pass("look", 1)), 4);
@@ -109,9 +132,13 @@ fn a_place_is_found_on_the_picture_before() {
 /// A pane of two voxels, two panes of other colours side by side, glass before a wall, and glass of 20 voxels; a long pane that a ray meets on a slant.
 #[test]
 fn rays_go_through_panes_and_take_their_colours() {
-    let mut world = "name = \"panes\"\n[materials]\nred = { albedo = [0.5, 0.25, 0.25], transparency = 0.5 }\n\
-                     green = { albedo = [0.25, 0.5, 0.25], transparency = 1.0 }\nstone = { albedo = [0.5, 0.5, 0.5] }\n"
-        .to_owned();
+    let mut world = r#"name = "panes"
+[materials]
+red = { albedo = [0.5, 0.25, 0.25], transparency = 0.5 }
+green = { albedo = [0.25, 0.5, 0.25], transparency = 1.0 }
+stone = { albedo = [0.5, 0.5, 0.5] }
+"#
+    .to_owned();
     for (material, y, from, to) in [
         ("red", 0, 0, 2),
         ("red", 2, 0, 1),

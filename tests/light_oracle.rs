@@ -60,9 +60,12 @@ fn scenes() -> [Scene; 3] {
         cuboid("lamp", [0, 3, 9], [1, 6, 12], ""),
         cuboid("ember", [4, 0, 9], [7, 1, 11], ""),
     ];
-    let materials = "clay = { albedo = [0.7, 0.35, 0.2] }\nchalk = { albedo = [0.85, 0.83, 0.8] }\nmoss = { albedo = [0.2, 0.5, 0.25] }\n\
-                     black = { albedo = [0.0, 0.0, 0.0] }\nlamp = { albedo = [1.0, 0.9, 0.7], emission = 8.0 }\n\
-                     ember = { albedo = [0.9, 0.3, 0.1], emission = 3.0 }";
+    let materials = r"clay = { albedo = [0.7, 0.35, 0.2] }
+chalk = { albedo = [0.85, 0.83, 0.8] }
+moss = { albedo = [0.2, 0.5, 0.25] }
+black = { albedo = [0.0, 0.0, 0.0] }
+lamp = { albedo = [1.0, 0.9, 0.7], emission = 8.0 }
+ember = { albedo = [0.9, 0.3, 0.1], emission = 3.0 }";
     [
         // Sun and sky over steps, under a roof and beside black.
         Scene {

@@ -56,35 +56,14 @@ fn materials(session: &mut Session) -> Vec<Option<u32>> {
 }
 
 /// Counts the voxels in which the copy differs from the world's file and its grass: those of boats, and those of sparks.
-const COUNT: &str = "#version 460
-#define LIVE
-#include <raxel/world.glsl>
-#include <raxel/world/still.glsl>
-#include \"matter.glsl\"
-#include \"live/still.glsl\"
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(std430) buffer Counts { uint counts[4]; };
-layout(push_constant) uniform Push { ivec3 world_min; uint grass; ivec3 world_max; } push;
-void main() {
-    ivec3 cell = push.world_min + ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(cell, push.world_max))) return;
-    uint now = rx_material(cell), still = still_cell(cell, push.grass);
-    if (now == GRASS_CELL) atomicAdd(counts[2], 1u);
-    if (now != still) atomicAdd(counts[now == SPARK ? 1 : 0], 1u);
-    if (now != still && now == 0u) atomicAdd(counts[3], 1u);
-}
-";
+const COUNT: &str = include_str!("fixtures/lum/count.comp");
 
 #[test]
 fn models_and_sparks_are_drawn_into_the_world_and_leave_no_trail() {
     let project = Project::shipped();
-    project.write("shaders/rivals/light/lum/count.comp", COUNT).write(
-        "graphs/rivals/light/views/counted.toml",
-        "extends = \"lum_live.toml\"\nname = \"counted\"\n[buffers.counts]\nsize = 16\nclear = 0\n\
-         [[passes]]\nname = \"count\"\nbefore = \"see\"\nshader = \"rivals/light/lum/count.comp\"\ndispatch = { threads = \"world\" }\n\
-         bind = { world = \"live\", still = \"world\", Counts = \"counts\" }\n\
-         push = { world_min = \"world.min\", world_max = \"world.max\", grass = \"material.grass\" }\n",
-    );
+    project
+        .write("shaders/rivals/light/lum/count.comp", COUNT)
+        .write("graphs/rivals/light/views/counted.toml", include_str!("fixtures/lum/counted.toml"));
     let mut session = open(&project, "graphs/rivals/light/views/counted.toml", &["counts"]);
     let counts = |session: &mut Session, count| -> Vec<f64> {
         frames(session, count);
@@ -181,8 +160,7 @@ fn probes_hand_on_the_light_of_what_is_far_away() {
     assert!(brightest(&dark) == 0.0, "sky in a closed corridor: {}", brightest(&dark));
     // Ten bits would round this little light away.
     corridor(&project, true);
-    let float = "extends = \"lum.toml\"\nname = \"float\"\n[targets.probes]\nformat = \"rgba32f\"\n[targets.probes_before]\nformat = \"rgba32f\"\n\
-                 [[passes]]\nname = \"probes\"\ndefines = { PROBES = \"rgba32f\" }\n[[passes]]\nname = \"probes_remember\"\ndefines = { PROBES = \"rgba32f\" }\n";
+    let float = include_str!("fixtures/lum/float.toml");
     project.write("graphs/rivals/light/float.toml", float);
     let mut session = scenes::open(&project, "graphs/rivals/light/float.toml", [16, 9], &scenes::DARK);
     let early = brightest(&scenes::frames(&mut session, 1));

@@ -16,63 +16,10 @@ const SIZE: [u32; 2] = [256, 256];
 
 /// Rays from in and around the texture: to all sides, along axes, through corners and edges. With SCALED, the world is met, and each ray is one of a
 /// world that is 4 times as large.
-const RAYS: &str = "#version 460
-#include <raxel/random.glsl>
-#ifdef SCALED
-#include <raxel/world.glsl>
-#endif
-#include <raxel/micro.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-#ifndef SCALED
-uniform usampler3D micro;
-#endif
-layout(rgba32i) uniform writeonly iimage2D outVoxel;
-layout(rgba32f) uniform writeonly image2D outPlace;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    uint seed = rx_hash(uint(pixel.x) + rx_hash(uint(pixel.y)));
-    ivec3 cell = ivec3(0);
-    uvec3 parts = uvec3(0u);
-    vec3 dir = rx_random_direction(seed);
-    uint kind = uint(pixel.x) & 7u;
-    for (int i = 0; i < 3; ++i) {
-        cell[i] = int(rx_random(seed) * 32.0) - 10;
-        // In steps of 2^-22, which 4 times as much is exact for; or on corners of micro-voxels.
-        parts[i] = kind == 0u ? uint(rx_random(seed) * 5.0) << 20 : uint(rx_random(seed) * 4194304.0);
-        if (kind == 1u && rx_random(seed) < 0.5) dir[i] = 0.0;
-        if (kind < 3u) dir[i] = sign(dir[i]) * float(1 + (uint(rx_random(seed) * 3.0)));
-        if (kind == 1u && rx_random(seed) < 0.3) dir[i] = 0.0;
-    }
-    RxHit hit;
-#ifdef SCALED
-    uvec3 whole = min(parts >> 20, uvec3(3u));
-    RxRay ray = rx_ray(4 * cell + ivec3(whole), vec3(parts - (whole << 20)) / 1048576.0, dir);
-    bool found = rx_trace(ray, hit);
-#else
-    RxRay ray = rx_micro_ray(rx_ray(cell, vec3(parts) / 4194304.0, dir));
-    bool found = rx_trace_micro(micro, ivec3(0), ray, hit);
-#endif
-    imageStore(outVoxel, pixel, found ? ivec4(hit.voxel, int(hit.face)) : ivec4(-1));
-    imageStore(outPlace, pixel, found ? vec4(hit.uv, hit.t, 0.0) : vec4(-1.0));
-}
-";
+const RAYS: &str = include_str!("fixtures/micro/rays.comp");
 
 /// Few, many, all or no micro-voxels of a cell, by its place.
-const FILL: &str = "#version 460
-#include <raxel/random.glsl>
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(rg32ui) uniform writeonly uimage3D outMicro;
-void main() {
-    ivec3 cell = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(cell, imageSize(outMicro)))) return;
-    uint seed = rx_hash(uint(cell.x + 64 * (cell.y + 64 * cell.z)));
-    uvec2 few = uvec2(rx_hash(seed) & rx_hash(seed + 1u), rx_hash(seed + 2u) & rx_hash(seed + 3u));
-    few &= uvec2(rx_hash(seed + 4u), rx_hash(seed + 5u)) & uvec2(rx_hash(seed + 6u), rx_hash(seed + 7u));
-    uint kind = seed % 16u;
-    uvec2 bits = kind == 0u ? uvec2(0xffffffffu) : kind == 1u ? uvec2(seed, ~seed) : kind < 5u ? few : uvec2(0u);
-    imageStore(outMicro, cell, uvec4(bits, 0u, 0u));
-}
-";
+const FILL: &str = include_str!("fixtures/micro/fill.comp");
 
 fn graph(world: bool) -> String {
     let [x, y, z] = CELLS;
@@ -80,15 +27,32 @@ fn graph(world: bool) -> String {
         "[buffers.world]\nsource = \"world.tree64\"\n".to_owned()
     } else {
         format!(
-            "[targets.micro]\nformat = \"rg32ui\"\nsize = [{x}, {y}, {z}]\n[[passes]]\nname = \"fill\"\n\
-             shader = \"fill.comp\"\ndispatch = {{ threads = \"micro\" }}\nbind = {{ outMicro = \"micro\" }}\n"
+            r#"[targets.micro]
+format = "rg32ui"
+size = [{x}, {y}, {z}]
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = {{ threads = "micro" }}
+bind = {{ outMicro = "micro" }}
+"#
         )
     };
     let (bind, defines) = if world { ("world = \"world\"", "SCALED = 1") } else { ("micro = \"micro\"", "") };
     format!(
-        "name = \"rays\"\npresent = \"place\"\n[targets.voxel]\nformat = \"rgba32i\"\n[targets.place]\nformat = \"rgba32f\"\n{sources}\
-         [[passes]]\nname = \"rays\"\nshader = \"rays.comp\"\ndispatch = {{ threads = \"place\" }}\ndefines = {{ {defines} }}\n\
-         bind = {{ {bind}, outVoxel = \"voxel\", outPlace = \"place\" }}\n"
+        r#"name = "rays"
+present = "place"
+[targets.voxel]
+format = "rgba32i"
+[targets.place]
+format = "rgba32f"
+{sources}[[passes]]
+name = "rays"
+shader = "rays.comp"
+dispatch = {{ threads = "place" }}
+defines = {{ {defines} }}
+bind = {{ {bind}, outVoxel = "voxel", outPlace = "place" }}
+"#
     )
 }
 
@@ -121,8 +85,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
     let project = Project::shipped();
     project.write("shaders/rays.comp", RAYS).write("shaders/fill.comp", FILL);
     project.write("graphs/micro.toml", graph(false)).write("graphs/scaled.toml", graph(true));
-    let world = "name = \"test\"\n[models]\nmicro = { file = \"micro.vox\" }\n[camera]\nposition = [0.0, 0.0, 90.0]\nlook_at = [0.0, 0.0, 0.0]\n\
-                 [[build]]\nop = \"model\"\nmodel = \"micro\"\nanchor = \"origin\"\n";
+    let world = include_str!("fixtures/micro/model.toml");
     let one = World::from_voxels(raxel::oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
     project.write("worlds/test.toml", world).write("worlds/micro.vox", vox::export(&one).unwrap());
 

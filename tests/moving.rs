@@ -45,7 +45,13 @@ fn lifted(project: &Project, base: &str, model: &str, more: &str) -> &'static st
     project.write(
         "graphs/test.toml",
         format!(
-            "extends = \"{base}\"\nname = \"test\"\n[params.away]\ntype = \"f32\"\ndefault = 0.0\nrange = [0.0, 1.0]\n"
+            r#"extends = "{base}"
+name = "test"
+[params.away]
+type = "f32"
+default = 0.0
+range = [0.0, 1.0]
+"#
         ),
     );
     "graphs/test.toml"

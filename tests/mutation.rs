@@ -269,8 +269,14 @@ fn every_planted_fault_is_noticed_or_explained() {
 /// A reason explains the faults that all of its keys fit, and no others.
 #[test]
 fn a_reason_is_of_what_its_keys_say() {
-    let source =
-        "float f(float a) {\n    return min(a, 2.0) + max(a, 2.0);\n}\n\nfloat g(float a) {\n    return a * 2.0;\n}\n";
+    let source = r"float f(float a) {
+    return min(a, 2.0) + max(a, 2.0);
+}
+
+float g(float a) {
+    return a * 2.0;
+}
+";
     let explained = |keys: &[(&str, &str)]| {
         let reason: Explained = keys.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
         let faults = plant::faults(source).into_iter().filter(|fault| is(&reason, "a", fault, source));

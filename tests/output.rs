@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{FullDisk, Project, Run, Running, command, output, raxel};
+use common::{FullDisk, Project, Run, RunRaxel, Running, command, output, raxel};
 
 /// A picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
@@ -237,11 +237,15 @@ fn half_a_project_does_not_stay() {
 #[test]
 fn an_exr_of_signed_integers_far_from_the_origin() {
     let project = Project::empty();
-    let graph = "name = 'i'\npresent = 'cells'\n[targets.cells]\nformat = 'r32i'\nsize = [5, 3]\n[[passes]]\nname = 'p'\n\
-                 shader = 'p.comp'\ndispatch = { threads = 'cells' }\nbind = { cells = 'cells' }\n";
-    let shader = "#version 460\nlayout(local_size_x = 8) in;\nlayout(r32i) writeonly uniform iimage2D cells;\n\
-                  void main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n\
-                      if (p.x < 5) imageStore(cells, p, ivec4(-16777217 - 1000000007 * p.x + p.y));\n}\n";
+    let graph = include_str!("fixtures/output/integers.toml");
+    let shader = r"#version 460
+layout(local_size_x = 8) in;
+layout(r32i) writeonly uniform iimage2D cells;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+if (p.x < 5) imageStore(cells, p, ivec4(-16777217 - 1000000007 * p.x + p.y));
+}
+";
     project.write("graphs/i.toml", graph).write("shaders/p.comp", shader);
     let run = project.raxel(&["render", "-o", "i.exr", "--size", "64x36", "--format", "json"]).exits(0);
     assert_eq!(run.json()[0]["size"], serde_json::json!([5, 3]));

@@ -116,39 +116,13 @@ fn same_bits(own: &Project, other: &Project) {
 }
 
 /// Compares what `see_tiles` leaves for each pixel with the pixel's own ray: 0 where both are the same, 1 where they are not, 2 where the ray is left to `see`.
-const JUDGE: &str = "#version 460
-#include <raxel/world.glsl>
-#include \"light/scene.glsl\"
-#include \"light/face_cache/first.glsl\"
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rg32ui) uniform readonly uimage2D firsts;
-layout(r32ui) uniform writeonly uimage2D outJudged;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outJudged);
-    if (any(greaterThanEqual(pixel, size))) return;
-    uvec2 first = imageLoad(firsts, pixel).xy;
-    RxHit hit;
-    bool found = rx_trace(rx_ray(frame.camera_cell, frame.camera_frac, pixel_direction(pixel, size)), hit);
-    uvec2 expected = found ? first_hit(uvec3(hit.voxel - world.origin), hit.face) : first_miss();
-    bool rest = first.y >> 16 == FIRST_REST, late = found && uintBitsToFloat(first.x) > hit.t;
-    imageStore(outJudged, pixel, uvec4(rest ? late ? 1u : 2u : first == expected ? 0u : 1u));
-}
-";
+const JUDGE: &str = include_str!("fixtures/packets/judge.comp");
 
 #[test]
 fn tiles_of_the_face_cache_see_what_rays_within_pixels_see() {
     let project = Project::shipped();
     project.write("shaders/judge.comp", JUDGE);
-    project.write(
-        "graphs/tiles.toml",
-        "extends = \"light/base/light.toml\"\nname = \"tiles\"\npresent = \"judged\"\n\
-         [targets.first]\nformat = \"rg32ui\"\n[targets.judged]\nformat = \"r32ui\"\n\
-         [[passes]]\nname = \"see_tiles\"\nshader = \"light/face_cache/see_tiles.comp\"\n\
-         defines = { JITTER = 1, RX_TILE_BY_SHARED_MEMORY = 1 }\n\
-         dispatch = { groups = \"first\", tile = [16, 16] }\nbind = { world = \"world\", outFirst = \"first\" }\n\
-         [[passes]]\nname = \"judge\"\nshader = \"judge.comp\"\ndefines = { JITTER = 1 }\n\
-         dispatch = { threads = \"judged\" }\nbind = { world = \"world\", firsts = \"first\", outJudged = \"judged\" }\n",
-    );
+    project.write("graphs/tiles.toml", include_str!("fixtures/packets/tiles.toml"));
     let mut session = open_graph(&project, "graphs/tiles.toml", "menger", &["judged"]);
     for frame in 0..6 {
         session.frame().unwrap_or_else(|error| panic!("frame {frame}: {error}"));
@@ -167,15 +141,27 @@ fn a_pass_has_the_subgroups_that_it_asks_for_where_the_device_has_them() {
     let project = Project::shipped();
     project.write(
         "shaders/subgroup.comp",
-        "#version 460\n#extension GL_KHR_shader_subgroup_basic : require\nlayout(local_size_x = 32) in;\nlayout(r32ui) uniform writeonly uimage2D outSize;\n\
-         void main() { imageStore(outSize, ivec2(gl_GlobalInvocationID.xy), uvec4(gl_SubgroupSize)); }\n",
+        r"#version 460
+#extension GL_KHR_shader_subgroup_basic : require
+layout(local_size_x = 32) in;
+layout(r32ui) uniform writeonly uimage2D outSize;
+void main() { imageStore(outSize, ivec2(gl_GlobalInvocationID.xy), uvec4(gl_SubgroupSize)); }
+",
     );
     for size in [4, 8, 16, 32, 64, 128] {
         let (path, target) = ("graphs/subgroup.toml", format!("size_{size}"));
         let graph = format!(
-            "name = \"subgroup\"\npresent = \"{target}\"\n[targets.{target}]\nformat = \"r32ui\"\n\
-             [[passes]]\nname = \"size\"\nshader = \"subgroup.comp\"\nsubgroup = {size}\n\
-             dispatch = {{ threads = \"{target}\" }}\nbind = {{ outSize = \"{target}\" }}\n"
+            r#"name = "subgroup"
+present = "{target}"
+[targets.{target}]
+format = "r32ui"
+[[passes]]
+name = "size"
+shader = "subgroup.comp"
+subgroup = {size}
+dispatch = {{ threads = "{target}" }}
+bind = {{ outSize = "{target}" }}
+"#
         );
         project.write(path, graph);
         let mut session = open_graph(&project, path, "menger", &[&target]);
@@ -245,7 +231,18 @@ fn same_sun(own: &Project, other: &Project) {
 #[test]
 fn a_world_that_is_too_large_or_in_another_layout_has_no_packets() {
     let project = Project::shipped();
-    project.write("worlds/wide.toml", "name = \"wide\"\n[materials]\na = { albedo = \"#808080\" }\n[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [0, 0, 0]\nmax = [4200, 2, 2]\n");
+    project.write(
+        "worlds/wide.toml",
+        r##"name = "wide"
+[materials]
+a = { albedo = "#808080" }
+[[build]]
+op = "box"
+material = "a"
+min = [0, 0, 0]
+max = [4200, 2, 2]
+"##,
+    );
     assert!(!open(&project, "wide").1);
     project.edit("graphs/primary.toml", "\"world.tree64\"", "\"world.chunks\"");
     assert!(!open(&project, "menger").1);

@@ -20,47 +20,7 @@ const ROW: usize = 64;
 const ROWS: usize = 160;
 
 /// Each way to trace the rays of a file, a ray a pixel; one is by subgroups of 64.
-const GRAPH: &str = r#"
-name = "period"
-present = "refilled"
-[targets.plain]
-format = "rgba32i"
-size = [64, 160]
-[targets.refilled]
-format = "rgba32i"
-size = [64, 160]
-[targets.refilled_by_64]
-format = "rgba32i"
-size = [64, 160]
-[targets.place]
-format = "rgba32f"
-size = [64, 160]
-[buffers.rays]
-source = "file.data/rays.bin"
-[buffers.world]
-source = "world.flat64"
-[buffers.taken]
-size = 4
-clear = 0
-[buffers.taken_by_64]
-size = 4
-clear = 0
-[[passes]]
-name = "plain"
-shader = "plain.comp"
-dispatch = { threads = "plain" }
-bind = { world = "world", Rays = "rays", outHit = "plain", outPlace = "place" }
-[[passes]]
-name = "refill"
-shader = "refill.comp"
-dispatch = { groups = [3, 1, 1] }
-bind = { world = "world", Rays = "rays", outHit = "refilled", Taken = "taken" }
-[[passes]]
-name = "refill_by_64"
-shader = "refill_by_64.comp"
-dispatch = { groups = [3, 1, 1] }
-bind = { world = "world", Rays = "rays", outHit = "refilled_by_64", Taken = "taken_by_64" }
-"#;
+const GRAPH: &str = include_str!("fixtures/period/period.toml");
 
 const RAYS: &str = r"
 struct Packed { ivec3 cell; uint octant; vec3 first; uint a; vec3 period; uint b; };
@@ -68,43 +28,9 @@ layout(std430) readonly buffer Rays { Packed rays[]; };
 RxPeriodRay ray_of(uint i) { return RxPeriodRay(rays[i].cell, rays[i].octant, rays[i].first, rays[i].period); }
 ";
 
-const PLAIN: &str = r"#version 460
-layout(local_size_x = 64) in;
-#include <raxel/period.glsl>
-RAYS
-layout(rgba32i) uniform writeonly iimage2D outHit;
-layout(rgba32f) uniform writeonly image2D outPlace;
-void main() {
-    rx_period_prepare(gl_LocalInvocationIndex, 64u);
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    RxPeriodHit hit;
-    bool found = rx_trace_period(ray_of(uint(pixel.y * 64 + pixel.x)), hit);
-    imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face + 8u * rx_material(hit.voxel)) : ivec4(0, 0, 0, -1));
-    imageStore(outPlace, pixel, vec4(hit.t, hit.uv, 0.0));
-}
-";
+const PLAIN: &str = include_str!("fixtures/period/plain.comp");
 
-const REFILL: &str = r"#version 460
-layout(local_size_x = 64) in;
-#define RX_ITEMS 96u
-#include <raxel/refill.glsl>
-RAYS
-layout(std430) buffer Taken { uint taken; };
-layout(rgba32i) uniform writeonly iimage2D outHit;
-bool rx_next_items(out uint first) {
-    first = RX_ITEMS * atomicAdd(taken, 1u);
-    return first < rays.length();
-}
-bool rx_next_ray(uint item, out RxPeriodRay ray) {
-    if (item >= rays.length()) return false;
-    ray = ray_of(item);
-    return true;
-}
-void rx_ray_traced(uint item, bool found, RxPeriodHit hit) {
-    imageStore(outHit, ivec2(item % 64u, item / 64u), found ? ivec4(hit.voxel, hit.face + 8u * rx_material(hit.voxel)) : ivec4(0, 0, 0, -1));
-}
-void main() { rx_trace_items(); }
-";
+const REFILL: &str = include_str!("fixtures/period/refill.comp");
 
 fn rays(world: &World, seed: u64) -> Vec<PeriodRay> {
     let bounds = world.bounds().expect("voxels");

@@ -6,7 +6,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Project, Run, command, output, raxel, raxel_in};
+use common::{Project, Run, RunRaxel, command, output, raxel, raxel_in};
 
 /// A quick picture of the shipped graph that needs no big world.
 const MENGER: [&str; 6] = ["render", "graphs/inspect.toml", "--world", "worlds/menger.toml", "--size", "96x54"];
@@ -96,12 +96,16 @@ fn a_part_runs_no_frame_that_it_does_not_need() {
 #[test]
 fn a_graph_that_looks_back_runs_from_its_start() {
     let project = Project::empty();
-    let graph = "name = 'sum'\npresent = 'sum'\n[targets.sum]\nformat = 'r32f'\nsize = [8, 8]\nhistory = 1\n\
-                 display = { map = 'gray', range = [0.0, 16.0] }\n[[passes]]\nname = 'add'\nshader = 'add.comp'\n\
-                 dispatch = { threads = 'sum' }\nbind = { before = 'sum@1', after = 'sum' }\n";
-    let shader = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) readonly uniform image2D before;\n\
-                  layout(r32f) writeonly uniform image2D after;\nvoid main() {\n    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n\
-                  imageStore(after, p, imageLoad(before, p) + 1.0);\n}\n";
+    let graph = include_str!("fixtures/render/sum.toml");
+    let shader = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(r32f) readonly uniform image2D before;
+layout(r32f) writeonly uniform image2D after;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+imageStore(after, p, imageLoad(before, p) + 1.0);
+}
+";
     project.write("graphs/sum.toml", graph).write("shaders/add.comp", shader);
     let arguments = ["render", "--size", "8x8", "--frames", "10", "--shard", "2/2", "--format", "json", "-o"];
     let run = project.raxel(&[&arguments[..], &["f/%02d.exr"]].concat()).exits(0);
@@ -139,14 +143,20 @@ fn samples_smooth_edges_and_nothing_else() {
 
 #[test]
 fn a_picture_settles_while_time_stands_still() {
-    let shader = "#version 460\nlayout(local_size_x = 1) in;\nlayout(rgba32f) uniform image2D told;\n\
-                  layout(push_constant) uniform Push { float time; uint still; float moved; } push;\n\
-                  void main() { imageStore(told, ivec2(0), vec4(push.time, push.still, push.moved, 1.0)); }";
-    let graph = "name = \"told\"\npresent = \"told\"\n[params.moved]\ntype = \"f32\"\ndefault = 0.0\n[targets.told]\nformat = \"rgba32f\"\nsize = [1, 1]\n\
-                 [[passes]]\nname = \"tell\"\nshader = \"tell.comp\"\ndispatch = [1, 1, 1]\nbind = { told = \"told\" }\n\
-                 push = { time = \"frame.time\", still = \"frame.still\", moved = \"param.moved\" }\n";
-    let demo = "name = \"told\"\ngraph = \"told.toml\"\nworld = \"menger.toml\"\nduration = 2.0\nfps = 10\n\
-                [tracks.moved]\nkeys = [[0.0, 0.0], [2.0, 20.0]]\n";
+    let shader = r"#version 460
+layout(local_size_x = 1) in;
+layout(rgba32f) uniform image2D told;
+layout(push_constant) uniform Push { float time; uint still; float moved; } push;
+void main() { imageStore(told, ivec2(0), vec4(push.time, push.still, push.moved, 1.0)); }";
+    let graph = include_str!("fixtures/render/told.toml");
+    let demo = r#"name = "told"
+graph = "told.toml"
+world = "menger.toml"
+duration = 2.0
+fps = 10
+[tracks.moved]
+keys = [[0.0, 0.0], [2.0, 20.0]]
+"#;
     let project = Project::empty();
     let menger = std::fs::read(common::repository().join("worlds/menger.toml")).unwrap();
     project.write("shaders/tell.comp", shader).write("graphs/told.toml", graph);
@@ -464,9 +474,26 @@ fn texels_are_those_that_the_last_writer_left() {
     let project = Project::empty();
     let set = "shader = 'set.comp'\ndispatch = [1, 1, 1]\nbind = { to = 't' }\n";
     let graph = format!(
-        "name = 'numbers'\npresent = 'fin'\n[targets.t]\nformat = 'r32f'\nsize = [1, 1]\n[targets.fin]\nformat = 'r32f'\n\
-         size = [1, 1]\n[[passes]]\nname = 'a'\n{set}push = {{ value = 1.0 }}\n[[passes]]\nname = 'b'\nshader = 'copy.comp'\n\
-         dispatch = [1, 1, 1]\nbind = {{ from = 't', to = 'fin' }}\n[[passes]]\nname = 'c'\n{set}push = {{ value = 2.0 }}\n"
+        r"name = 'numbers'
+present = 'fin'
+[targets.t]
+format = 'r32f'
+size = [1, 1]
+[targets.fin]
+format = 'r32f'
+size = [1, 1]
+[[passes]]
+name = 'a'
+{set}push = {{ value = 1.0 }}
+[[passes]]
+name = 'b'
+shader = 'copy.comp'
+dispatch = [1, 1, 1]
+bind = {{ from = 't', to = 'fin' }}
+[[passes]]
+name = 'c'
+{set}push = {{ value = 2.0 }}
+"
     );
     let head = "#version 460\nlayout(local_size_x = 1) in;\nlayout(r32f) writeonly uniform image2D to;\n";
     let set = "layout(push_constant) uniform Push { float value; };\n\

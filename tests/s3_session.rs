@@ -32,23 +32,7 @@ const PLACES: [[i32; 3]; 2] = [[-90, 125, 0], [150, 125, 0]];
 const MIDDLE: [i32; 3] = [30, 125, 0];
 
 /// There and back, so that chunks are loaded, dropped and loaded again.
-const DEMO: &str = r#"
-duration = 0.8
-world = "WORLD.toml"
-graph = "inspect.toml"
-[[camera]]
-time = 0
-position = [-90, 125, 0]
-look_at = [-70, 60, 10]
-[[camera]]
-time = 0.4
-position = [150, 125, 0]
-look_at = [170, 60, 10]
-[[camera]]
-time = 0.8
-position = [-90, 125, 0]
-look_at = [-70, 60, 10]
-"#;
+const DEMO: &str = include_str!("fixtures/s3_session/there_and_back.demo.toml");
 
 const SIZE: [&str; 4] = ["--size", "96x72", "--watchdog", "100"];
 

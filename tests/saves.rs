@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::Project;
+use common::{Project, RunRaxel};
 use raxel::edit::{Brush, Operation};
 use raxel::{Options, Saves, Session};
 

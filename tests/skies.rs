@@ -16,43 +16,7 @@ use raxel::{Options, Session, Validation, Value};
 const GRAPH: &str = "graphs/rivals/light/pbr_sky.toml";
 
 /// A floor, a wall, a block of gold, a block of steel and one with a coat, in the open.
-const WORLD: &str = "name = \"test\"
-[camera]
-position = [15.5, 11.0, 19.5]
-look_at = [5.0, 2.0, 4.0]
-fov = 55.0
-[materials]
-floor = { albedo = [0.6, 0.55, 0.5], roughness = 1.0 }
-wall = { albedo = [0.3, 0.5, 0.7], roughness = 0.95 }
-gold = { albedo = [0.96, 0.78, 0.38], roughness = 0.4, metallic = 1.0 }
-steel = { albedo = [0.75, 0.76, 0.78], roughness = 0.6, metallic = 1.0 }
-coat = { albedo = [0.6, 0.1, 0.1], roughness = 0.2 }
-[[build]]
-op = \"box\"
-min = [-40, -1, -40]
-max = [40, 0, 40]
-material = \"floor\"
-[[build]]
-op = \"box\"
-min = [-2, 0, -2]
-max = [14, 6, 0]
-material = \"wall\"
-[[build]]
-op = \"box\"
-min = [2, 0, 4]
-max = [5, 4, 7]
-material = \"gold\"
-[[build]]
-op = \"box\"
-min = [7, 0, 3]
-max = [10, 3, 6]
-material = \"steel\"
-[[build]]
-op = \"box\"
-min = [5, 0, 9]
-max = [9, 2, 12]
-material = \"coat\"
-";
+const WORLD: &str = include_str!("fixtures/skies/open.toml");
 
 fn project() -> Project {
     let project = Project::shipped();
@@ -270,29 +234,17 @@ fn the_judge_compares_it_under_its_own_sky() {
 }
 
 /// A slit roof over a floor: shafts of light in thick mist.
-const SHAFTS: &str = "name = \"test\"
-[camera]
-position = [6.5, 9.0, 46.5]
-look_at = [20.0, 8.0, 4.0]
-fov = 60.0
-[materials]
-floor = { albedo = [0.6, 0.55, 0.5] }
-[[build]]
-op = \"box\"
-min = [-40, -1, -40]
-max = [80, 0, 60]
-material = \"floor\"
-";
+const SHAFTS: &str = include_str!("fixtures/skies/shafts.toml");
 
 /// A session that holds the air of `graph` as a mean of frames, and the same by a march.
 fn air(project: &Project, graph: &str) -> Session {
     for (name, text) in [
-        ("graphs/air.toml", include_str!("skies/air.toml")),
-        ("graphs/lamps.toml", include_str!("skies/lamps.toml")),
-        ("shaders/air_mean.comp", include_str!("skies/air_mean.comp")),
-        ("shaders/air_march.comp", include_str!("skies/air_march.comp")),
-        ("shaders/lamps_march.comp", include_str!("skies/lamps_march.comp")),
-        ("shaders/air_sum.comp", include_str!("skies/air_sum.comp")),
+        ("graphs/air.toml", include_str!("fixtures/skies/air.toml")),
+        ("graphs/lamps.toml", include_str!("fixtures/skies/lamps.toml")),
+        ("shaders/air_mean.comp", include_str!("fixtures/skies/air_mean.comp")),
+        ("shaders/air_march.comp", include_str!("fixtures/skies/air_march.comp")),
+        ("shaders/lamps_march.comp", include_str!("fixtures/skies/lamps_march.comp")),
+        ("shaders/air_sum.comp", include_str!("fixtures/skies/air_sum.comp")),
     ] {
         project.write(name, text);
     }

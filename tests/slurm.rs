@@ -19,20 +19,7 @@ use common::{Run, eventually, output, raxel, repository};
 const HELD: u32 = 1;
 
 /// Runs raxel. In the first run of one task it is stopped after a moment, or when a file is there, and never ends by itself.
-const HOLD: &str = r#"#!/bin/sh
-if [ "$SLURM_ARRAY_TASK_ID" = HELD ] && [ -n "${HOLD:-}" ] && [ -z "${SLURM_RESTART_COUNT:-}" ]; then
-    RAXEL "$@" &
-    if [ -n "${HOLD_FROM:-}" ]; then
-        until [ -e "$HOLD_FROM" ]; do sleep 0.01; done
-    else
-        sleep 0.15
-    fi
-    kill -STOP $! 2>/dev/null
-    echo "$SLURMD_NODENAME $SLURM_JOB_ID $$ $!" >"$HOLD.new" && mv "$HOLD.new" "$HOLD"
-    sleep 3600
-fi
-exec RAXEL "$@"
-"#;
+const HOLD: &str = include_str!("fixtures/slurm/hold.sh");
 
 struct Cluster {
     folder: tempfile::TempDir,

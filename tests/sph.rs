@@ -16,7 +16,13 @@ const GRAVITY: f64 = 30.0;
 /// The shipped graph with fewer particles in a smaller box.
 fn open(project: &Project) -> Session {
     let text = format!(
-        "extends = \"sph.toml\"\nname = \"small\"\n[targets.walls]\nsize = [12, 16, 8]\n[buffers.particles]\nsize = {{ count = {COUNT}, stride = 32 }}\n"
+        r#"extends = "sph.toml"
+name = "small"
+[targets.walls]
+size = [12, 16, 8]
+[buffers.particles]
+size = {{ count = {COUNT}, stride = 32 }}
+"#
     );
     project.write("graphs/light/views/small.toml", text);
     let mut session = Session::open(Options {
@@ -128,25 +134,7 @@ fn without_gravity_and_pressure_nothing_moves() {
 }
 
 /// The number of water voxels in the box by density, and in the copy of the world, and the number in which the two disagree.
-const COUNT_WATER: &str = "#version 460
-#include <raxel/world.glsl>
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-uniform usampler3D walls;
-uniform sampler3D field;
-layout(std430) buffer Tally { uint tally[4]; };
-void main() {
-    ivec3 voxel = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(voxel, textureSize(walls, 0)))) return;
-    float sum = 0.0;
-    for (int i = 0; i < 8; ++i) sum += texelFetch(field, 2 * voxel + ivec3(i & 1, i >> 1 & 1, i >> 2), 0).x;
-    uint material = rx_material(ivec3(1) + voxel);
-    bool solid = texelFetch(walls, voxel, 0).x != 0u, wet = !solid && sum > 4.0;
-    bool water = material != 0u && rx_material_properties(material).transparency > 0.0;
-    if (wet) atomicAdd(tally[0], 1u);
-    if (water) atomicAdd(tally[1], 1u);
-    if (wet != water || solid != (material != 0u && !water)) atomicAdd(tally[2], 1u);
-}
-";
+const COUNT_WATER: &str = include_str!("fixtures/sph/count_water.comp");
 
 #[test]
 fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
@@ -154,10 +142,23 @@ fn the_water_is_in_the_voxels_of_a_copy_of_the_world() {
     project.write("shaders/count_water.comp", COUNT_WATER).write(
         "graphs/light/views/counted.toml",
         format!(
-            "extends = \"sph.toml\"\nname = \"counted\"\n[params.voxels]\ndefault = true\n[targets.walls]\nsize = [12, 16, 8]\n\
-             [buffers.particles]\nsize = {{ count = {COUNT}, stride = 32 }}\n[buffers.tally]\nsize = 16\nclear = 0\n\
-             [[passes]]\nname = \"count\"\nshader = \"count_water.comp\"\ndispatch = {{ threads = \"walls\" }}\n\
-             bind = {{ world = \"wet\", walls = \"walls\", field = \"field\", Tally = \"tally\" }}\n"
+            r#"extends = "sph.toml"
+name = "counted"
+[params.voxels]
+default = true
+[targets.walls]
+size = [12, 16, 8]
+[buffers.particles]
+size = {{ count = {COUNT}, stride = 32 }}
+[buffers.tally]
+size = 16
+clear = 0
+[[passes]]
+name = "count"
+shader = "count_water.comp"
+dispatch = {{ threads = "walls" }}
+bind = {{ world = "wet", walls = "walls", field = "field", Tally = "tally" }}
+"#
         ),
     );
     let mut session = Session::open(Options {

@@ -15,39 +15,15 @@ use std::process::{ChildStdin, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, Running, command, repository};
+use common::{Display, Project, RunRaxel, Running, command, repository};
 use serde_json::{Value, json};
 
 /// The demo, which runs two graphs in turn. The test looks at its first frame.
-const DEMO: &str = "world = 'pool.toml'\ngraph = 'primary.toml'\nduration = 2.0\nfps = 10\nsize = [64, 36]\n\
-                    [[camera]]\ntime = 0.0\nposition = [76.0, 31.0, 86.0]\nlook_at = [38.0, 9.0, 34.0]\n\
-                    [[camera]]\ntime = 1.9\nposition = [70.0, 35.0, 80.0]\nlook_at = [38.0, 9.0, 34.0]\n\
-                    [[graphs]]\ntime = 0.1\ngraph = 'examples/mips.toml'\n[[graphs]]\ntime = 0.2\ngraph = 'primary.toml'\n\
-                    [tracks.exposure]\nkeys = [[0.0, 0.8], [1.0, 1.0]]\n\
-                    [[show]]\ntime = 0.3\ntarget = 'depth'\n\
-                    [[edits]]\ntime = 0.3\nop = 'sphere'\ncenter = [44.0, 12.0, 33.0]\nradius = 6.0\nmaterial = 'gold'\n\
-                    [[caption]]\ntime = 0.5\nuntil = 1.0\ntext = 'A pool'\n";
+const DEMO: &str = include_str!("fixtures/storm/storm.demo.toml");
 const DEMO_PATH: &str = "worlds/storm.demo.toml";
 
 /// All panels, none behind another one. The window below has 1024×576 points: a narrow one shows one panel only.
-const PANELS: &str = r#"zoom = 0.5
-[docks.across]
-share = 0.25
-[docks.across.left.down]
-share = 0.4
-top = { tabs = ["passes"] }
-bottom = { down = { share = 0.5, top = { tabs = ["params"] }, bottom = { tabs = ["world"] } } }
-[docks.across.right.across]
-share = 0.6
-[docks.across.right.across.left.down]
-share = 0.3
-top = { tabs = ["picture"] }
-bottom = { down = { share = 0.6, top = { tabs = ["graph"] }, bottom = { tabs = ["timeline"] } } }
-[docks.across.right.across.right.down]
-share = 0.5
-top = { down = { share = 0.6, top = { tabs = ["inspect"] }, bottom = { tabs = ["compare"] } } }
-bottom = { across = { share = 0.5, left = { tabs = ["resources"] }, right = { down = { share = 0.5, top = { tabs = ["frame"] }, bottom = { tabs = ["problems"] } } } } }
-"#;
+const PANELS: &str = include_str!("fixtures/storm/panels.toml");
 
 /// The edited files.
 const FILES: [&str; 12] = [

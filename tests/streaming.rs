@@ -8,7 +8,7 @@ mod lamps;
 
 use std::path::PathBuf;
 
-use common::{Display, Project, Run, command, output};
+use common::{Display, Project, Run, RunRaxel, command, output};
 use glam::IVec3;
 use raxel::layouts::Layout;
 use raxel::oracle::Oracle;
@@ -242,30 +242,7 @@ fn edits_of_a_streamed_world_are_seen_exactly_and_saved() {
 #[test]
 fn a_demo_edits_a_streamed_world_at_its_times() {
     let project = project();
-    project.write(
-        "worlds/short.demo.toml",
-        r#"
-name = "short"
-world = "frontier.toml"
-graph = "bench/first_hit.toml"
-duration = 1.0
-[[camera]]
-time = 0.0
-position = [40.0, 170.0, 60.0]
-look_at = [40.0, 100.0, -20.0]
-[[edits]]
-time = 0.5
-op = "box"
-min = [20, 120, -20]
-size = [40, 8, 40]
-material = "snow"
-[[edits]]
-time = 0.7
-op = "restore"
-min = [20, 100, -20]
-size = [40, 40, 40]
-"#,
-    );
+    project.write("worlds/short.demo.toml", include_str!("fixtures/streaming/edits.demo.toml"));
     let demo = Some(project.path("worlds/short.demo.toml"));
     let pinned = vec!["hit".to_owned()];
     let open = || {
@@ -431,29 +408,7 @@ fn tiles_that_go_through_staging_memory_give_the_same_pictures() {
     let project = project();
     // A ring of the smallest size, far smaller than the world.
     project.edit("worlds/frontier.toml", "gpu_memory =", "upload = \"64 KiB\"\ngpu_memory =");
-    project.write(
-        "worlds/short.demo.toml",
-        r#"
-name = "short"
-world = "frontier.toml"
-graph = "primary.toml"
-duration = 1.0
-[[camera]]
-time = 0.0
-position = [40.0, 170.0, 60.0]
-look_at = [40.0, 100.0, -20.0]
-[[camera]]
-time = 1.0
-position = [140.0, 190.0, -160.0]
-look_at = [40.0, 100.0, -220.0]
-[[edits]]
-time = 0.2
-op = "sphere"
-center = [60.0, 120.0, -60.0]
-radius = 20.0
-material = "snow"
-"#,
-    );
+    project.write("worlds/short.demo.toml", include_str!("fixtures/streaming/flight.demo.toml"));
     let pictures = |folder: &str, uploads: &str, parts: &[&str]| {
         let frames = format!("{folder}/%04d.png");
         let film = ["render", "worlds/short.demo.toml", "--validate", "--fps", "4", "--size", "95x57", "-o", &frames];

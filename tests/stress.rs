@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Project, Run, command, raxel, repository};
+use common::{Project, Run, RunRaxel, command, raxel, repository};
 use serde_json::Value;
 
 /// The rows of a run, by name.

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Project, Run, before_vulkan, command, output, raxel};
+use common::{Project, Run, RunRaxel, before_vulkan, command, output, raxel};
 use serde_json::Value;
 
 /// A slice: name, start and end in microseconds.
@@ -88,29 +88,7 @@ fn verbose_says_what_was_compiled_and_what_was_reused() {
 }
 
 /// Notes labels and dispatches in the order in which they are recorded.
-const LISTING: &str = r#"
-typedef struct { int type; const void *next; const char *name; float color[4]; } Label;
-static void (*begin_label)(void *, const Label *);
-static void (*end_label)(void *);
-static void (*dispatch_groups)(void *, unsigned, unsigned, unsigned);
-static void say(const char *what, const char *name) {
-    FILE *file = fopen(getenv("RECORDED_CALLS"), "a");
-    fprintf(file, "%s%s\n", what, name);
-    fclose(file);
-}
-static void begin(void *commands, const Label *label) { say("begin ", label->name); begin_label(commands, label); }
-static void end(void *commands) { say("end", ""); end_label(commands); }
-static void dispatch(void *commands, unsigned x, unsigned y, unsigned z) {
-    say("dispatch", "");
-    dispatch_groups(commands, x, y, z);
-}
-static Function ours(const char *name, Function found) {
-    if (!strcmp(name, "vkCmdBeginDebugUtilsLabelEXT")) { begin_label = (void *)found; return (Function)begin; }
-    if (!strcmp(name, "vkCmdEndDebugUtilsLabelEXT")) { end_label = (void *)found; return (Function)end; }
-    if (!strcmp(name, "vkCmdDispatch")) { dispatch_groups = (void *)found; return (Function)dispatch; }
-    return found;
-}
-"#;
+const LISTING: &str = include_str!("fixtures/trace/listing.c");
 
 #[test]
 #[cfg(target_os = "linux")]

@@ -256,57 +256,11 @@ fn an_empty_world_is_hit_nowhere() {
 }
 
 /// Looks up cells all over the cube: one an invocation, and all of them by each invocation after a ray.
-const LOOK_UPS: &str = r#"
-name = "look_ups"
-present = "other"
-[targets.other]
-format = "rg32ui"
-size = [16, 16]
-[buffers.fresh]
-size = 16384
-[buffers.world]
-source = "world.LAYOUT"
-[[passes]]
-name = "fresh"
-shader = "fresh.comp"
-dispatch = { groups = [64, 1, 1] }
-bind = { world = "world", Fresh = "fresh" }
-[[passes]]
-name = "after"
-shader = "after.comp"
-dispatch = { threads = "other" }
-bind = { world = "world", Fresh = "fresh", outOther = "other" }
-"#;
+const LOOK_UPS: &str = include_str!("fixtures/tracer/look_ups.toml");
 
-const FRESH: &str = r"#version 460
-layout(local_size_x = 64) in;
-#include <raxel/world.glsl>
-layout(std430) writeonly buffer Fresh { uint fresh[4096]; };
-CELL
-void main() {
-    uint i = gl_GlobalInvocationID.x & 4095u;
-    fresh[i] = rx_material(cell(i));
-}
-";
+const FRESH: &str = include_str!("fixtures/tracer/fresh.comp");
 
-const AFTER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-#include <raxel/world.glsl>
-layout(std430) readonly buffer Fresh { uint fresh[4096]; };
-layout(rg32ui) uniform writeonly uimage2D outOther;
-CELL
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    // From above the voxels, nearly straight down.
-    RxHit hit;
-    bool found = rx_trace(rx_ray(ivec3(70 + 27 * pixel.x / 16, 110, 70 + 27 * pixel.y / 16), vec3(0.4, 0.5, 0.6), vec3(0.1, -1.0, 0.07)), hit);
-    uint other = 0u;
-    for (uint i = 0u; i < 4096u; ++i) {
-        if (rx_material(cell(i)) != fresh[i & 4095u]) ++other;
-    }
-    imageStore(outOther, pixel, uvec4(found ? 1u : 0u, other, 0u, 0u));
-}
-";
+const AFTER: &str = include_str!("fixtures/tracer/after.comp");
 
 /// Cell i of 4096 in 256³ from 64 on, in any order.
 const CELL: &str = r"

@@ -17,23 +17,7 @@ use raxel_runtime::{Options, Session};
 use raxel_world::World;
 
 /// Voxels in the corners of a box of 192 x 64 x 320, whose mips are odd or one texel wide before they are all one texel.
-const WORLD: &str = r##"
-name = "corners"
-[materials.red]
-albedo = "#c04040"
-[materials.blue]
-albedo = "#4040c0"
-[[build]]
-op = "box"
-min = [-64, 128, 0]
-size = [3, 5, 4]
-material = "red"
-[[build]]
-op = "box"
-min = [125, 187, 316]
-size = [3, 5, 4]
-material = "blue"
-"##;
+const WORLD: &str = include_str!("fixtures/voxel_set/corners.toml");
 
 const SIZE: [i32; 3] = [192, 64, 320];
 const ORIGIN: [i32; 3] = [-64, 128, 0];
@@ -48,37 +32,9 @@ void main() {
 }
 ";
 
-const SET: &str = r"#version 460
-#define RX_WRITE_world
-#include <raxel/world.glsl>
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-void main() {
-    uvec3 c = gl_GlobalInvocationID;
-    if (any(greaterThanEqual(c, uvec3(world.size)))) {
-        rx_set(world.origin + ivec3(c), 1u);  // outside: nothing happens
-        return;
-    }
-    uint hash = (c.x * 73856093u ^ c.y * 19349663u ^ c.z * 83492791u) * 2654435761u >> 20;
-    if (hash == 1u) rx_set(world.origin + ivec3(c), 1u + 40000u * (c.x & 1u));
-    if (hash > 3000u) rx_set(world.origin + ivec3(c), 0u);
-}
-";
+const SET: &str = include_str!("fixtures/voxel_set/set.comp");
 
-const TRACE: &str = r"#version 460
-#include <raxel/world.glsl>
-#include <raxel/camera.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32i) uniform writeonly iimage2D outHit;
-layout(push_constant) uniform Push { mat4 view_to_world; ivec3 camera_cell; vec3 camera_frac; vec2 tan_half_fov; } push;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outHit);
-    if (any(greaterThanEqual(pixel, size))) return;
-    RxRay ray = rx_camera_ray(push.camera_cell, push.camera_frac, push.view_to_world, push.tan_half_fov, pixel, size);
-    RxHit hit;
-    bool found = rx_trace(ray, hit);
-    imageStore(outHit, pixel, found ? ivec4(hit.voxel, hit.face + 8u * hit.material) : ivec4(0, 0, 0, -1));
-}
-";
+const TRACE: &str = include_str!("fixtures/voxel_set/trace.comp");
 
 fn graph() -> String {
     let [x, y, z] = SIZE;
@@ -112,8 +68,11 @@ bind = {{ world = "world", world_texels = {{ target = "live", mip = 0 }} }}
     for mip in 1..mips {
         writeln!(
             text,
-            "[[passes]]\nname = \"mip{mip}\"\nshader = \"voxel_mip.comp\"\ndispatch = {{ threads = \"live\", mip = {mip} }}\n\
-             bind = {{ fine = {{ target = \"live\", mip = {} }}, coarse = {{ target = \"live\", mip = {mip} }} }}",
+            r#"[[passes]]
+name = "mip{mip}"
+shader = "voxel_mip.comp"
+dispatch = {{ threads = "live", mip = {mip} }}
+bind = {{ fine = {{ target = "live", mip = {} }}, coarse = {{ target = "live", mip = {mip} }} }}"#,
             mip - 1
         )
         .unwrap();

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::{CALLS, Display, Fault, Faults, Project, Running, command, eventually};
+use common::{CALLS, Display, Fault, Faults, Project, RunRaxel, Running, command, eventually};
 
 const SIZE: [usize; 2] = [160, 90];
 

@@ -63,22 +63,7 @@ fn check(what: &str, world: &World, rays: &[Ray], found: &[HitWords]) -> Errors 
 }
 
 /// Every ray goes through all three worlds. A `t_max` of 1e37, 2e37 or 3e37 selects the hit that counts; all of them mean no end.
-const THREE_WORLDS: &str = "
-#include <raxel/world/pine.glsl>
-#include <raxel/world/oak.glsl>
-bool rx_march(RxRay ray, out RxHit hit) {
-    RxHit a, b, c;
-    bool in_world = rx_trace(ray, a), in_pine = pine_trace(ray, b), in_oak = oak_trace(ray, c);
-    // Again, now that each has looked elsewhere.
-    if (pine_material(b.voxel) != (in_pine ? b.material : pine_material(ivec3(0)))) in_pine = false;
-    if (oak_material(c.voxel) != (in_oak ? c.material : oak_material(ivec3(0)))) in_oak = false;
-    uint chosen = uint(ray.t_max * 1.0e-37 + 0.5);
-    if (chosen == 1u) hit = a;
-    else if (chosen == 2u) hit = b;
-    else hit = c;
-    return chosen == 1u ? in_world : chosen == 2u ? in_pine : in_oak;
-}
-";
+const THREE_WORLDS: &str = include_str!("fixtures/worlds/three_worlds.glsl");
 
 /// The twelve lines of the affine plane of order 3: of nine layouts, each pair stands together in exactly one of them.
 fn triples() -> Vec<[Layout; 3]> {

@@ -1,4 +1,4 @@
-//! Helpers of the tests of the binary: running it, and throw-away projects.
+//! Helpers of the tests of the binary: running it, alone and in projects.
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
@@ -9,7 +9,6 @@ pub mod markdown;
 mod talk;
 mod vulkan;
 
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -17,7 +16,7 @@ pub use disk::FullDisk;
 pub use faults::{CALLS, Fault, Faults};
 pub use lesser::*;
 pub use raxel_testing::{
-    Display, Folder, LIMIT, Running, Said, copy, eventually, files, line, output, read_all, repository,
+    Display, Folder, LIMIT, Project, Running, Said, copy, eventually, files, line, output, read_all, repository,
 };
 pub use talk::Talk;
 pub use vulkan::before_vulkan;
@@ -88,52 +87,15 @@ pub fn raxel(arguments: &[&str]) -> Run {
     raxel_in(repository(), arguments)
 }
 
-/// A project in a temporary folder.
-pub struct Project(Folder);
-
-impl Deref for Project {
-    type Target = Folder;
-
-    fn deref(&self) -> &Folder {
-        &self.0
-    }
+/// The binary in a project.
+pub trait RunRaxel {
+    /// Runs the binary in it.
+    fn raxel(&self, arguments: &[&str]) -> Run;
 }
 
-impl Project {
-    /// A copy of the repository's graphs, shaders and worlds.
-    pub fn shipped() -> Self {
-        let project = Self::empty();
-        for folder in ["graphs", "shaders", "worlds"] {
-            project.copy_folder(folder);
-        }
-        project
-    }
-
-    /// A copy of a folder of the repository that is a project.
-    pub fn copy_of(folder: &str) -> Self {
-        let project = Self::empty();
-        copy(&repository().join(folder), project.root());
-        project
-    }
-
-    /// A project without a file.
-    pub fn empty() -> Self {
-        let folder = Folder::default();
-        for sub in ["graphs", "shaders", "worlds"] {
-            std::fs::create_dir(folder.path(sub)).unwrap();
-        }
-        Self(folder)
-    }
-
-    /// Runs the binary in it.
-    pub fn raxel(&self, arguments: &[&str]) -> Run {
+impl RunRaxel for Project {
+    fn raxel(&self, arguments: &[&str]) -> Run {
         raxel_in(self.root(), arguments)
-    }
-
-    /// The path of every file of it, in order, without the `.raxel` folder.
-    pub fn files(&self) -> Vec<String> {
-        let inside = |path: &String| !Path::new(path).iter().any(|part| part == ".raxel");
-        files(self.root()).into_iter().map(|(path, _)| path).filter(inside).collect()
     }
 }
 

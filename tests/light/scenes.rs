@@ -11,7 +11,14 @@ use crate::common::{self, Project};
 /// Materials and operations of a world, and where its camera stands and looks.
 pub fn world(project: &Project, materials: &str, build: &[String], position: [f64; 3], look_at: [f64; 3], fov: f64) {
     let text = format!(
-        "name = \"test\"\n[camera]\nposition = {position:?}\nlook_at = {look_at:?}\nfov = {fov:?}\n[materials]\n{materials}\n{}",
+        r#"name = "test"
+[camera]
+position = {position:?}
+look_at = {look_at:?}
+fov = {fov:?}
+[materials]
+{materials}
+{}"#,
         build.concat()
     );
     project.write("worlds/test.toml", text);

@@ -200,8 +200,14 @@ fn tokens(source: &str) -> Vec<Range<usize>> {
 
 #[test]
 fn every_rewrite_finds_its_places() {
-    let source = "#define LEAVE 1 < 2\n// a < b\nlayout(std430) buffer B { uint x[8]; };\n\
-                  float f(vec3 a, uint n) {\n    if (a.x < 1e-3 && !(n != 0x7fu)) a.y += 2.0;\n    return min(a.y, 0.0);\n}\n";
+    let source = r"#define LEAVE 1 < 2
+// a < b
+layout(std430) buffer B { uint x[8]; };
+float f(vec3 a, uint n) {
+    if (a.x < 1e-3 && !(n != 0x7fu)) a.y += 2.0;
+    return min(a.y, 0.0);
+}
+";
     let all: Vec<String> = faults(source)
         .iter()
         .map(|fault| {

@@ -41,74 +41,24 @@ fn graphs_with_lamps_show_streamed_worlds() {
 
 /// Lamps in a room without an end: one by itself, one across the border of two chunks, and one far away, in cells of 4 voxels. The last
 /// one lies in the lattice of these cells.
-const LAMPS: &str = r#"
-name = "lamps"
-[camera]
-position = [20.5, 14.5, 40.5]
-look_at = [40.0, 0.0, 10.0]
-STREAM
-[materials]
-floor = { albedo = [0.7, 0.7, 0.7] }
-dim = { albedo = [1.0, 1.0, 1.0], emission = 2.0 }
-bright = { albedo = [0.9, 0.6, 0.3], emission = 12.0 }
-far = { albedo = [0.4, 0.6, 1.0], emission = 5.0 }
-[[build]]
-op = "box"
-min = [-64, -16, -64]
-max = [192, 0, 128]
-material = "floor"
-[[build]]
-op = "box"
-min = [20, 6, 20]
-max = [23, 8, 21]
-material = "dim"
-[[build]]
-op = "box"
-min = [61, 5, 10]
-max = [67, 6, 12]
-material = "bright"
-[[build]]
-op = "box"
-min = [160, 16, 0]
-max = [176, 64, 32]
-material = "far"
-"#;
+const LAMPS: &str = include_str!("../fixtures/streaming/lamps/lamps.toml");
 
 const DRAWN: u32 = 1 << 16;
 
 /// Lamps that are drawn: corner and face, then the probability by area, the length of the sides and the place on the face.
-const DRAWS: &str = "#version 460
-#include <raxel/world.glsl>
-#include <raxel/light/lamps.glsl>
-layout(local_size_x = 64) in;
-layout(std430) buffer Results { uvec4 drawn[131072]; } results;
-void main() {
-    uint i = gl_GlobalInvocationID.x, index;
-    vec2 uv;
-    RxSampler numbers = rx_sampler(i, 5u);
-    rx_draw_lamp(numbers, index, uv);
-    RxLight lamp = rx_light(index);
-    if (rx_material_properties(lamp.material).emission <= 0.0) return;
-    results.drawn[2u * i] = uvec4(lamp.voxel, lamp.face);
-    results.drawn[2u * i + 1u] = floatBitsToUint(vec4(lamp.probability, lamp.edge, uv));
-}
-";
+const DRAWS: &str = include_str!("../fixtures/streaming/lamps/draws.comp");
 
 fn lamps(project: &Project, stream: &str, graph: &str) -> Session {
-    project.write("worlds/frontier.toml", LAMPS.replace("STREAM", stream));
+    project.write("worlds/frontier.toml", LAMPS.replace("# STREAM", stream));
     open(project, graph, &[])
 }
 
 #[test]
 fn lamps_of_a_streamed_world_are_drawn_by_their_power() {
     let project = project();
-    project.write("shaders/draws.comp", DRAWS).write(
-        "graphs/draws.toml",
-        "name = \"draws\"\npresent = \"results\"\n[buffers.results]\nsize = 2097152\ninit = 0\n\
-         [buffers.lights]\nsource = \"world.lights\"\n[buffers.world]\nsource = \"world.tree64\"\n\
-         [[passes]]\nname = \"draw\"\nshader = \"draws.comp\"\ndispatch = { threads = [65536, 1, 1] }\n\
-         bind = { results = \"results\", lights = \"lights\", world = \"world\" }\n",
-    );
+    project
+        .write("shaders/draws.comp", DRAWS)
+        .write("graphs/draws.toml", include_str!("../fixtures/streaming/lamps/draws.toml"));
     let drawn = |stream: &str| {
         let mut session = lamps(&project, stream, "draws");
         session.frame().unwrap_or_else(|error| panic!("{error}"));
@@ -137,7 +87,13 @@ fn lamps_of_a_streamed_world_are_drawn_by_their_power() {
         found
     };
     let whole = drawn("");
-    let streamed = drawn("[stream]\nnear = 64\nfar = 256\ngpu_memory = \"8 MiB\"\nlamp_memory = \"64 KiB\"");
+    let streamed = drawn(
+        r#"[stream]
+near = 64
+far = 256
+gpu_memory = "8 MiB"
+lamp_memory = "64 KiB""#,
+    );
     assert!(whole.keys().all(|(_, _, edge)| *edge == 1));
     // One by one as in the whole world, with the same probabilities.
     let near = |found: &BTreeMap<([i32; 3], u32, u32), (f64, f64)>| -> Vec<(([i32; 3], u32), i64)> {
@@ -163,7 +119,7 @@ fn lamps_of_a_streamed_world_are_drawn_by_their_power() {
 fn chunks_beside_lamps_are_made_once() {
     let project = project();
     let stream = "[stream]\nnear = 128\ngpu_memory = \"8 MiB\"\ncpu_memory = 0";
-    let lit = LAMPS.replace("material = \"floor\"", "material = \"dim\"").replace("STREAM", stream);
+    let lit = LAMPS.replace("material = \"floor\"", "material = \"dim\"").replace("# STREAM", stream);
     project.write("worlds/frontier.toml", lit);
     let mut session = open(&project, "bench/first_hit", &[]);
     session.frame().unwrap_or_else(|error| panic!("{error}"));
@@ -192,7 +148,13 @@ fn a_streamed_world_is_lit_as_the_same_world_with_bounds() {
         session.read_target("radiance").unwrap().floats()
     };
     let whole = radiance("");
-    let streamed = radiance("[stream]\nnear = 64\nfar = 256\ngpu_memory = \"8 MiB\"\nlamp_memory = \"64 KiB\"");
+    let streamed = radiance(
+        r#"[stream]
+near = 64
+far = 256
+gpu_memory = "8 MiB"
+lamp_memory = "64 KiB""#,
+    );
     let sum = |pixel: &[f32; 4]| pixel[..3].iter().map(|c| f64::from(*c)).sum::<f64>();
     // Pixels that look at the floor: their means differ by chance alone.
     let pairs = whole.iter().zip(&streamed).map(|(a, b)| (sum(a), sum(b))).filter(|(a, _)| *a > 0.0 && *a < 1.0);

@@ -17,40 +17,10 @@ use raxel_testing::files;
 use raxel_world::ChunkProvider as _;
 
 /// Serves S3 until its input ends, and says where.
-const SERVE: &str = r#"
-import sys
-import boto3
-from moto.server import ThreadedMotoServer
-server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-server.start()
-host, port = server.get_host_and_port()
-endpoint = f"http://127.0.0.1:{port}"
-key = dict(aws_access_key_id="test", aws_secret_access_key="test", region_name="us-east-1")
-boto3.client("s3", endpoint_url=endpoint, **key).create_bucket(Bucket="worlds")
-print(endpoint, flush=True)
-sys.stdin.read()
-server.stop()
-"#;
+const SERVE: &str = include_str!("fixtures/cloud/serve.py");
 
 /// Reads the arrays of a bucket, and compares them with raw cells in a folder.
-const COMPARE: &str = r#"
-import json, sys
-import boto3, numpy, zarr
-from zarr.core.buffer import cpu
-folder, levels, endpoint = sys.argv[1], int(sys.argv[2]), sys.argv[3]
-key = dict(aws_access_key_id="test", aws_secret_access_key="test", region_name="us-east-1")
-client = boto3.client("s3", endpoint_url=endpoint, **key)
-objects = {}
-for page in client.get_paginator("list_objects_v2").paginate(Bucket="worlds", Prefix="land/"):
-    for entry in page["Contents"]:
-        body = client.get_object(Bucket="worlds", Key=entry["Key"])["Body"].read()
-        objects[entry["Key"].removeprefix("land/")] = cpu.Buffer.from_bytes(body)
-group = zarr.open_group(zarr.storage.MemoryStore(objects), mode="r")
-for level in range(levels):
-    wanted = numpy.fromfile(f"{folder}/{level}.raw", dtype="<u2").reshape(json.load(open(f"{folder}/{level}.json")))
-    found = group[str(level)][:]
-    assert found.any() and found.shape == wanted.shape and (found == wanted).all(), level
-"#;
+const COMPARE: &str = include_str!("fixtures/cloud/compare.py");
 
 /// A server of S3, which ends with its input.
 struct Server {

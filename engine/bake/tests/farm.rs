@@ -11,24 +11,7 @@ use common::python::Python;
 use raxel_testing::output;
 
 /// Reads the job and checks what the scheduler and `shard.sh` need of it.
-const CHECK: &str = r#"
-import sys
-import yaml
-job = yaml.safe_load(open(sys.argv[1]))
-assert job["apiVersion"] == "batch/v1" and job["kind"] == "Job", job
-spec = job["spec"]
-assert spec["completionMode"] == "Indexed" and spec["completions"] == spec["parallelism"], spec
-pod = spec["template"]["spec"]
-assert pod["restartPolicy"] in ("OnFailure", "Never")
-(container,) = pod["containers"]
-assert container["args"] == ["bake"], container["args"]
-environment = {entry["name"]: entry["value"] for entry in container["env"]}
-assert all(isinstance(value, str) for value in environment.values()), environment
-assert environment["PARTS"] == str(spec["completions"])
-assert environment["OUT"].startswith("s3://")
-for corner in ("MIN", "MAX"):
-    assert len([int(number) for number in environment[corner].split(",")]) == 3
-"#;
+const CHECK: &str = include_str!("fixtures/farm/check.py");
 
 fn file(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/farm").join(name)

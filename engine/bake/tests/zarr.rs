@@ -10,33 +10,7 @@ use raxel_bake::{BakePart, FolderStore, ZarrSource, bake};
 use raxel_world::ChunkProvider as _;
 
 /// Compares the arrays of a folder with raw cells, which are in files beside it.
-const COMPARE: &str = r"
-import json, sys
-import numpy, zarr
-folder, levels = sys.argv[1], int(sys.argv[2])
-group = zarr.open_group(folder + '/store', mode='r')
-about = group.attrs['raxel']
-names = [material['name'] for material in about['materials']]
-assert names == ['air', 'grass', 'stone', 'lamp'], names
-datasets = group.attrs['ome']['multiscales'][0]['datasets']
-assert [dataset['path'] for dataset in datasets] == [str(level) for level in range(levels)], datasets
-for level in range(levels):
-    array = group[str(level)]
-    assert array.metadata.dimension_names == ('z', 'y', 'x'), array.metadata.dimension_names
-    assert array.chunks == (64, 64, 64) and array.shards == (128, 128, 128), (array.chunks, array.shards)
-    shape = json.load(open(f'{folder}/{level}.json'))
-    wanted = numpy.fromfile(f'{folder}/{level}.raw', dtype='<u2').reshape(shape)
-    assert array.shape == wanted.shape, (array.shape, wanted.shape)
-    found = array[:]
-    assert found.any() and (found == wanted).all(), f'level {level}: {(found != wanted).sum()} cells differ'
-    scale, translation = datasets[level]['coordinateTransformations']
-    assert scale['scale'] == [4 ** level] * 3
-    origin = about['levels'][level]['origin']
-    assert translation['translation'] == [(c + 0.5) * 4 ** level for c in reversed(origin)]
-# The lamp is where the world has it.
-x, y, z = [-c for c in about['levels'][0]['origin']]
-assert names[group['0'][z, y + 20, x]] == 'lamp'
-";
+const COMPARE: &str = include_str!("fixtures/zarr/compare.py");
 
 #[test]
 fn a_source_has_the_tiles_that_were_baked() {

@@ -116,8 +116,18 @@ fn even(node: &Node<'_, '_>) -> Option<u32> {
     if number % 2 == 0 { Some(number) } else { node.bad_value(format!("{number} is odd")) }
 }
 
-const ROOM: &str = "low = 0\nhigh = 3.5\nturn = 90\nuse = 'bath'\neven = 4\nwood = 7\nlamps = [{ kind = 'hanging', length = 2 }, \
-                    { kind = 'standing' }]\n[doors.b]\nwidth = 1\n[doors.a]\nwidth = 2\n";
+const ROOM: &str = r"low = 0
+high = 3.5
+turn = 90
+use = 'bath'
+even = 4
+wood = 7
+lamps = [{ kind = 'hanging', length = 2 }, { kind = 'standing' }]
+[doors.b]
+width = 1
+[doors.a]
+width = 2
+";
 
 #[test]
 fn a_table_is_read_from_its_declaration() {
@@ -138,8 +148,19 @@ fn a_table_is_read_from_its_declaration() {
 
 #[test]
 fn everything_wrong_is_reported_at_once() {
-    let text = "name = 1\nlow = 200\ncolor = [1, 256, 'x']\nuse = 'bat'\neven = 3\nwood = 1\nwarm = 2\ncold = true\nlmps = 1\n\
-                lamps = [{}, 3, { kind = 'hangin' }, { kind = 'hanging', lenght = 1 }]\n[doors.a]\nwidth = 'w'\n";
+    let text = r"name = 1
+low = 200
+color = [1, 256, 'x']
+use = 'bat'
+even = 3
+wood = 1
+warm = 2
+cold = true
+lmps = 1
+lamps = [{}, 3, { kind = 'hangin' }, { kind = 'hanging', lenght = 1 }]
+[doors.a]
+width = 'w'
+";
     assert_eq!(
         messages::<Room>(text),
         [
@@ -383,8 +404,22 @@ fn sliders(text: &str) -> (Vec<Slider>, Vec<String>) {
 #[test]
 fn layers_are_read_whatever_is_wrong_with_them() {
     let (read, found) = sliders(
-        "[s.a]\nvalue = 'x'\nlabel = 'l'\n[s.b]\nlabel = 'l'\nicon = 'i'\n[s.c]\nvalue = 1\nvlaue = 2\n[s.d]\n[s.e]\nremove = true\n\
-         value = 1\n[s.f]\nvalue = 9\n",
+        r"[s.a]
+value = 'x'
+label = 'l'
+[s.b]
+label = 'l'
+icon = 'i'
+[s.c]
+value = 1
+vlaue = 2
+[s.d]
+[s.e]
+remove = true
+value = 1
+[s.f]
+value = 9
+",
     );
     assert_eq!(
         found,
@@ -405,8 +440,18 @@ fn layers_are_read_whatever_is_wrong_with_them() {
 #[test]
 fn layers_merge_key_by_key() {
     let (mut below, _) = sliders("[s.a]\nvalue = 1\nlabel = 'below'\n[s.b]\nvalue = 2\n[s.c]\n");
-    let (above, _) =
-        sliders("[s.d]\nvalue = 4\n[s.a]\nvalue = 3\nx = 0\n[s.b]\nremove = true\n[s.bb]\nremove = true\n");
+    let (above, _) = sliders(
+        r"[s.d]
+value = 4
+[s.a]
+value = 3
+x = 0
+[s.b]
+remove = true
+[s.bb]
+remove = true
+",
+    );
     let mut found = Vec::new();
     layer::merge(&mut below, above, &mut found);
     let merged: Vec<_> = below.iter().map(|slider| (slider.name.value.as_str(), slider.value, slider.flawed)).collect();
@@ -501,12 +546,32 @@ fn layers_have_layers_in_them() {
         let found = found.map_or_else(|found| found, |((), found)| found);
         (boards, found.into_iter().map(|found| found.message).collect::<Vec<_>>())
     };
-    let (mut below, found) =
-        read("[[b]]\ntitle = 'a'\nwidth = 1\nlarge.label = 'l'\n[b.sliders.x]\nvalue = 1\n[[b]]\ntitle = 'b'\n");
+    let (mut below, found) = read(
+        r"[[b]]
+title = 'a'
+width = 1
+large.label = 'l'
+[b.sliders.x]
+value = 1
+[[b]]
+title = 'b'
+",
+    );
     assert_eq!(found, [""; 0]);
     let (above, found) = read(
-        "[[b]]\ntitle = 'a'\nlarge.value = 2\n[b.sliders.x]\nlabel = 'x'\n[b.sliders.y]\n\
-         [[b]]\ntitle = 'b'\nremove = true\n[[b]]\ntitle = 'c'\nsliders.z.remove = true\n",
+        r"[[b]]
+title = 'a'
+large.value = 2
+[b.sliders.x]
+label = 'x'
+[b.sliders.y]
+[[b]]
+title = 'b'
+remove = true
+[[b]]
+title = 'c'
+sliders.z.remove = true
+",
     );
     assert_eq!(found, [""; 0]);
     let mut found = Vec::new();

@@ -302,31 +302,7 @@ fn trace(publications: u64, rays: u64) {
 }
 
 /// A sum of words and their places, for each range of one of the buffers: bit 31 of its length says that it is of that of the lamps.
-const SUMS: &str = "#version 460
-layout(local_size_x = 64) in;
-layout(std430) readonly buffer World { uint words[]; } world;
-layout(std430) readonly buffer Lamps { uint words[]; } lamps;
-layout(std430) readonly buffer Ranges { uvec2 ranges[]; } ranges;
-layout(std430) writeonly buffer Sums { uint sums[]; } sums;
-shared uint parts[64];
-void main() {
-    uvec2 range = ranges.ranges[gl_WorkGroupID.x];
-    uint self = gl_LocalInvocationID.x, sum = 0u;
-    bool of_lamps = range.y >> 31 == 1u;
-    for (uint i = self; i < (range.y & 0x7fffffffu); i += 64u) {
-        uint word = (of_lamps ? lamps.words[range.x + i] : world.words[range.x + i]);
-        word = (word ^ i * 0x9e3779b9u) * 0x85ebca6bu;
-        sum += word ^ word >> 15;
-    }
-    parts[self] = sum;
-    barrier();
-    for (uint half_of_them = 32u; half_of_them > 0u; half_of_them >>= 1) {
-        if (self < half_of_them) parts[self] += parts[self + half_of_them];
-        barrier();
-    }
-    if (self == 0u) sums.sums[gl_WorkGroupID.x] = parts[0];
-}
-";
+const SUMS: &str = include_str!("fixtures/publications/sums.comp");
 
 fn sum(words: &[u32]) -> u32 {
     (0u32..).zip(words).fold(0, |sum, (i, word)| {

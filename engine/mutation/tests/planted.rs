@@ -11,33 +11,7 @@ use raxel_mutation::plant::{Planted, origin};
 use raxel_mutation::run::{Gate, tests_of};
 
 /// It says all that a fault could change.
-const PROGRAM: &str = r#"
-fn kind(n: i64, low: i64, high: i64) -> i64 {
-    if n < low || n > high {
-        return 70;
-    }
-    let inside = n == low && high >= 2;
-    if inside { n + 1 } else { n * 3 - 2 }
-}
-
-fn main() {
-    for n in -4_i64..5 {
-        for low in -2..2 {
-            let mut words = Vec::new();
-            words.push((n & 3) | (low << 1));
-            words.push(n.min(low));
-            for high in low..4 {
-                if high == 1 && n <= 2 {
-                    continue;
-                }
-                words.push(kind(n, low, high));
-            }
-            let any = words.contains(&n);
-            println!("{any} {words:?}");
-        }
-    }
-}
-"#;
+const PROGRAM: &str = include_str!("fixtures/planted/program.rs");
 
 fn compiled(text: &str, folder: &Path) -> PathBuf {
     let (source, program) = (folder.join("main.rs"), folder.join("main"));
@@ -100,8 +74,16 @@ fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
     let group = Group { name: "sums", folder: "sums", sources: &[""], tests: &[], stress: None };
     let none = Err("no fault of sums compiles".to_owned());
     // Without its second statement the loop borrows twice, and the compiler marks the second.
-    let halves = "pub fn count(mut all: &mut [u8]) -> usize {\n    let mut n = 0;\n    for _ in 0..4 {\n        \
-                  let (own, rest) = all.split_at_mut(1);\n        all = rest;\n        n += own.len();\n    }\n    n\n}\n";
+    let halves = r"pub fn count(mut all: &mut [u8]) -> usize {
+    let mut n = 0;
+    for _ in 0..4 {
+        let (own, rest) = all.split_at_mut(1);
+        all = rest;
+        n += own.len();
+    }
+    n
+}
+";
     for (text, right) in [
         ("pub fn sum(a: u32, b: u32) -> u32 {\n    a + b\n}\n", Ok((1, 0))),
         (halves, Ok((5, 1))),
@@ -118,19 +100,7 @@ fn faults_of_a_whole_crate_compile_and_a_group_without_faults_is_an_error() {
 }
 
 /// A program whose memory a fault may blow up, with one test that is ignored.
-const HUNGRY: &str = r#"
-#[test]
-fn takes_as_much_as_it_is_told() {
-    let bytes = std::env::var("RAXEL_MUTANT").unwrap().parse::<u64>().unwrap().min(1 << 33);
-    let bytes = if bytes == 1 << 33 { 1 } else { bytes << 20 };
-    let all = vec![1_u8; bytes as usize];
-    assert_eq!(all.iter().map(|byte| u64::from(*byte)).sum::<u64>(), bytes);
-}
-
-#[test]
-#[ignore = "takes hours"]
-fn takes_hours() {}
-"#;
+const HUNGRY: &str = include_str!("fixtures/planted/hungry.rs");
 
 /// Compiles [`HUNGRY`] with its tests.
 fn hungry(folder: &Path) -> PathBuf {

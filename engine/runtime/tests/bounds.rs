@@ -5,40 +5,18 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_diagnostics::Severity;
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Observe, Options, Session};
 
-const GRAPH: &str = r#"
-name = "bounds"
-present = "color"
-
-[params.n]
-type = "u32"
-default = 0
-range = [0, 1000]
-
-[targets.color]
-format = "rgba32f"
-
-[buffers.counts]
-size = { count = 10, stride = 4 }
-clear = 7
-
-[[passes]]
-name = "count"
-shader = "count.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", counts = "counts" }
-push = { n = "param.n" }
-"#;
+const GRAPH: &str = include_str!("fixtures/bounds/bounds.toml");
 
 /// A shader that runs `body` in the invocation (2, 1), with `n`.
 fn shader(body: &str) -> String {
     format!(
-        "#version 460
+        r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D outColor;
 struct Pair {{ vec2 a; uint b; }};
@@ -59,16 +37,16 @@ void main() {{
 /// The first line of `body` in a shader.
 const LINE: usize = 13;
 
-fn project(body: &str) -> TestProject {
-    let project = TestProject::new();
+fn project(body: &str) -> Project {
+    let project = Project::filled();
     project.write("graphs/bounds.toml", GRAPH);
     project.write("shaders/count.comp", shader(body));
     project
 }
 
-fn open(project: &TestProject, check_bounds: bool) -> Session {
+fn open(project: &Project, check_bounds: bool) -> Session {
     let (graph, observe) = (Some("graphs/bounds.toml".into()), Observe::Everything);
-    TestProject::open_with(Options { graph, observe, check_bounds, memo: false, ..project.options() })
+    Project::open_with(Options { graph, observe, check_bounds, memo: false, ..project.options() })
 }
 
 /// Runs a frame, and gives what is found in it: messages with their labels.
@@ -196,7 +174,7 @@ fn checks_are_off_at_first_and_change_nothing() {
 fn checks_are_switched_while_it_runs() {
     let project = project("    counts.four[n] = 1u;");
     let graph = Some("graphs/bounds.toml".into());
-    let mut session = TestProject::open_with(Options { graph, memo: false, ..project.options() });
+    let mut session = Project::open_with(Options { graph, memo: false, ..project.options() });
     assert_eq!(found(&mut session, 4), []);
     for (on, count) in [(true, 1), (false, 0), (true, 1)] {
         assert!(session.check_bounds(on));
@@ -206,5 +184,5 @@ fn checks_are_switched_while_it_runs() {
         assert_eq!(found(&mut session, 4).len(), count);
     }
     let options = Options { graph: Some("graphs/bounds.toml".into()), watch: false, ..project.options() };
-    assert!(!TestProject::open_with(options).check_bounds(true), "nothing compiles where nothing watches");
+    assert!(!Project::open_with(options).check_bounds(true), "nothing compiles where nothing watches");
 }

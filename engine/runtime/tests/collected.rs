@@ -3,18 +3,14 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use raxel_edit::{Brush, Operation, Steps};
 use raxel_graph::checked::Value;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Saves, Session};
+use raxel_testing::{Project, repository};
 use raxel_world::Bounds;
-use tempfile::TempDir;
-
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
-}
 
 fn options(project: &Path, graph: &str, world: &str) -> Options {
     Options {
@@ -42,12 +38,9 @@ fn silent(session: &Session) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-/// A project of one's own with the shipped shaders.
-fn project(files: &[(&str, String)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for of in ["shaders/examples", "graphs", "worlds", "graphs/examples", "worlds/models"] {
-        fs::create_dir_all(folder.path().join(of)).unwrap();
-    }
+/// A project with some of the shipped files, and others.
+fn project(files: &[(&str, String)]) -> Project {
+    let project = Project::empty();
     for shipped in [
         "shaders/examples/drill.comp",
         "shaders/examples/see_copy.comp",
@@ -59,17 +52,17 @@ fn project(files: &[(&str, String)]) -> TempDir {
         "worlds/models/mushroom.vox",
         "worlds/models/hut.vox",
     ] {
-        fs::copy(repository().join(shipped), folder.path().join(shipped)).unwrap();
+        project.copy_file(shipped);
     }
     for (path, text) in files {
-        fs::write(folder.path().join(path), text).unwrap();
+        project.write(path, text);
     }
-    folder
+    project
 }
 
 /// A world that a shader drills a hole into.
 fn drilled() -> Session {
-    open(options(&repository(), "graphs/examples/drill.toml", "worlds/quarry.toml"))
+    open(options(repository(), "graphs/examples/drill.toml", "worlds/quarry.toml"))
 }
 
 #[test]
@@ -127,7 +120,7 @@ fn shaders_edit_a_streamed_world() {
     let near = land.replace("near       = 384", "near = 128").replace("far        = 24576", "far = 1000");
     assert!(near.contains("near = 128") && near.contains("far = 1000"));
     let project = project(&[("worlds/land.toml", near.replace("256 MiB", "100 MiB"))]);
-    let mut session = open(options(project.path(), "graphs/examples/drill.toml", "worlds/land.toml"));
+    let mut session = open(options(project.root(), "graphs/examples/drill.toml", "worlds/land.toml"));
     session.set_param("radius", Value::F32(9.0)).unwrap();
     let mut pictures = Vec::new();
     for _ in 0..5 {
@@ -142,50 +135,10 @@ fn shaders_edit_a_streamed_world() {
 
 #[test]
 fn wrong_and_too_many_edits_of_shaders_are_said_once_and_the_others_are_made() {
-    let shader = r"
-#version 460
-#include <raxel/edits.glsl>
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { uint wanted; } push;
-void main() {
-    uint n = gl_GlobalInvocationID.x;
-    if (n < push.wanted) rx_edit_set(ivec3(n & 63u, 300 + int(n >> 6), 0), 1u);
-    if (n == 0u) rx_edit_set(ivec3(0, -500, 0), 60000u);
-    if (n == 1u) rx_edit_sphere(ivec3(0, -520, 0), 0.0, RX_EDIT_ADD, 1u);
-}
-";
-    let graph = r#"
-name = "many"
-present = "color"
-[params.wanted]
-type = "u32"
-default = 100
-range = [0, 100000]
-[buffers.edits]
-source = "world.edits"
-[buffers.world]
-source = "world.tree64"
-[targets.color]
-format = "rgba16f"
-[[passes]]
-name = "write"
-shader = "many.comp"
-dispatch = { threads = [100000, 1, 1] }
-bind = { edits = "edits" }
-push = { wanted = "param.wanted" }
-[[passes]]
-name = "see"
-shader = "examples/see_copy.comp"
-dispatch = { threads = "color" }
-bind = { world = "world", outColor = "color" }
-[passes.push]
-view_to_world = "camera.view_to_world"
-camera_cell = "camera.cell"
-camera_frac = "camera.frac"
-tan_half_fov = "camera.tan_half_fov"
-"#;
+    let shader = include_str!("fixtures/collected/many.comp");
+    let graph = include_str!("fixtures/collected/many.toml");
     let project = project(&[("shaders/many.comp", shader.to_owned()), ("graphs/many.toml", graph.to_owned())]);
-    let options = options(project.path(), "graphs/many.toml", "worlds/menger.toml");
+    let options = options(project.root(), "graphs/many.toml", "worlds/menger.toml");
     let mut session = open(options.clone());
     let mut said = Vec::new();
     let mut run = |session: &mut Session, frames: usize| -> Vec<String> {
@@ -215,7 +168,7 @@ tan_half_fov = "camera.tan_half_fov"
         void rx_edit_sphere(ivec3 c, float r, uint o, uint m) {}
         const uint RX_EDIT_ADD = 1u;";
     let other = shader.replace("#include <raxel/edits.glsl>", other);
-    fs::write(project.path().join("shaders/many.comp"), other).unwrap();
+    project.write("shaders/many.comp", other);
     let refused = Session::open(options).err().expect("it is laid out otherwise").to_string();
     assert!(refused.contains("is not laid out as `world.edits`"), "{refused}");
 }
@@ -227,7 +180,7 @@ fn layouts_that_follow_edits_show_what_those_that_are_made_anew_show() {
         let graph = shipped.replace("world.tree64", &format!("world.{layout}"));
         assert!(layout == "tree64" || graph != shipped);
         let project = project(&[("graphs/follow.toml", graph)]);
-        let mut session = open(options(project.path(), "graphs/follow.toml", "worlds/menger.toml"));
+        let mut session = open(options(project.root(), "graphs/follow.toml", "worlds/menger.toml"));
         session.set_param("reach", Value::F32(1000.0)).unwrap();
         session.set_param("radius", Value::F32(20.0)).unwrap();
         let mut pictures = Vec::new();
@@ -263,7 +216,7 @@ fn pixels_that_cannot_see_an_edit_are_kept_and_right() {
             files.push((shipped, fs::read_to_string(repository().join(shipped)).unwrap()));
         }
         let project = project(&files);
-        (open(options(project.path(), "graphs/examples/changed.toml", "worlds/menger.toml")), project)
+        (open(options(project.root(), "graphs/examples/changed.toml", "worlds/menger.toml")), project)
     };
     let ((mut kept, _kept_files), (mut full, _full_files)) = (start(&see), start(&always));
     let all = 96 * 54;

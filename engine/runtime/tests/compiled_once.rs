@@ -8,7 +8,7 @@ mod project;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_runtime::Options;
 
 /// A pass that branches on a block and on push constants, and is so large that lavapipe gains by folding them in.
@@ -29,13 +29,13 @@ fn compiled_pieces() -> usize {
 fn frames_compile_nothing_again() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         project: Some(root),
         graph: Some(GRAPH.into()),
         world: Some("worlds/pool.toml".into()),
         size: [32, 18],
         watch: false,
-        ..TestProject::new().options()
+        ..Project::filled().options()
     });
     let frames = |session: &mut raxel_runtime::Session, count: usize| {
         for _ in 0..count {
@@ -55,7 +55,7 @@ fn frames_compile_nothing_again() {
 #[test]
 fn edits_leave_nothing_behind() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     let mut objects = Vec::new();
     for edit in 0..12 {

@@ -6,7 +6,7 @@ mod project;
 
 use std::time::Duration;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_execute::Progress;
 use raxel_runtime::Options;
 use raxel_runtime::reload::ReloadEvent;
@@ -40,10 +40,10 @@ fn losses(events: &[ReloadEvent]) -> Vec<(Option<&str>, bool)> {
 
 #[test]
 fn a_hang_names_its_pass_and_leaves_it_out_until_its_shader_changes() {
-    let project = TestProject::new();
+    let project = Project::filled();
     // Software devices are given six times as much. A loaded machine slows the quick frames as much as the slow one.
     let mut session =
-        TestProject::open_with(Options { watchdog: Duration::from_millis(250), size: [192, 192], ..project.options() });
+        Project::open_with(Options { watchdog: Duration::from_millis(250), size: [192, 192], ..project.options() });
     session.frame().unwrap();
     let opened = std::sync::Arc::as_ptr(session.device());
 
@@ -85,7 +85,7 @@ fn wait_until_a_pass_works(session: &mut raxel_runtime::Session) {
 
 #[test]
 fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_before() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let graph = |rounds: u32, about: &str| {
         format!("{}[passes.push]\nrounds = {{ type = \"i32\", value = {rounds} }}\n", project::FILL_GRAPH).replacen(
             "name = \"fill\"",
@@ -97,7 +97,7 @@ fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_be
     project.write("graphs/fill.toml", graph(1, "quick"));
     // Only `cancel` gives this device up, however slow the machine is.
     let mut session =
-        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+        Project::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
     let reload = |session: &mut raxel_runtime::Session, text: &str| {
         project.write("graphs/fill.toml", text);
         let events = session.wait_reload(Duration::from_secs(60));
@@ -122,11 +122,11 @@ fn a_pass_that_hung_is_tried_again_when_its_part_of_the_graph_changes_and_not_be
 /// Work that the device still does is given up by whoever asks `works_on_replaced`.
 #[test]
 fn an_edit_of_a_dispatch_replaces_the_work_that_runs_and_an_edit_of_another_line_does_not() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/fill.comp", slow(128));
     // Only `cancel` gives this device up, however slow the machine is.
     let mut session =
-        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+        Project::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
     session.frame().unwrap();
     wait_until_a_pass_works(&mut session);
     let reload = |session: &mut raxel_runtime::Session, text: String| {
@@ -148,10 +148,10 @@ fn an_edit_of_a_dispatch_replaces_the_work_that_runs_and_an_edit_of_another_line
 /// The frame that hangs has the old shader; the one that is given up with it is not the mended one.
 #[test]
 fn a_pass_that_was_mended_while_it_hung_is_not_left_out() {
-    let project = TestProject::new();
+    let project = Project::filled();
     // Only `cancel` gives this device up, however slow the machine is.
     let mut session =
-        TestProject::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
+        Project::open_with(Options { watchdog: Duration::from_secs(600), size: [192, 192], ..project.options() });
     // A machine that is through with the slow shader before it is mended gets more to do.
     let caught = [8, 32, 128, 512].into_iter().any(|steps| {
         session.frame().unwrap();

@@ -4,13 +4,13 @@
 
 mod project;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_graph::checked::Value;
 use raxel_runtime::{FrameError, Observe, Options};
 
 #[test]
 fn a_condition_switches_a_pass_and_the_plan_follows() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let graph =
         project::FILL_GRAPH.to_owned() + "when = \"param.paint\"\n[params.paint]\ntype = \"bool\"\ndefault = true\n";
     project.write("graphs/fill.toml", &graph);
@@ -26,7 +26,7 @@ fn a_condition_switches_a_pass_and_the_plan_follows() {
 
 #[test]
 fn the_clock_stops_steps_and_starts_over() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/count.comp", project::COUNT);
     let time = project::COUNT_GRAPH.replace("param.add", "frame.index").replace("\"f32\", from", "\"u32\", from");
     project.write("graphs/count.toml", &time);
@@ -56,7 +56,7 @@ fn the_clock_stops_steps_and_starts_over() {
 
 #[test]
 fn size_and_debug_target_change_between_frames() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/count.comp", project::COUNT);
     project.write("graphs/count.toml", project::COUNT_GRAPH);
     let mut session = project.open_graph("graphs/count.toml");
@@ -84,12 +84,12 @@ fn size_and_debug_target_change_between_frames() {
 
 #[test]
 fn pinned_resources_can_be_read_whatever_is_shown() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let second = project::FILL_GRAPH
         .replace("[targets.color]", "[targets.other]\nformat = \"rgba32f\"\n[targets.color]")
         + "[[passes]]\nname = \"second\"\nshader = \"fill.comp\"\ndispatch = { threads = \"other\" }\nbind = { outColor = \"other\" }\n";
     project.write("graphs/fill.toml", &second);
-    let mut session = TestProject::open_with(Options { observe: Observe::Shown, ..project.options() });
+    let mut session = Project::open_with(Options { observe: Observe::Shown, ..project.options() });
     session.frame().unwrap();
     assert!(session.read_target("other").is_err(), "it is culled");
     assert!(session.pin("othr").unwrap_err().to_string().contains("`other`"));
@@ -102,17 +102,15 @@ fn pinned_resources_can_be_read_whatever_is_shown() {
 }
 
 /// A demo whose camera and whose one track move.
-fn demo() -> (TestProject, raxel_runtime::Session) {
-    let project = TestProject::new();
+fn demo() -> (Project, raxel_runtime::Session) {
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
-    let demo = "world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 2.0\n\
-                [[camera]]\ntime = 0.0\nposition = [0.0, 0.0, 9.0]\n[[camera]]\ntime = 2.0\nposition = [2.0, 0.0, 9.0]\n\
-                [tracks.gain]\nkeys = [[0.0, 0.0], [2.0, 2.0]]\n";
+    let demo = include_str!("fixtures/drive/drive.demo.toml");
     project.write("worlds/box.demo.toml", demo);
     let options = Options { step: Some(0.5), demo: Some("worlds/box.demo.toml".into()), ..project.options() };
-    let session = TestProject::open_with(options);
+    let session = Project::open_with(options);
     (project, session)
 }
 
@@ -152,7 +150,7 @@ fn a_param_that_is_released_follows_the_user_and_the_camera_the_demo() {
 
 #[test]
 fn a_world_that_no_buffer_can_hold_is_refused_with_both_numbers() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH.replace("tree64", "chunks"));
     project.write("shaders/world.comp", project::WORLD_SHADER);
     // A maze of 3000 × 3000 voxels lies in more than 8000 chunks of 32³, no two of them alike: more than the 128 MiB that software

@@ -6,31 +6,13 @@ mod project;
 
 use std::time::Duration;
 
-use project::{COUNT, COUNT_GRAPH, TestProject, assert_silent, box_demo, box_world, red};
+use project::{COUNT, COUNT_GRAPH, Project, Sessions, assert_silent, box_demo, box_world, red};
 use raxel_execute::Progress;
 use raxel_graph::checked::Value;
 use raxel_runtime::{FrameError, Options, Session};
 
 /// Shows its own param where a condition holds.
-const CONDITIONAL: &str = r#"
-name = "conditional"
-present = "color"
-[params.on]
-type = "bool"
-default = true
-[params.gain]
-type = "f32"
-default = 0.5
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "fill"
-shader = "gain.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-when = "param.on"
-push.gain = { type = "f32", from = "param.gain" }
-"#;
+const CONDITIONAL: &str = include_str!("fixtures/frame/conditional.toml");
 
 const GAIN: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -39,27 +21,7 @@ layout(push_constant) uniform PC { float gain; } pc;
 void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(pc.gain)); }
 ";
 
-const DEMO: &str = r#"
-world = "box.toml"
-graph = "conditional.toml"
-duration = 10.0
-[[camera]]
-time = 0.0
-position = [0.0, 0.0, 20.0]
-look_at = [0.0, 0.0, 0.0]
-[[camera]]
-time = 10.0
-position = [20.0, 0.0, 0.0]
-yaw = 30.0
-pitch = 0.0
-[tracks.gain]
-keys = [[0.0, 0.0], [10.0, 1.0]]
-[tracks.on]
-keys = [[0.0, true], [5.0, true]]
-[[show]]
-time = 0.0
-target = "color"
-"#;
+const DEMO: &str = include_str!("fixtures/frame/run.demo.toml");
 
 fn allocations(session: &mut Session) -> u64 {
     // The first frames may reserve what later ones use.
@@ -77,7 +39,7 @@ fn allocations(session: &mut Session) -> u64 {
 
 #[test]
 fn a_frame_of_a_session_allocates_nothing() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/count.toml", COUNT_GRAPH);
     project.write("shaders/count.comp", COUNT);
     let mut session = project.open_graph("graphs/count.toml");
@@ -96,7 +58,7 @@ fn a_frame_of_a_session_allocates_nothing() {
 
 #[test]
 fn a_refused_plan_leaves_the_old_one_running_and_is_said_once() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     session.frame().unwrap();
     // No device has images of a million texels a side.
@@ -126,7 +88,7 @@ fn a_refused_plan_leaves_the_old_one_running_and_is_said_once() {
 
 #[test]
 fn a_condition_that_turns_makes_another_plan() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/conditional.toml", CONDITIONAL);
     project.write("shaders/gain.comp", GAIN);
     let mut session = project.open_graph("graphs/conditional.toml");
@@ -142,7 +104,7 @@ fn a_condition_that_turns_makes_another_plan() {
 
 #[test]
 fn a_demo_turns_conditions_too() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/conditional.toml", CONDITIONAL);
     project.write("shaders/gain.comp", GAIN);
     project.write("worlds/box.toml", box_world(2));
@@ -159,7 +121,7 @@ fn a_demo_turns_conditions_too() {
 
 #[test]
 fn tickets_hold_the_frame_they_were_asked_in_and_never_wait() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/count.toml", COUNT_GRAPH);
     project.write("shaders/count.comp", COUNT);
     let mut session = project.open_graph("graphs/count.toml");
@@ -190,8 +152,8 @@ fn tickets_hold_the_frame_they_were_asked_in_and_never_wait() {
 
 #[test]
 fn the_output_is_the_window_scaled() {
-    let project = TestProject::new();
-    let mut session = TestProject::open_with(Options { size: [64, 32], scale: 0.5, ..project.options() });
+    let project = Project::filled();
+    let mut session = Project::open_with(Options { size: [64, 32], scale: 0.5, ..project.options() });
     assert_eq!(session.size(), [32, 16]);
     session.frame().unwrap();
     let picture = session.read_presented().unwrap();
@@ -208,13 +170,13 @@ fn the_output_is_the_window_scaled() {
 
 #[test]
 fn a_plan_prepared_before_another_one_ran_brings_no_old_contents_back() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/count.toml", COUNT_GRAPH);
     project.write("shaders/count.comp", COUNT);
     let (sender, built) = std::sync::mpsc::channel();
     // The waker must be shareable; a sender alone is not on every version of Rust.
     let sender = std::sync::Mutex::new(sender);
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         graph: Some("graphs/count.toml".into()),
         waker: Some(std::sync::Arc::new(move || {
             let _ = sender.lock().unwrap().send(());

@@ -6,7 +6,7 @@ mod project;
 
 use std::path::Path;
 
-use project::{TestProject, assert_silent, box_world};
+use project::{Project, Sessions, assert_silent, box_world};
 use raxel_edit::{Brush, Operation};
 use raxel_execute::PassOutcome;
 use raxel_graph::checked::Value;
@@ -16,107 +16,22 @@ use raxel_runtime::take::{Ended, TakeError};
 use raxel_runtime::{Options, Session};
 use raxel_world::Bounds;
 
-const SHADER: &str = r"#version 460
-#include <raxel/keys.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D told;
-layout(push_constant) uniform PC {
-    mat4 view;
-    ivec4 drag;
-    ivec2 cursor;
-    vec2 wheel;
-    uint buttons;
-    uint pressed;
-    float time_of_day;
-    float gain;
-    uint steps;
-} pc;
-layout(std140) uniform Gamepad {
-    vec4 sticks;
-    vec2 triggers;
-    uint buttons;
-    uint pressed;
-    uint voxels;
-} gamepad;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    vec4 keys = vec4(rx_key(RX_KEY_W), rx_key_pressed(RX_KEY_W), rx_key_toggled(RX_KEY_W), rx_key(RX_KEY_SPACE));
-    vec4 value = vec4(0.0);
-    switch (pixel.x) {
-    case 0: value = vec4(pc.cursor, pc.buttons, pc.pressed); break;
-    case 1: value = vec4(pc.drag); break;
-    case 2: value = vec4(pc.wheel, pc.time_of_day, 0.0); break;
-    case 3: value = keys; break;
-    case 4: value = pc.view[0]; break;
-    case 5: value = gamepad.sticks; break;
-    case 6: value = vec4(gamepad.triggers, gamepad.buttons, gamepad.pressed); break;
-    // The inputs of earlier frames count, too.
-    case 7: value = vec4(gamepad.voxels); break;
-    default: value = 0.5 * imageLoad(before, ivec2(pixel.x - 8, 0)) + 0.5 * imageLoad(before, pixel) + vec4(pc.gain, pc.steps, 0.0, 0.0);
-    }
-    imageStore(told, pixel, value);
-}
-";
+const SHADER: &str = include_str!("fixtures/inputs/told.comp");
 
-const GRAPH: &str = r#"
-name = "told"
-present = "told"
+const GRAPH: &str = include_str!("fixtures/inputs/told.toml");
 
-[params.gain]
-type = "f32"
-default = 1.0
-range = [0.0, 8.0]
-
-[params.steps]
-type = "u32"
-default = 1
-range = [0, 8]
-
-[targets.told]
-format = "rgba32f"
-history = 1
-
-[buffers.keys]
-source = "input.keys"
-
-[[passes]]
-name = "tell"
-shader = "told.comp"
-dispatch = { threads = "told" }
-bind = { keys = "keys", before = "told@1", told = "told" }
-
-[passes.push]
-view = "camera.view_to_world"
-drag = "input.drag"
-cursor = "cursor.position"
-wheel = "input.wheel"
-buttons = "input.buttons"
-pressed = "input.pressed"
-time_of_day = "input.time_of_day"
-gain = "param.gain"
-steps = "param.steps"
-
-[passes.uniforms.gamepad]
-sticks = "input.gamepad_sticks"
-triggers = "input.gamepad_triggers"
-buttons = "input.gamepad_buttons"
-pressed = "input.gamepad_pressed"
-voxels = "world.voxels"
-"#;
-
-fn told_project() -> TestProject {
-    let project = TestProject::new();
+fn told_project() -> Project {
+    let project = Project::filled();
     project.write("graphs/told.toml", GRAPH);
     project.write("shaders/told.comp", SHADER);
     project.write("worlds/box.toml", box_world(4));
     project
 }
 
-fn open(project: &TestProject) -> Session {
+fn open(project: &Project) -> Session {
     let world = Some(Path::new("worlds/box.toml").to_owned());
     let graph = Some(Path::new("graphs/told.toml").to_owned());
-    TestProject::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
+    Project::open_with(Options { graph, world, step: Some(1.0 / 50.0), ..project.options() })
 }
 
 /// The shader's inputs in one more frame: cursor and buttons, drag, wheel and time of day, keys.
@@ -205,7 +120,7 @@ fn an_input_that_no_pass_reads_disturbs_nothing() {
 /// A pass that reads keys runs again when they change, and not otherwise.
 #[test]
 fn a_key_wakes_the_passes_that_read_it() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write(
         "graphs/keys.toml",
         project::FILL_GRAPH
@@ -291,7 +206,7 @@ fn a_take_gives_the_same_bytes() {
     project.write("worlds/take.demo.toml", &take.text);
     let demo = || {
         let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
-        TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() })
+        Project::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() })
     };
     let mut again = demo();
     let of_demo = again.demo().unwrap();
@@ -331,7 +246,7 @@ fn a_take_ends_where_it_cannot_go_on() {
     assert_eq!(ended(&mut session, &|session| session.resize(8, 8)), (Some(Ended::OtherSize), 3.0));
     assert_eq!(ended(&mut session, &|session| session.seek(700.0)), (Some(Ended::Full), 3.0));
     // Without a world there is no demo.
-    let empty = TestProject::new();
+    let empty = Project::filled();
     assert_eq!(empty.open().record(), Err(TakeError::NoWorld));
 }
 
@@ -375,7 +290,7 @@ fn a_take_holds_edits() {
     session.stop_recording();
     project.write("worlds/take.demo.toml", &take.text);
     let demo = Some(Path::new("worlds/take.demo.toml").to_owned());
-    let mut again = TestProject::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() });
+    let mut again = Project::open_with(Options { demo, step: Some(1.0 / 50.0), ..project.options() });
     let shown: Vec<f32> = (0..10).map(|_| voxels(&mut again)).collect();
     assert_eq!(shown, seen, "{}", take.text);
     assert_silent(&again);

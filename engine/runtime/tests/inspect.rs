@@ -7,48 +7,14 @@ mod project;
 use std::sync::Arc;
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::{Captured, Comparison, Mismatch, PassOutcome, ReferenceValues, Region, Texels, TracedTexel};
 use raxel_graph::checked::{Display, DisplayMap, Value};
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::{Observe, Options, Session};
 
 /// Two passes write the same target one after the other; a third writes a buffer; a fourth is not shown.
-const GRAPH: &str = r#"
-name = "steps"
-present = "color"
-[params.value]
-type = "f32"
-default = 0.25
-[targets.color]
-format = "rg32f"
-[targets.unseen]
-format = "rg32f"
-[buffers.numbers]
-size = { count = 8, stride = 4 }
-[[passes]]
-name = "first"
-shader = "write.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push.value = { type = "f32", from = "param.value" }
-[[passes]]
-name = "second"
-shader = "double.comp"
-dispatch = { threads = "color" }
-bind = { color = "color" }
-[[passes]]
-name = "number"
-shader = "number.comp"
-dispatch = { threads = "numbers" }
-bind = { numbers = "numbers" }
-[[passes]]
-name = "lost"
-shader = "write.comp"
-dispatch = { threads = "unseen" }
-bind = { outColor = "unseen" }
-push.value = { type = "f32", from = "param.value" }
-"#;
+const GRAPH: &str = include_str!("fixtures/inspect/steps.toml");
 
 const WRITE: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -72,15 +38,15 @@ layout(std430) writeonly buffer Numbers { uint items[]; } numbers;
 void main() { numbers.items[gl_GlobalInvocationID.x] = 100u + gl_GlobalInvocationID.x; }
 ";
 
-fn open() -> (TestProject, Session) {
-    let project = TestProject::new();
+fn open() -> (Project, Session) {
+    let project = Project::filled();
     project.write("graphs/steps.toml", GRAPH);
     project.write("shaders/write.comp", WRITE);
     project.write("shaders/double.comp", DOUBLE);
     project.write("shaders/number.comp", NUMBER);
     let graph = Some("graphs/steps.toml".into());
     // As in a window: resources that are not shown are culled.
-    let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
+    let session = Project::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
 

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use glam::IVec3;
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_diagnostics::{DiskFiles, SourceMap};
 use raxel_graph::checked::Value;
 use raxel_layouts::instances::{Frame, Pose, Rotation};
@@ -25,72 +25,15 @@ use raxel_worldfile::Loaded;
 const RAYS: usize = sets::ALL.len() * 256;
 
 /// Traces the rays of a file, and from each hit one more ray outwards.
-/// The graph; `RAYS` is their number.
-const GRAPH: &str = r#"
-name = "instances"
-present = "hits"
-[params.tide]
-type = "f32"
-default = 0.0
-range = [-100.0, 100.0]
-[params.spin]
-type = "i32"
-default = 0
-range = [-360, 360]
-[buffers.rays]
-source = "file.data/rays.bin"
-[buffers.hits]
-size = { count = RAYS, stride = 96 }
-[buffers.world]
-source = "world.tree64"
-[buffers.instances]
-source = "world.instances"
-[[passes]]
-name = "trace"
-shader = "trace.comp"
-dispatch = { threads = [RAYS, 1, 1] }
-bind = { world = "world", instances = "instances", Rays = "rays", Hits = "hits" }
-"#;
+/// The graph; `"RAYS"` is their number.
+const GRAPH: &str = include_str!("fixtures/instances/instances.toml");
 
-const SHADER: &str = r"#version 460
-#define RX_BINDS_instances 1
-#include <raxel/scene.glsl>
-layout(local_size_x = 64) in;
-struct RayWords { ivec3 cell; uint t_max; uvec3 frac; uint unused0; uvec3 dir; uint unused1; };
-struct HitWords {
-    ivec3 voxel; uint found;
-    ivec3 cell; uint instance;
-    uint face; uint cell_face; uint material; uint t;
-    uint free; uint next_found; uint next_instance; uint next_face;
-    ivec3 next_cell; uint next_t;
-    vec3 normal; float unused;
-};
-layout(std430) readonly buffer Rays { RayWords rays[]; };
-layout(std430) writeonly buffer Hits { HitWords hits[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= rays.length()) return;
-    RxRay ray = rx_ray(rays[i].cell, uintBitsToFloat(rays[i].frac), uintBitsToFloat(rays[i].dir));
-    ray.t_max = uintBitsToFloat(rays[i].t_max);
-    RxSceneHit hit, next;
-    bool found = rx_trace_scene(rx_scene_ray(ray), hit);
-    // 2 where a ray that only asks for a hit has another answer.
-    uint state = rx_meets_places(rx_scene_ray(ray)) != found ? 2u : found ? 1u : 0u;
-    vec3 normal = found ? rx_scene_normal(hit) : vec3(0.0);
-    // Outwards, but along the face rather than straight away from it.
-    vec3 dir = normal + 0.9 * normalize(vec3(rays[i].dir & 1023u) - 500.3);
-    bool next_found = found && hit.at.face != RX_FACE_INSIDE && dot(dir, normal) > 0.01
-        && rx_trace_scene(rx_scene_ray_from_hit(hit, dir), next);
-    hits[i] = HitWords(hit.at.voxel, state, hit.cell, hit.instance, hit.at.face, hit.cell_face, hit.at.material,
-                       floatBitsToUint(hit.at.t), hit.free ? 1u : 0u, next_found ? 1u : 0u, next.instance, next.at.face, next.cell,
-                       floatBitsToUint(next.at.t), normal, 0.0);
-}
-";
+const SHADER: &str = include_str!("fixtures/instances/trace.comp");
 
 /// A project with three models, and a world of random instances about `origin`.
-fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
-    let project = TestProject::new();
-    project.write("graphs/instances.toml", GRAPH.replace("RAYS", &RAYS.to_string()));
+fn project(origin: [i32; 3], seed: u64, instances: &str) -> Project {
+    let project = Project::filled();
+    project.write("graphs/instances.toml", GRAPH.replace("\"RAYS\"", &RAYS.to_string()));
     project.write("shaders/trace.comp", SHADER);
     project.write("data/rays.bin", "\0".repeat(48));
     let mut random = Random::new(seed);
@@ -115,10 +58,25 @@ fn project(origin: [i32; 3], seed: u64, instances: &str) -> TestProject {
     model("dot", [1, 1, 1], 100);
     let [x, y, z] = origin;
     let mut text = format!(
-        "name = \"test\"\n[models.crate]\nfile = \"crate.vox\"\n[models.mast]\nfile = \"mast.vox\"\n[models.dot]\nfile = \"dot.vox\"\n\
-         [materials]\nstone = {{ albedo = \"#808080\" }}\n\
-         [[build]]\nop = \"menger\"\nlevel = 3\norigin = {:?}\nmaterial = \"stone\"\n\
-         [[build]]\nop = \"model\"\nmodel = \"crate\"\norigin = {:?}\n",
+        r##"name = "test"
+[models.crate]
+file = "crate.vox"
+[models.mast]
+file = "mast.vox"
+[models.dot]
+file = "dot.vox"
+[materials]
+stone = {{ albedo = "#808080" }}
+[[build]]
+op = "menger"
+level = 3
+origin = {:?}
+material = "stone"
+[[build]]
+op = "model"
+model = "crate"
+origin = {:?}
+"##,
         [x - 13, y - 10, z - 13],
         [x + 20, y, z + 3]
     );
@@ -166,11 +124,11 @@ fn bytes(rays: &[Ray]) -> Vec<u8> {
     words.flat_map(u32::to_le_bytes).collect()
 }
 
-fn open(project: &TestProject) -> Session {
-    TestProject::open_with(options(project))
+fn open(project: &Project) -> Session {
+    Project::open_with(options(project))
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options {
         graph: Some(PathBuf::from("graphs/instances.toml")),
         world: Some(PathBuf::from("worlds/test.toml")),
@@ -259,7 +217,7 @@ fn judge_some(session: &Session, frames: &[Frame], rays: &[Ray], found: &[[u32; 
 }
 
 /// The world of a project as its file says it.
-fn load(project: &TestProject) -> Loaded {
+fn load(project: &Project) -> Loaded {
     let files = DiskFiles::new(&project.path("")).unwrap();
     let loaded = raxel_worldfile::load("worlds/test.toml", &files, &mut SourceMap::default());
     loaded.unwrap_or_else(|errors| panic!("{errors:#?}")).0
@@ -292,8 +250,18 @@ fn every_ray_hits_what_whole_numbers_say() {
 
 #[test]
 fn thousands_of_them_are_exact() {
-    let instances = "[[instances]]\nmodel = \"crate\"\nposition = [-200, -3, -200]\nyaw = 30\ncount = [32, 1, 32]\nstep = [12.5, 0, 12.75]\n\
-                     [[instances]]\nmodel = \"crate\"\nposition = [-200, 20, -200]\ncount = [32, 3, 32]\nstep = [13, 15, 14]\n";
+    let instances = r#"[[instances]]
+model = "crate"
+position = [-200, -3, -200]
+yaw = 30
+count = [32, 1, 32]
+step = [12.5, 0, 12.75]
+[[instances]]
+model = "crate"
+position = [-200, 20, -200]
+count = [32, 3, 32]
+step = [13, 15, 14]
+"#;
     let project = project([0; 3], 9, instances);
     let loaded = load(&project);
     assert_eq!(loaded.instances.list.len(), 4096);
@@ -320,9 +288,19 @@ fn thousands_of_them_are_exact() {
 
 #[test]
 fn params_move_them_and_nothing_runs_while_they_stand() {
-    let instances = "[[instances]]\nmodel = \"crate\"\nposition = [-20, 3, 4]\nslide = { param = \"tide\", along = [0.0, 0.5, 0.0] }\n\
-                     [[instances]]\nmodel = \"crate\"\nposition = [30, 3, 4]\nturn = { param = \"spin\", about = [0.5, 0.0, 0.5] }\n\
-                     [[instances]]\nmodel = \"mast\"\nposition = [1, 20, 4]\nturn = { param = \"wind\", axis = \"z\", default = 10 }\n";
+    let instances = r#"[[instances]]
+model = "crate"
+position = [-20, 3, 4]
+slide = { param = "tide", along = [0.0, 0.5, 0.0] }
+[[instances]]
+model = "crate"
+position = [30, 3, 4]
+turn = { param = "spin", about = [0.5, 0.0, 0.5] }
+[[instances]]
+model = "mast"
+position = [1, 20, 4]
+turn = { param = "wind", axis = "z", default = 10 }
+"#;
     let project = project([0; 3], 9, instances);
     let loaded = load(&project);
     let of = |tide: f64, spin: f64| {
@@ -351,25 +329,7 @@ fn params_move_them_and_nothing_runs_while_they_stand() {
 }
 
 /// Puts the first instances where a buffer says, one record a thread, and traces the rays of a file two frames long.
-const POSE_SHADER: &str = r"#version 460
-#include <raxel/poses.glsl>
-layout(local_size_x = 64) in;
-layout(push_constant) uniform Push { uint kind; uint wrong; } push;
-layout(std430) readonly buffer Wanted { uint wanted[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (12u * i >= wanted.length()) return;
-    ivec3 cell = ivec3(wanted[12u * i], wanted[12u * i + 1u], wanted[12u * i + 2u]);
-    vec4 place = uintBitsToFloat(uvec4(wanted[12u * i + 3u], wanted[12u * i + 4u], wanted[12u * i + 5u], wanted[12u * i + 6u]));
-    vec4 turn = vec4(uintBitsToFloat(uvec3(wanted[12u * i + 7u], wanted[12u * i + 8u], wanted[12u * i + 9u])), 0.0);
-    if (push.kind == 1u) rx_pose_set(i, cell, place.xyz, turn.x, turn.y, turn.z);
-    if (push.kind == 2u) rx_pose_restore(i);
-    if (push.kind == 3u) rx_pose_set_quaternion(i, cell, place.xyz, vec4(0.0, 0.0, place.w, place.w));
-    if (push.wrong == 1u && i == 0u) rx_pose_set(100000u, cell, place.xyz, 0.0, 0.0, 0.0);
-    if (push.wrong == 1u && i == 1u) rx_pose_set(1u, cell, vec3(0.0, uintBitsToFloat(0x7fc00000u), 0.0), 0.0, 0.0, 0.0);
-    if (push.wrong == 2u) for (uint k = 0u; k < 400u; ++k) rx_pose_set(i, cell, place.xyz, turn.x, turn.y, turn.z);
-}
-";
+const POSE_SHADER: &str = include_str!("fixtures/instances/pose.comp");
 
 const POSE_PASS: &str = r#"
 [params.kind]
@@ -415,11 +375,11 @@ fn wanted(count: usize, seed: u64) -> (Vec<u8>, Vec<Pose>) {
 }
 
 /// A world of 60 instances whose first 48 a shader puts elsewhere, the file and the poses; and the graph's text without the pass.
-fn posed(seed: u64) -> (TestProject, Loaded, Vec<Pose>) {
+fn posed(seed: u64) -> (Project, Loaded, Vec<Pose>) {
     let project = project([0; 3], seed, &random_instances([0; 3], seed));
     let (bytes, poses) = wanted(48, seed + 100);
     fs::write(project.path("data/wanted.bin"), bytes).unwrap();
-    project.write("graphs/instances.toml", format!("{GRAPH}{POSE_PASS}").replace("RAYS", &RAYS.to_string()));
+    project.write("graphs/instances.toml", format!("{GRAPH}{POSE_PASS}").replace("\"RAYS\"", &RAYS.to_string()));
     project.write("shaders/pose.comp", POSE_SHADER);
     let loaded = load(&project);
     (project, loaded, poses)
@@ -478,7 +438,7 @@ fn what_is_wrong_with_poses_of_shaders_is_said_once_and_left_out() {
     let rays = rays_for(&loaded, &away);
     fs::write(project.path("data/rays.bin"), bytes(&rays)).unwrap();
     // Without the memo the pass writes them in every frame.
-    let mut session = TestProject::open_with(Options { memo: false, ..options(&project) });
+    let mut session = Project::open_with(Options { memo: false, ..options(&project) });
     session.set_param("kind", Value::U32(1)).unwrap();
     let mut run = |wrong: u32| -> Vec<String> {
         session.set_param("wrong", Value::U32(wrong)).unwrap();
@@ -523,7 +483,7 @@ fn a_param_that_the_graph_lacks_is_named() {
 #[test]
 fn the_flock_flies() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         project: Some(root.clone()),
         graph: Some(root.join("graphs/examples/flock.toml")),
         world: Some(root.join("worlds/flock.toml")),

@@ -6,69 +6,30 @@ mod project;
 use std::path::Path;
 use std::time::Duration;
 
-use project::{TestProject, assert_silent, box_world, write_wav};
+use project::{Project, Sessions, assert_silent, box_world, write_wav};
 use raxel_runtime::inputs::Feed;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::take::Ended;
 use raxel_runtime::{OpenError, Options, Session};
 
 /// Two targets of one microphone: the first is shown with a moving trace of the last frame.
-const GRAPH: &str = r#"
-name = "microphone"
-present = "color"
-
-[targets.sound]
-source = "input.microphone"
-
-[targets.exact]
-source = "input.microphone"
-format = "r32f"
-mips = 2
-
-[targets.color]
-format = "r32f"
-size = { of = "sound" }
-history = 1
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { sound = "sound", exact = "exact", before = "color@1", outColor = "color" }
-[passes.push]
-sticks = "input.gamepad_sticks"
-drag = "input.drag"
-buttons = "input.gamepad_buttons"
-"#;
+const GRAPH: &str = include_str!("fixtures/microphone/microphone.toml");
 
 /// Each texel of the sound, a little of what the last frame had, of the other target's mips, and of mouse and gamepad.
-const SHADER: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 2) in;
-layout(r32f) uniform writeonly image2D outColor;
-layout(r32f) uniform readonly image2D before;
-uniform sampler2D sound;
-uniform sampler2D exact;
-layout(push_constant) uniform PC { vec4 sticks; ivec4 drag; uint buttons; } pc;
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    float near = texelFetch(sound, at, 0).x + 0.125 * imageLoad(before, at).x;
-    float held = pc.sticks.x + pc.sticks.w + float(pc.drag.x + 3 * pc.drag.z) + float(pc.buttons);
-    imageStore(outColor, at, vec4(near + 1e-3 * texelFetch(exact, at / 2, 1).x + 1e-4 * held));
-}
-";
+const SHADER: &str = include_str!("fixtures/microphone/show.comp");
 
 /// Samples of a frame.
 const STEP: usize = 960;
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/microphone.toml", GRAPH);
     project.write("shaders/show.comp", SHADER);
     project.write("worlds/box.toml", box_world(4));
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options {
         graph: Some("graphs/microphone.toml".into()),
         world: Some("worlds/box.toml".into()),
@@ -78,13 +39,8 @@ fn options(project: &TestProject) -> Options {
     }
 }
 
-fn open_demo(project: &TestProject, path: &str) -> Session {
-    TestProject::open_with(Options {
-        graph: None,
-        world: None,
-        demo: Some(Path::new(path).to_owned()),
-        ..options(project)
-    })
+fn open_demo(project: &Project, path: &str) -> Session {
+    Project::open_with(Options { graph: None, world: None, demo: Some(Path::new(path).to_owned()), ..options(project) })
 }
 
 fn bytes(session: &mut Session) -> Vec<u8> {
@@ -123,7 +79,7 @@ fn without_a_device_it_is_silent_and_runs_nothing() {
     project.write("graphs/microphone.toml", still);
     let still = SHADER.replace("layout(r32f) uniform readonly image2D before;\n", "");
     project.write("shaders/show.comp", still.replace(" + 0.125 * imageLoad(before, at).x", ""));
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     assert!(session.hears_microphone() && session.wants_capture());
     assert!(is_silent(&rows(&mut session)));
     let before = session.device().submitted();
@@ -140,7 +96,7 @@ fn without_a_device_it_is_silent_and_runs_nothing() {
 #[test]
 fn a_frame_hears_what_was_captured() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     let mut feed = session.microphone().line().feed(48_000, 1).unwrap();
     rows(&mut session);
     for frame in 0..20 {
@@ -199,7 +155,7 @@ fn play(session: &mut Session, feed: &mut Option<Feed>, frame: usize) {
 #[test]
 fn a_take_gives_the_same_bytes() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     // Samples before it are not part of it.
     let mut before = session.microphone().line().feed(48_000, 1).unwrap();
     for frame in 0..4 {
@@ -258,7 +214,7 @@ fn a_take_gives_the_same_bytes() {
 #[test]
 fn a_take_that_heard_nothing_has_no_sound() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     session.record().unwrap();
     bytes(&mut session);
     bytes(&mut session);
@@ -272,7 +228,7 @@ fn a_file_is_heard_in_place_of_a_device() {
     let project = project();
     let samples: Vec<i16> = (0..48_000).map(|at| (32_767.0 * tone(40, at)).round() as i16).collect();
     write_wav(&project.path("tone.wav"), &samples);
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     let mut feed = session.microphone().line().feed(48_000, 1).unwrap();
     session.give_sound(Some("tone.wav")).unwrap();
     assert!(!session.wants_capture());
@@ -306,7 +262,13 @@ fn a_file_is_heard_in_place_of_a_device() {
     assert_eq!((take.ended, take.sound), (Some(Ended::OtherSound), Some(samples[..STEP].to_vec())));
 }
 
-const DEMO: &str = "world = \"box.toml\"\ngraph = \"microphone.toml\"\nduration = 1.0\nsize = [512, 2]\n[inputs]\nmicrophone = \"../tone.wav\"\n";
+const DEMO: &str = r#"world = "box.toml"
+graph = "microphone.toml"
+duration = 1.0
+size = [512, 2]
+[inputs]
+microphone = "../tone.wav"
+"#;
 
 #[test]
 fn a_saved_sound_of_a_demo_is_taken_over() {
@@ -314,7 +276,7 @@ fn a_saved_sound_of_a_demo_is_taken_over() {
     let level = |level: i16| write_wav(&project.path("tone.wav"), &vec![level; 48_000]);
     level(16_384);
     project.write("worlds/a.demo.toml", DEMO);
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         watch: true,
         graph: None,
         world: None,

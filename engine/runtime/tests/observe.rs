@@ -3,71 +3,19 @@
 
 mod project;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_graph::checked::Value;
 use raxel_runtime::{Observe, Options, Session};
 
 /// `color` is shown. It does not need `sum`, which adds up frames, `rare`, which only every third frame writes, or `copy`.
-const GRAPH: &str = r#"
-name = "numbers"
-present = "color"
-[params.value]
-type = "f32"
-default = 1.0
-[targets.color]
-format = "r32f"
-size = [4, 4]
-[targets.sum]
-format = "r32f"
-size = [4, 4]
-[targets.copy]
-format = "r32f"
-size = [4, 4]
-[targets.rare]
-format = "r32f"
-size = [4, 4]
-[targets.valid]
-format = "r32f"
-size = [4, 4]
-history = 2
-[[passes]]
-name = "color"
-shader = "set.comp"
-dispatch = [1, 1, 1]
-bind = { to = "color" }
-push = { value = "param.value" }
-[[passes]]
-name = "copy"
-shader = "copy.comp"
-dispatch = [1, 1, 1]
-bind = { from = "sum", to = "copy" }
-[[passes]]
-name = "sum"
-shader = "add.comp"
-dispatch = [1, 1, 1]
-bind = { to = "sum" }
-push = { value = "param.value" }
-[[passes]]
-name = "rare"
-shader = "set.comp"
-dispatch = [1, 1, 1]
-every = { frames = 3 }
-bind = { to = "rare" }
-push = { value = "frame.time" }
-[[passes]]
-name = "valid"
-shader = "told.comp"
-dispatch = [1, 1, 1]
-bind = { to = "valid" }
-push = { still = "frame.still", valid = "history.valid" }
-"#;
+const GRAPH: &str = include_str!("fixtures/observe/numbers.toml");
 
 const HEAD: &str = "#version 460\nlayout(local_size_x = 1) in;\n";
 
 const NAMES: [&str; 5] = ["color", "copy", "sum", "rare", "valid"];
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     let push = "layout(push_constant) uniform Push { float value; };\n";
     let store = "layout(r32f) writeonly uniform image2D to;\n";
     project.write("graphs/numbers.toml", GRAPH);
@@ -99,9 +47,9 @@ fn project() -> TestProject {
     project
 }
 
-fn open(project: &TestProject, observe: Observe) -> Session {
+fn open(project: &Project, observe: Observe) -> Session {
     let graph = Some("graphs/numbers.toml".into());
-    TestProject::open_with(Options { graph, observe, step: Some(0.25), ..project.options() })
+    Project::open_with(Options { graph, observe, step: Some(0.25), ..project.options() })
 }
 
 fn read(session: &mut Session, name: &str) -> Result<f32, String> {
@@ -117,7 +65,7 @@ fn frame(session: &mut Session, frame: usize) {
 const FRAMES: usize = 24;
 
 /// The contents of every target after each frame, when everything can be read.
-fn all(project: &TestProject) -> Vec<Vec<f32>> {
+fn all(project: &Project) -> Vec<Vec<f32>> {
     let mut session = open(project, Observe::Everything);
     let mut frames = Vec::new();
     for number in 0..FRAMES {

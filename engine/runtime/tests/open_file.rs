@@ -6,13 +6,13 @@ mod project;
 
 use std::time::Duration;
 
-use project::{COUNT, COUNT_GRAPH, TestProject, WORLD_GRAPH, WORLD_SHADER, box_demo, box_world, red_after_frame};
+use project::{COUNT, COUNT_GRAPH, Project, Sessions, WORLD_GRAPH, WORLD_SHADER, box_demo, box_world, red_after_frame};
 use raxel_edit::{Operation, Steps};
 use raxel_runtime::reload::{ProjectFile, ReloadEvent};
 use raxel_runtime::{Options, Saves, Session};
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     for (path, text) in [
         ("graphs/world.toml", WORLD_GRAPH.to_owned()),
         ("graphs/count.toml", COUNT_GRAPH.to_owned()),
@@ -27,8 +27,8 @@ fn project() -> TestProject {
     project
 }
 
-fn open(project: &TestProject, saves: Saves) -> Session {
-    TestProject::open_with(Options {
+fn open(project: &Project, saves: Saves) -> Session {
+    Project::open_with(Options {
         graph: Some("graphs/world.toml".into()),
         world: Some("worlds/box.toml".into()),
         saves,

@@ -5,7 +5,7 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_diagnostics::Severity;
 use raxel_execute::PassPrints;
 use raxel_graph::checked::Value;
@@ -15,7 +15,7 @@ use raxel_runtime::{Options, Session};
 /// The shader that stores `pc.n` after it has run `body` with `at`, the invocation, and `n`.
 fn shader(body: &str) -> String {
     format!(
-        "#version 460
+        r"#version 460
 #include <raxel/print.glsl>
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform writeonly image2D outColor;
@@ -33,28 +33,10 @@ void main() {{
 /// The first line of `body` in a shader.
 const LINE: u32 = 10;
 
-const GRAPH: &str = r#"
-name = "printing"
-present = "color"
+const GRAPH: &str = include_str!("fixtures/prints/print.toml");
 
-[params.n]
-type = "u32"
-default = 0
-range = [0, 1000]
-
-[targets.color]
-format = "rgba32f"
-
-[[passes]]
-name = "print"
-shader = "print.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push = { n = "param.n" }
-"#;
-
-fn project(body: &str) -> TestProject {
-    let project = TestProject::new();
+fn project(body: &str) -> Project {
+    let project = Project::filled();
     project.write("graphs/print.toml", GRAPH);
     project.write("shaders/print.comp", shader(body));
     project
@@ -161,7 +143,7 @@ fn two_passes_of_one_shader_print_each_for_itself() {
     project.write("graphs/print.toml", &(GRAPH.to_owned() + TWO));
     let observe = raxel_runtime::Observe::Everything;
     let options = Options { graph: Some("graphs/print.toml".into()), observe, ..project.options() };
-    let mut session = TestProject::open_with(options);
+    let mut session = Project::open_with(options);
     for n in [1, 2] {
         let prints = frame(&mut session, n);
         let passes: Vec<&str> = prints.iter().map(|prints| prints.pass.as_str()).collect();
@@ -237,7 +219,7 @@ fn printing_is_switched_by_editing_the_shader() {
 fn an_assertion_is_an_error_once_until_it_holds() {
     let project = project("    rx_assert(n < 5u || at.y > 0 /* )( */);");
     let graph = Some("graphs/print.toml".into());
-    let mut session = TestProject::open_with(Options { graph, memo: false, ..project.options() });
+    let mut session = Project::open_with(Options { graph, memo: false, ..project.options() });
     let mut said = |n: u32| {
         assert!(frame(&mut session, n).is_empty(), "an assertion is no line");
         let said = session.take_messages();

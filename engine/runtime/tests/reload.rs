@@ -8,7 +8,7 @@ use std::fs;
 use std::thread::sleep;
 use std::time::Duration;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_diagnostics::Severity;
 use raxel_graph::checked::Value;
 use raxel_runtime::Options;
@@ -46,7 +46,7 @@ const SAVES: &[(&str, Save)] = &[
 
 #[test]
 fn every_way_of_saving_reloads_once_and_without_an_error() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.25);
@@ -70,7 +70,7 @@ fn every_way_of_saving_reloads_once_and_without_an_error() {
 
 #[test]
 fn a_save_without_a_change_is_no_edit() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     let text = fs::read_to_string(project.path("shaders/fill.comp")).unwrap();
     for _ in 0..3 {
@@ -82,7 +82,7 @@ fn a_save_without_a_change_is_no_edit() {
 
 #[test]
 fn texts_that_make_the_same_module_make_no_pipeline() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let shader = |value: &str| project::fill(value).replace("//INCLUDE", "#include \"value.glsl\"");
     let include = |value: &str| format!("#define VALUE {value}\n");
     project.write("shaders/include/value.glsl", include("0.25"));
@@ -115,11 +115,16 @@ fn passes_of_equal_modules_and_constants_share_a_pipeline() {
         )
     };
     let graph = |passes: &[String]| {
-        let head = "name = \"fill\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nclear = [0.0, 0.0, 0.0, 0.0]\n";
+        let head = r#"name = "fill"
+present = "color"
+[targets.color]
+format = "rgba32f"
+clear = [0.0, 0.0, 0.0, 0.0]
+"#;
         format!("{head}{}", passes.concat())
     };
     let run = |passes: &[String]| {
-        let project = TestProject::new();
+        let project = Project::filled();
         let text = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const float ADDED = 1.0;
@@ -168,24 +173,8 @@ void main() {{
         )
     };
     let whole = "color = imageLoad(sum, pixel) + pc.add; imageStore(sum, pixel, color);";
-    let graph = r#"
-name = "gather"
-present = "color"
-[params.add]
-type = "f32"
-default = 1.0
-[targets.color]
-format = "rgba32f"
-[targets.sum]
-format = "rgba32f"
-[[passes]]
-name = "gather"
-shader = "gather.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", sum = "sum" }
-push = { add = "param.add" }
-"#;
-    let project = TestProject::new();
+    let graph = include_str!("fixtures/reload/gather.toml");
+    let project = Project::filled();
     project.write("graphs/gather.toml", graph);
     project.write("shaders/gather.comp", shader(whole));
     let options = Options {
@@ -194,7 +183,7 @@ push = { add = "param.add" }
         observe: raxel_runtime::Observe::Shown,
         ..project.options()
     };
-    let mut session = TestProject::open_with(options);
+    let mut session = Project::open_with(options);
     for frame in 1..=3 {
         assert_eq!(project::red_after_frame(&mut session), frame as f32);
     }
@@ -216,7 +205,7 @@ push = { add = "param.add" }
 
 #[test]
 fn an_error_is_told_once_and_the_last_picture_stays() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     session.frame().unwrap();
     project.write("shaders/fill.comp", project::fill("vec4(nonsense)"));
@@ -245,7 +234,7 @@ fn an_error_is_told_once_and_the_last_picture_stays() {
 
 #[test]
 fn a_missing_include_is_waited_for() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     let with_include = project::fill("vec4(VALUE)").replace("//INCLUDE", "#include \"value.glsl\"");
     project.write("shaders/fill.comp", &with_include);
@@ -269,7 +258,7 @@ fn a_missing_include_is_waited_for() {
 
 #[test]
 fn a_graph_edit_keeps_history_clock_params_and_camera() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/count.comp", project::COUNT);
     project.write("graphs/count.toml", project::COUNT_GRAPH);
     let mut session = project.open_graph("graphs/count.toml");
@@ -308,7 +297,7 @@ fn a_graph_edit_keeps_history_clock_params_and_camera() {
 
 #[test]
 fn the_newest_of_quick_edits_wins() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     for red in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75] {
         project.write("shaders/fill.comp", project::fill(&format!("vec4({red})")));
@@ -326,8 +315,8 @@ fn the_newest_of_quick_edits_wins() {
 
 #[test]
 fn polling_sees_edits_too() {
-    let project = TestProject::new();
-    let mut session = TestProject::open_with(Options { poll: true, ..project.options() });
+    let project = Project::filled();
+    let mut session = Project::open_with(Options { poll: true, ..project.options() });
     // File times may be as coarse as the poll.
     sleep(Duration::from_millis(20));
     project.write("shaders/fill.comp", project::fill("vec4(0.5)"));
@@ -338,7 +327,7 @@ fn polling_sees_edits_too() {
 
 #[test]
 fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
-    let project = TestProject::new();
+    let project = Project::filled();
     let graph = std::fs::read_to_string(project.path("graphs/fill.toml")).unwrap();
     let spare = "\n[targets.spare]\nformat = \"r32f\"\n";
     project.write("graphs/fill.toml", format!("{graph}{spare}"));
@@ -354,47 +343,18 @@ fn a_debug_target_that_is_edited_away_gives_way_to_the_graphs_own() {
     project::assert_silent(&session);
 }
 
-const FOLLOWS_GRAPH: &str = r#"
-name = "follows"
-present = "color"
-[targets.color]
-format = "rgba32f"
-history = 1
-[targets.cells]
-format = "r32ui"
-size = { of = "world", scale = 0.5 }
-init = 0
-[[passes]]
-name = "follow"
-shader = "follow.comp"
-dispatch = { threads = "color" }
-bind = { before = "color@1", after = "color", cells = "cells" }
-push = { extent = "target.cells.size", red = "material.red" }
-"#;
+const FOLLOWS_GRAPH: &str = include_str!("fixtures/reload/follows.toml");
 
-const FOLLOW_SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D after;
-layout(r32ui) uniform uimage3D cells;
-layout(push_constant) uniform PC { ivec3 extent; uint red; } pc;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    float frames = imageLoad(before, pixel).x + 1.0;
-    float seen = float(imageLoad(cells, ivec3(0)).x);
-    imageStore(after, pixel, vec4(frames, float(pc.extent.x * imageSize(cells).z), float(pc.red), seen));
-    if (pixel == ivec2(0)) imageStore(cells, ivec3(0), uvec4(7));
-}
-";
+const FOLLOW_SHADER: &str = include_str!("fixtures/reload/follow.comp");
 
 /// An edit of the world resizes what follows its bounds, which starts again, and renumbers its materials; all else stays.
 #[test]
 fn what_follows_the_world_follows_its_edits() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/follows.toml", FOLLOWS_GRAPH);
     project.write("shaders/follow.comp", FOLLOW_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
-    let mut session = TestProject::open_with(Options {
+    let mut session = Project::open_with(Options {
         graph: Some("graphs/follows.toml".into()),
         world: Some("worlds/box.toml".into()),
         ..project.options()
@@ -427,7 +387,7 @@ fn what_follows_the_world_follows_its_edits() {
 
 #[test]
 fn world_and_demo_edits_reload_what_they_concern() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
@@ -460,11 +420,11 @@ fn world_and_demo_edits_reload_what_they_concern() {
 
 #[test]
 fn a_shader_is_told_whether_there_is_a_history() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/valid.toml", project::VALID_GRAPH);
     project.write("shaders/valid.comp", project::VALID);
     let mut session =
-        TestProject::open_with(Options { graph: Some(project.path("graphs/valid.toml")), ..project.options() });
+        Project::open_with(Options { graph: Some(project.path("graphs/valid.toml")), ..project.options() });
     // The value, the number of frames that nothing changed in, and those since the history was cleared.
     let frame = |session: &mut raxel_runtime::Session| {
         session.frame().unwrap();

@@ -5,29 +5,14 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent, write_wav};
+use project::{Project, Sessions, assert_silent, write_wav};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
-const GRAPH: &str = r#"
-name = "sound"
-present = "color"
-
-[targets.sound]
-source = "file.tone.wav"
-
-[targets.color]
-format = "r32f"
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { sound = "sound", outColor = "color" }
-"#;
+const GRAPH: &str = include_str!("fixtures/sound/sound.toml");
 
 /// Each texel of the sound, as the sampler gives it.
-const SHADER: &str = "#version 460
+const SHADER: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f) uniform writeonly image2D outColor;
 uniform sampler2D sound;
@@ -53,15 +38,15 @@ fn samples(tones: &[usize]) -> Vec<i16> {
     std::iter::repeat_n(0, RATE).chain(tones).collect()
 }
 
-fn project(tones: &[usize]) -> TestProject {
-    let project = TestProject::new();
+fn project(tones: &[usize]) -> Project {
+    let project = Project::filled();
     project.write("graphs/sound.toml", GRAPH);
     project.write("shaders/show.comp", SHADER);
     write_wav(&project.path("tone.wav"), &samples(tones));
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options { graph: Some("graphs/sound.toml".into()), step: Some(0.1), size: [512, 2], ..project.options() }
 }
 
@@ -84,7 +69,7 @@ fn each_frame_hears_what_sounds_at_its_time() {
     let project = project(&[40, 137]);
     let mut runs = Vec::new();
     for _ in 0..2 {
-        let mut session = TestProject::open_with(options(&project));
+        let mut session = Project::open_with(options(&project));
         let heard: Vec<_> = (0..34).map(|_| rows(&mut session)).collect();
         let [spectrum, waveform] = &heard[10];
         assert!(spectrum.iter().all(|value| *value == 0.0) && waveform.iter().all(|value| *value == 0.5));
@@ -114,7 +99,7 @@ fn each_frame_hears_what_sounds_at_its_time() {
 #[test]
 fn a_paused_or_silent_sound_runs_nothing() {
     let project = project(&[40]);
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     rows(&mut session);
     let stands_still = |session: &mut Session| {
         let before = session.device().submitted();
@@ -136,7 +121,7 @@ fn a_paused_or_silent_sound_runs_nothing() {
 #[test]
 fn another_sound_and_other_texels_are_taken_over() {
     let project = project(&[40]);
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     session.seek(1.5);
     let quiet = rows(&mut session)[0][40];
     write_wav(&project.path("tone.wav"), &samples(&[137]));

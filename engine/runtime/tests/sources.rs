@@ -7,31 +7,18 @@ mod project;
 use std::fs;
 use std::time::Duration;
 
-use project::{TestProject, red, red_after_frame, texel};
+use project::{Project, Sessions, red, red_after_frame, texel};
 use raxel_execute::WriteError;
 use raxel_layouts::Layout;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
 /// 4³ voxels without the four at y = z = 3.
-const BOX_WITHOUT_AN_EDGE: &str = r##"name = "box"
-[materials]
-red = { albedo = "#ff0000" }
-[[build]]
-op = "box"
-min = [0, 0, 0]
-max = [4, 4, 3]
-material = "red"
-[[build]]
-op = "box"
-min = [0, 0, 3]
-max = [4, 3, 4]
-material = "red"
-"##;
+const BOX_WITHOUT_AN_EDGE: &str = include_str!("fixtures/sources/box.toml");
 
 #[test]
 fn a_world_that_is_written_in_part_shows_in_the_next_frame() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", BOX_WITHOUT_AN_EDGE);
@@ -66,32 +53,7 @@ fn a_world_that_is_written_in_part_shows_in_the_next_frame() {
     project::assert_silent(&session);
 }
 
-const FILES_GRAPH: &str = r#"
-name = "files"
-present = "color"
-[targets.picture]
-source = "file.textures/a.png"
-mips = "full"
-[targets.half]
-format = "rgba32f"
-size = { of = "picture", scale = 0.5 }
-[targets.color]
-format = "rgba32f"
-[buffers.table]
-source = "file.data/table.bin"
-[[passes]]
-name = "half"
-shader = "half.comp"
-dispatch = { threads = "half" }
-bind = { picture = { target = "picture", filter = "linear", wrap = "repeat" }, outColor = "half" }
-[[passes]]
-name = "files"
-shader = "files.comp"
-dispatch = { threads = "color" }
-bind = { picture = { target = "picture", mip = 0 }, small = "half", table = "table", outColor = "color" }
-[passes.push]
-size = "target.picture.size"
-"#;
+const FILES_GRAPH: &str = include_str!("fixtures/sources/files.toml");
 
 const HALF: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -103,20 +65,7 @@ void main() {
 ";
 
 /// A texel of the file, the mean by its mip, a word of the table, the width of the file.
-const FILES: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r8) uniform readonly image2D picture;
-layout(rgba32f) uniform readonly image2D small;
-readonly buffer Table { float values[]; } table;
-layout(rgba32f) uniform writeonly image2D outColor;
-layout(push_constant) uniform PC { ivec2 size; } pc;
-void main() {
-    // 25.000002 of 255 is 25.
-    float texel = round(imageLoad(picture, ivec2(1, 0)).r * 255.0), mean = round(imageLoad(small, ivec2(0)).r * 255.0);
-    vec4 found = vec4(texel, mean, table.values[1], pc.size.x);
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), found);
-}
-";
+const FILES: &str = include_str!("fixtures/sources/files.comp");
 
 /// A grey PNG of two rows.
 fn png(rows: [&[u8]; 2]) -> Vec<u8> {
@@ -133,8 +82,8 @@ fn floats(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-fn files_project() -> TestProject {
-    let project = TestProject::new();
+fn files_project() -> Project {
+    let project = Project::filled();
     project.write("graphs/files.toml", FILES_GRAPH);
     project.write("shaders/half.comp", HALF);
     project.write("shaders/files.comp", FILES);
@@ -210,27 +159,7 @@ fn files_that_cannot_be_had_are_diagnosed() {
     assert!(size.contains("size"), "{size}");
 }
 
-const COPY_GRAPH: &str = r#"
-name = "copy"
-present = "color"
-[buffers.mine]
-copy = "world.octree"
-[buffers.pine]
-source = "model.pine.svo"
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "dig"
-shader = "dig.comp"
-dispatch = [1, 1, 1]
-bind = { world = "mine" }
-every = { frames = 1000 }
-[[passes]]
-name = "count"
-shader = "count.comp"
-dispatch = { threads = "color" }
-bind = { world = "mine", pine = "pine", outColor = "color" }
-"#;
+const COPY_GRAPH: &str = include_str!("fixtures/sources/copy.toml");
 
 const DIG: &str = r"#version 460
 #define RX_WRITE_world
@@ -250,24 +179,11 @@ const COPY_IMAGE: [(&str, &str); 3] = [
 ];
 
 /// Solid voxels in a box of the copy and of the model.
-const COUNT_SOLID: &str = r"#version 460
-#include <raxel/world.glsl>
-#include <raxel/world/pine.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-void main() {
-    uvec2 solid = uvec2(0u);
-    for (int i = 0; i < 16 * 16 * 16; ++i) {
-        ivec3 cell = ivec3(i % 16, i / 16 % 16, i / 256) - 4;
-        solid += uvec2(rx_material(cell) != 0u ? 1u : 0u, pine_material(cell) != 0u ? 1u : 0u);
-    }
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(solid, 0.0, 0.0));
-}
-";
+const COUNT_SOLID: &str = include_str!("fixtures/sources/count.comp");
 
 #[test]
 fn shaders_dig_into_a_copy_beside_a_model_and_an_edit_of_the_world_fills_it_again() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/copy.toml", COPY_GRAPH);
     project.write("shaders/dig.comp", DIG);
     project.write("shaders/count.comp", COUNT_SOLID);

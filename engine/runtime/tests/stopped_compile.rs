@@ -7,7 +7,7 @@ mod project;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_diagnostics::render;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_shader::worker::{self, CompileLimits};
@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     if let Some(code) = worker::isolate() {
         return code;
     }
-    let project = TestProject::new();
+    let project = Project::filled();
     let mut session = project.open();
     session.frame().unwrap();
     assert_eq!(project::red(&mut session), 0.25);

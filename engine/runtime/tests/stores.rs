@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_bake::{BakePart, FolderStore, Plan, bake};
 use raxel_diagnostics::{DiskFiles, MemoryFiles, SourceMap};
 use raxel_edit::EditError;
@@ -26,28 +26,7 @@ use raxel_worldfile::Effort;
 /// Levels of detail in a store.
 const LEVELS: u32 = 2;
 
-const LAND: &str = r##"
-seed = SEED
-[stream]
-near = 64
-[materials]
-grass = { albedo = "#508030" }
-stone = { albedo = [0.3, 0.3, 0.32], roughness = 0.8 }
-lamp  = { albedo = "#ffe0a0", emission = 4 }
-[[build]]
-op = "terrain"
-base = -10
-amplitude = 60
-frequency = 0.02
-floor = -60
-layers = [{ material = "grass", depth = 2 }, { material = "stone" }]
-caves = { width = 0.2, frequency = 0.03 }
-[[build]]
-op = "sphere"
-center = [0, 20, 0]
-radius = 9
-material = "lamp"
-"##;
+const LAND: &str = include_str!("fixtures/stores/land.toml");
 
 const WORLD: &str = "[stream]\nsource = \"zarr:store\"\nnear = 64\n";
 
@@ -60,7 +39,7 @@ struct Baked {
 
 impl Baked {
     fn new(seed: u32, edge: u32) -> Self {
-        let files = MemoryFiles::new([("land.toml", LAND.replace("SEED", &seed.to_string()))]);
+        let files = MemoryFiles::new([("land.toml", LAND.replace("seed = 0", &format!("seed = {seed}")))]);
         let land = raxel_worldfile::load("land.toml", &files, &mut SourceMap::default()).expect("it is right").0;
         let land = land.stream.expect("it is streamed").generator;
         let region = Bounds { min: [-64; 3], max: [64; 3] };
@@ -281,7 +260,7 @@ fn every_answer_of_a_damaged_store_is_exact_or_names_a_chunk() {
 #[test]
 fn a_session_names_the_chunk_that_is_unavailable() {
     let baked = Baked::new(5, 64);
-    let project = TestProject::new();
+    let project = Project::filled();
     copy(&baked.objects(), &project.path("store"));
     project.write("worlds/land.toml", WORLD);
     let options = || Options {
@@ -295,7 +274,7 @@ fn a_session_names_the_chunk_that_is_unavailable() {
     let whole = fs::read(project.path("store").join(object)).unwrap();
     for cut in [0, whole.len() / 2, whole.len()] {
         fs::write(project.path("store").join(object), &whole[..cut]).unwrap();
-        let mut session: Session = TestProject::open_with(options());
+        let mut session: Session = Project::open_with(options());
         session.frame().unwrap();
         let mut camera = *session.camera();
         camera.place(glam::DVec3::new(30.0, 20.5, 30.0));

@@ -5,86 +5,30 @@ mod project;
 
 use std::collections::BTreeMap;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::Thumbnail;
 use raxel_runtime::{Observe, Options, Session};
 
 /// Four targets that could share memory, written in turn; the second in place.
-const GRAPH: &str = r#"
-name = "thumbnails"
-present = "last"
+const GRAPH: &str = include_str!("fixtures/thumbnails/thumbnails.toml");
 
-[params.red]
-type = "f32"
-default = 1.0
-range = [0.0, 1.0]
-
-[targets.first]
-format = "rgba8"
-[targets.wide]
-format = "rgba8"
-size = [64, 16]
-[targets.middle]
-format = "rgba8"
-[targets.last]
-format = "rgba8"
-
-[[passes]]
-name = "first"
-shader = "fill.comp"
-defines = { COLOR = "vec4(pc.red, 0, 0, 1)" }
-dispatch = { threads = "first" }
-bind = { outColor = "first" }
-push = { red = "param.red" }
-
-[[passes]]
-name = "wide"
-shader = "copy.comp"
-defines = { COLOR = "value.gbra" }
-dispatch = { threads = "wide" }
-bind = { from = "first", outColor = "wide" }
-
-[[passes]]
-name = "middle"
-shader = "copy.comp"
-defines = { COLOR = "value.gbra" }
-dispatch = { threads = "middle" }
-bind = { from = "wide", outColor = "middle" }
-
-[[passes]]
-name = "last"
-shader = "copy.comp"
-defines = { COLOR = "vec4(1)" }
-dispatch = { threads = "last" }
-bind = { from = "middle", outColor = "last" }
-"#;
-
-const FILL: &str = "#version 460
+const FILL: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba8) uniform writeonly image2D outColor;
 layout(push_constant) uniform PC { float red; } pc;
 void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), COLOR); }
 ";
 
-const COPY: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba8) uniform readonly image2D from;
-layout(rgba8) uniform writeonly image2D outColor;
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    vec4 value = imageLoad(from, at % imageSize(from));
-    imageStore(outColor, at, COLOR);
-}
-";
+const COPY: &str = include_str!("fixtures/thumbnails/copy.comp");
 
-fn open() -> (TestProject, Session) {
-    let project = TestProject::new();
+fn open() -> (Project, Session) {
+    let project = Project::filled();
     project.write("graphs/thumbnails.toml", GRAPH);
     project.write("shaders/fill.comp", FILL);
     project.write("shaders/copy.comp", COPY);
     let graph = Some("graphs/thumbnails.toml".into());
     // As in a window: with memory that is shared.
-    let session = TestProject::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
+    let session = Project::open_with(Options { graph, observe: Observe::Shown, ..project.options() });
     (project, session)
 }
 

@@ -7,44 +7,14 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
-const GRAPH: &str = r#"
-name = "video"
-present = "color"
+const GRAPH: &str = include_str!("fixtures/video/video.toml");
 
-[params.add]
-type = "f32"
-default = 0.0
-range = [0.0, 1.0]
-
-[targets.clip]
-source = "file.clip.mkv"
-
-[targets.color]
-format = "rgba8"
-
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { clip = "clip", outColor = "color" }
-push = { add = "param.add" }
-"#;
-
-const SHADER: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba8) uniform writeonly image2D outColor;
-uniform sampler2D clip;
-layout(push_constant) uniform PC { float add; } pc;
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, at, texelFetch(clip, at % textureSize(clip, 0), 0) + vec4(0, pc.add, 0, 0));
-}
-";
+const SHADER: &str = include_str!("fixtures/video/show.comp");
 
 /// Writes a video without loss: a frame of one colour for each number, ten a second.
 fn write_clip(path: &Path, reds: &[u8]) {
@@ -63,15 +33,15 @@ fn write_clip(path: &Path, reds: &[u8]) {
     assert!(ffmpeg.wait().unwrap().success());
 }
 
-fn project(reds: &[u8]) -> TestProject {
-    let project = TestProject::new();
+fn project(reds: &[u8]) -> Project {
+    let project = Project::filled();
     project.write("graphs/video.toml", GRAPH);
     project.write("shaders/show.comp", SHADER);
     write_clip(&project.path("clip.mkv"), reds);
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options { graph: Some("graphs/video.toml".into()), step: Some(0.1), ..project.options() }
 }
 
@@ -89,7 +59,7 @@ fn red(session: &mut Session) -> u8 {
 fn each_frame_shows_the_frame_of_its_time_and_the_end_is_the_beginning() {
     let project = project(&[10, 60, 110, 160, 210]);
     for _ in 0..2 {
-        let mut session = TestProject::open_with(options(&project));
+        let mut session = Project::open_with(options(&project));
         let reds: Vec<u8> = (0..12).map(|_| red(&mut session)).collect();
         assert_eq!(reds, [10, 60, 110, 160, 210, 10, 60, 110, 160, 210, 10, 60]);
         session.seek(0.35);
@@ -105,7 +75,7 @@ fn each_frame_shows_the_frame_of_its_time_and_the_end_is_the_beginning() {
 #[test]
 fn frames_are_repeated_and_left_out() {
     let project = project(&[10, 60, 110, 160, 210]);
-    let mut slow = TestProject::open_with(Options { step: Some(0.04), ..options(&project) });
+    let mut slow = Project::open_with(Options { step: Some(0.04), ..options(&project) });
     let reds: Vec<u8> = (0..8).map(|_| red(&mut slow)).collect();
     assert_eq!(reds, [10, 10, 10, 60, 60, 110, 110, 110]);
     slow.pause(true);
@@ -116,7 +86,7 @@ fn frames_are_repeated_and_left_out() {
     }
     slow.wait().unwrap();
     assert!(slow.device().submitted() == before, "a paused video runs nothing");
-    let mut fast = TestProject::open_with(Options { step: Some(0.2), ..options(&project) });
+    let mut fast = Project::open_with(Options { step: Some(0.2), ..options(&project) });
     let reds: Vec<u8> = (0..4).map(|_| red(&mut fast)).collect();
     assert_eq!(reds, [10, 110, 210, 60]);
 }
@@ -125,7 +95,7 @@ fn frames_are_repeated_and_left_out() {
 #[test]
 fn a_live_clock_waits_for_no_frame_of_a_video() {
     let project = project(&[10, 60, 110, 160, 210]);
-    let mut session = TestProject::open_with(Options { step: None, ..options(&project) });
+    let mut session = Project::open_with(Options { step: None, ..options(&project) });
     let mut seen = std::collections::BTreeSet::new();
     let until = std::time::Instant::now() + Duration::from_secs(60);
     while seen.len() < 3 && std::time::Instant::now() < until {
@@ -137,7 +107,7 @@ fn a_live_clock_waits_for_no_frame_of_a_video() {
 #[test]
 fn another_video_and_other_texels_are_taken_over() {
     let project = project(&[10, 60, 110]);
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     assert_eq!([red(&mut session), red(&mut session)], [10, 60]);
     write_clip(&project.path("clip.mkv"), &[20, 30, 40, 50]);
     let events = session.wait_reload(Duration::from_secs(60));

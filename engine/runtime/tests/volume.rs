@@ -6,68 +6,20 @@ mod project;
 
 use std::time::Duration;
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Options, Session};
 
-const GRAPH: &str = r#"
-name = "volume"
-present = "color"
-
-[targets.color]
-format = "rgba32f"
-
-[targets.sum]
-format = "r32ui"
-
-[targets.voxels]
-source = "world.texture3d"
-
-[buffers.world]
-source = "world.texture3d"
-
-[[passes]]
-name = "sampled"
-shader = "sampled.comp"
-dispatch = { threads = "color" }
-bind = { world = "world", world_voxels = { target = "voxels", mip = 1 }, outColor = "color" }
-
-[[passes]]
-name = "stored"
-shader = "stored.comp"
-dispatch = { threads = "sum" }
-bind = { mip2 = { target = "voxels", mip = 2 }, outSum = "sum" }
-"#;
+const GRAPH: &str = include_str!("fixtures/volume/volume.toml");
 
 /// Extent of mip 1, its texel (1, 1, 1), material of a voxel by the layout's own look-up.
-const SAMPLED: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-uniform usampler3D world_voxels;
-layout(rgba32f) uniform writeonly image2D outColor;
-readonly buffer RxWorld { ivec3 origin; uint log2_size; ivec3 bounds_min; uint material_count; ivec3 bounds_last; uint materials_at; ivec3 size; uint mip_count; uint words[]; } world;
-void main() {
-    vec4 found = vec4(textureSize(world_voxels, 0).x, texelFetch(world_voxels, ivec3(1), 0).x, world.mip_count, 0.0);
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), found);
-}
-";
+const SAMPLED: &str = include_str!("fixtures/volume/sampled.comp");
 
 /// Number of texels of mip 2 that are not empty, counted through a storage image.
-const STORED: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r16ui) uniform readonly uimage3D mip2;
-layout(r32ui) uniform writeonly uimage2D outSum;
-void main() {
-    uint sum = 0u;
-    ivec3 size = imageSize(mip2);
-    for (int i = 0; i < size.x * size.y * size.z; ++i) {
-        sum += imageLoad(mip2, ivec3(i % size.x, i / size.x % size.y, i / size.x / size.y)).x != 0u ? 1u : 0u;
-    }
-    imageStore(outSum, ivec2(gl_GlobalInvocationID.xy), uvec4(sum));
-}
-";
+const STORED: &str = include_str!("fixtures/volume/stored.comp");
 
-fn volume(edge: u32) -> TestProject {
-    let project = TestProject::new();
+fn volume(edge: u32) -> Project {
+    let project = Project::filled();
     project.write("graphs/volume.toml", GRAPH);
     project.write("shaders/sampled.comp", SAMPLED);
     project.write("shaders/stored.comp", STORED);
@@ -75,9 +27,9 @@ fn volume(edge: u32) -> TestProject {
     project
 }
 
-fn open(project: &TestProject) -> Session {
+fn open(project: &Project) -> Session {
     let options = Options { graph: Some("graphs/volume.toml".into()), pinned: vec!["sum".into()], ..project.options() };
-    TestProject::open_with(options)
+    Project::open_with(options)
 }
 
 /// Integers of a slice.
@@ -129,13 +81,13 @@ fn passes_read_the_image_and_it_follows_its_world() {
 
 #[test]
 fn any_graph_can_have_its_world_so() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", project::box_world(4));
     let options =
         Options { graph: Some("graphs/world.toml".into()), layout: Some(raxel_rivals::TEXTURE3D), ..project.options() };
-    let mut session = TestProject::open_with(options);
+    let mut session = Project::open_with(options);
     session.frame().unwrap();
     assert_eq!(project::texel(&mut session), [64.0, 1.0, 0.0, 0.0]);
     assert_eq!(session.read_texels("world_voxels", 0, 0, 0).unwrap().width, 64);

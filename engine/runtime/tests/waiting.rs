@@ -5,15 +5,15 @@ mod project;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use project::{TestProject, assert_silent, box_demo, box_world, fill, red_after_frame};
+use project::{Project, Sessions, assert_silent, box_demo, box_world, fill, red_after_frame};
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{ManifestDefaults, OpenError, Options, Session};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A demo of a world that a graph counts the voxels of, beside the graph that fills.
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/world.toml", project::WORLD_GRAPH);
     project.write("shaders/world.comp", project::WORLD_SHADER);
     project.write("worlds/box.toml", box_world(2));
@@ -22,7 +22,7 @@ fn project() -> TestProject {
 }
 
 fn waiting(options: Options) -> Session {
-    let session = TestProject::open_with(Options { wait: true, ..options });
+    let session = Project::open_with(Options { wait: true, ..options });
     assert!(session.is_waiting());
     session
 }
@@ -96,7 +96,7 @@ fn every_kind_of_file_is_waited_for() {
 
 #[test]
 fn a_missing_file_and_other_mistakes_are_told_once_each() {
-    let project = TestProject::new();
+    let project = Project::filled();
     std::fs::remove_file(project.path("shaders/fill.comp")).unwrap();
     let mut session = waiting(project.options());
     let device = session.device().id();
@@ -128,15 +128,15 @@ fn the_manifest_is_read_again_and_says_what_is_opened_then() {
     assert_eq!(session.demo().unwrap().file, "worlds/gain.demo.toml");
     // A window keeps its size; a session that opens at once has the manifest's.
     assert_eq!((session.viewport().window(), session.size()), ([16, 16], [8, 8]));
-    assert_eq!(TestProject::open_with(options.clone()).viewport().window(), [40, 20]);
+    assert_eq!(Project::open_with(options.clone()).viewport().window(), [40, 20]);
     // A named file is opened, for any manifest.
     let named = Options { graph: Some(Path::new("graphs/fill.toml").to_owned()), ..options };
-    assert!(TestProject::open_with(named).demo().is_none());
+    assert!(Project::open_with(named).demo().is_none());
 }
 
 #[test]
 fn what_no_edit_can_mend_is_told_as_it_is() {
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/fill.comp", "wrong");
     let mut options = project.options();
     options.debug_target.resource = "depth".to_owned();

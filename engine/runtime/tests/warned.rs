@@ -5,63 +5,18 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Options, Session};
 
 /// Counts `param.lost` in the second word, and one less in the third: nothing is stored where that is 0.
-const SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-layout(std430) buffer Counts { uint counts[]; };
-layout(push_constant) uniform PC { uint lost; } pc;
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(pc.lost));
-    if (gl_GlobalInvocationID.y != 0u) return;
-    if (i < pc.lost) atomicAdd(counts[1], 1u);
-    if (i + 1u < pc.lost) atomicAdd(counts[2], 1u);
-}
-";
+const SHADER: &str = include_str!("fixtures/warned/counting.comp");
 
-const GRAPH: &str = r#"
-name = "counting"
-present = "color"
+const GRAPH: &str = include_str!("fixtures/warned/counting.toml");
 
-[params.lost]
-type = "u32"
-default = 0
-range = [0, 16]
-
-[targets.color]
-format = "rgba32f"
-
-[buffers.counts]
-size = { of = "color", stride = 4 }
-clear = 0
-
-[[buffers.counts.warnings]]
-offset = 4
-says = "pixels found no room"
-help = "make room"
-
-[[buffers.counts.warnings]]
-offset = 8
-says = "more than one found none"
-
-[[passes]]
-name = "count"
-shader = "counting.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", Counts = "counts" }
-
-[passes.push]
-lost = "param.lost"
-"#;
-
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/counting.toml", GRAPH);
     project.write("shaders/counting.comp", SHADER);
     project
@@ -81,7 +36,7 @@ fn a_count_is_said_once_until_it_has_gone() {
     let project = project();
     // Every frame counts, also one that nothing has changed in.
     let graph = Some("graphs/counting.toml".into());
-    let mut session = TestProject::open_with(Options { graph, memo: false, ..project.options() });
+    let mut session = Project::open_with(Options { graph, memo: false, ..project.options() });
     let none: [&str; 0] = [];
     assert_eq!(frame(&mut session, 0), none);
     assert_eq!(frame(&mut session, 1), ["RX0411: pixels found no room: 1"]);

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use project::TestProject;
+use project::{Project, Sessions};
 use raxel_execute::Progress;
 use raxel_gpu::{Acquire, CommandBuffer, Surface};
 use raxel_runtime::Options;
@@ -98,9 +98,9 @@ fn the_child_of_the_test_above() {
         event_loop.pump_app_events(Some(Duration::from_millis(10)), &mut app);
     }
     let window = app.window.clone().unwrap();
-    let project = TestProject::new();
+    let project = Project::filled();
     project.write("shaders/fill.comp", project::fill("vec4(vec3(0.2158605), 1.0)"));
-    let mut session = TestProject::open_with(Options { size: [160, 90], ..project.options() });
+    let mut session = Project::open_with(Options { size: [160, 90], ..project.options() });
     images_are_given_back(&session, &window);
 
     let mut presenter = Presenter::new(session.device(), window, [160, 90], true).unwrap();

@@ -4,102 +4,19 @@ mod project;
 
 use std::time::Duration;
 
-use project::{TestProject, assert_silent};
+use project::{Project, Sessions, assert_silent};
 use raxel_execute::{PassWrites, TracedTexel};
 use raxel_graph::checked::Value;
 use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{Observe, Options, Session};
 
-const GRAPH: &str = r#"
-name = "writers"
-present = "color"
-
-[params.n]
-type = "u32"
-default = 0
-range = [0, 1000]
-
-[targets.color]
-format = "rgba32f"
-[targets.pale]
-format = "rgba32f"
-[targets.spots]
-format = "rgba32f"
-[targets.levels]
-format = "r32f"
-size = [16, 16]
-mips = 3
-[targets.volume]
-format = "r32i"
-size = [8, 8, 8]
-[targets.layers]
-format = "rg16f"
-size = [8, 8]
-layers = 4
-[targets.counts]
-format = "r32ui"
-size = [4, 4]
-clear = 5
-
-[loops.more]
-count = 3
-
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = { threads = "color" }
-bind = { color = "color", pale = "pale" }
-push = { n = "param.n" }
-[[passes]]
-name = "again"
-shader = "again.comp"
-dispatch = { threads = "color" }
-bind.color = { target = "color", partial = true }
-loop = "more"
-push = { round = "loop.index" }
-[[passes]]
-name = "level"
-shader = "level.comp"
-dispatch = { threads = "levels" }
-bind = { low = { target = "levels", mip = 1 }, high = { target = "levels", mip = 0 } }
-[[passes]]
-name = "deep"
-shader = "deep.comp"
-dispatch = { threads = "volume" }
-bind = { volume = "volume", layers = "layers" }
-[[passes]]
-name = "third"
-shader = "third.comp"
-dispatch = { threads = "layers" }
-bind.third = { target = "layers", layer = 2, partial = true }
-[[passes]]
-name = "race"
-shader = "race.comp"
-dispatch = { threads = "color" }
-bind = { counts = { target = "counts", partial = true }, spots = { target = "spots", partial = true } }
-"#;
+const GRAPH: &str = include_str!("fixtures/writers/writers.toml");
 
 /// Two images go through a function that writes its argument.
-const FILL: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-uniform writeonly image2D color;
-uniform writeonly image2D pale;
-layout(push_constant) uniform PC { uint n; } pc;
-void put(writeonly image2D to, ivec2 at, vec4 value) {
-    imageStore(to, at, value);
-}
-void both(writeonly image2D to, ivec2 at, vec4 value) {
-    put(to, at, value);
-}
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    put(color, at, vec4(at, pc.n, 0.5));
-    both(pale, at, vec4(-1.0));
-}
-";
+const FILL: &str = include_str!("fixtures/writers/fill.comp");
 
 /// One invocation writes the texel of another.
-const AGAIN: &str = "#version 460
+const AGAIN: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform writeonly image2D color;
 layout(push_constant) uniform PC { uint round; } pc;
@@ -109,29 +26,11 @@ void main() {
 }
 ";
 
-const LEVEL: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32f) uniform writeonly image2D low;
-layout(r32f) uniform writeonly image2D high;
-void main() {
-    uvec2 at = gl_GlobalInvocationID.xy;
-    imageStore(high, ivec2(at), vec4(0.25));
-    if (all(lessThan(at, uvec2(8)))) imageStore(low, ivec2(at), vec4(0.75));
-}
-";
+const LEVEL: &str = include_str!("fixtures/writers/level.comp");
 
-const DEEP: &str = "#version 460
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
-layout(r32i) uniform iimage3D volume;
-layout(rg16f) uniform writeonly image2DArray layers;
-void main() {
-    ivec3 at = ivec3(gl_GlobalInvocationID);
-    imageStore(volume, at, ivec4(-at.z));
-    if (at.z < 4) imageStore(layers, at, vec4(at.z));
-}
-";
+const DEEP: &str = include_str!("fixtures/writers/deep.comp");
 
-const THIRD: &str = "#version 460
+const THIRD: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rg16f) uniform writeonly image2D third;
 void main() {
@@ -140,20 +39,10 @@ void main() {
 }
 ";
 
-const RACE: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32ui) uniform uimage2D counts;
-layout(rgba32f) uniform writeonly image2D spots;
-void main() {
-    imageAtomicAdd(counts, ivec2(1, 2), 3u);
-    if (gl_LocalInvocationIndex == 0u) imageStore(spots, ivec2(0), vec4(gl_WorkGroupID, 1.0));
-    if (gl_GlobalInvocationID.xy == uvec2(0)) imageAtomicCompSwap(counts, ivec2(0), 4u, 6u);
-    if (gl_GlobalInvocationID.xy == uvec2(1)) imageAtomicMax(counts, ivec2(0), 7u);
-}
-";
+const RACE: &str = include_str!("fixtures/writers/race.comp");
 
-fn project() -> TestProject {
-    let project = TestProject::new();
+fn project() -> Project {
+    let project = Project::filled();
     project.write("graphs/writers.toml", GRAPH);
     let shaders =
         [("fill", FILL), ("again", AGAIN), ("level", LEVEL), ("deep", DEEP), ("third", THIRD), ("race", RACE)];
@@ -163,12 +52,12 @@ fn project() -> TestProject {
     project
 }
 
-fn options(project: &TestProject) -> Options {
+fn options(project: &Project) -> Options {
     Options { graph: Some("graphs/writers.toml".into()), observe: Observe::Everything, ..project.options() }
 }
 
-fn open(project: &TestProject) -> Session {
-    TestProject::open_with(Options { record_writes: true, ..options(project) })
+fn open(project: &Project) -> Session {
+    Project::open_with(Options { record_writes: true, ..options(project) })
 }
 
 fn texel(target: &str, at: [u32; 2]) -> TracedTexel {
@@ -281,7 +170,7 @@ fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
     let project = project();
     let mut all = Vec::new();
     for record in [false, true] {
-        let mut session = TestProject::open_with(Options { record_writes: record, ..options(&project) });
+        let mut session = Project::open_with(Options { record_writes: record, ..options(&project) });
         session.pause(true);
         session.frame().unwrap();
         // Some passes run in every frame: they change contents that they read.
@@ -308,7 +197,7 @@ fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
 #[test]
 fn records_are_switched_while_it_runs() {
     let project = project();
-    let mut session = TestProject::open_with(options(&project));
+    let mut session = Project::open_with(options(&project));
     session.find_writers(Some(texel("color", [5, 5])));
     assert_eq!(frame(&mut session), []);
     for on in [true, false, true] {
@@ -324,5 +213,5 @@ fn records_are_switched_while_it_runs() {
     assert_eq!(frame(&mut session)[0].writes.len(), 1);
     session.find_writers(None);
     assert_eq!(frame(&mut session), []);
-    assert!(!TestProject::open_with(Options { watch: false, ..options(&project) }).record_writes(true));
+    assert!(!Project::open_with(Options { watch: false, ..options(&project) }).record_writes(true));
 }

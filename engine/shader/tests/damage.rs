@@ -6,18 +6,7 @@ use proptest::prelude::*;
 use raxel_diagnostics::{MemoryFiles, SourceMap, render};
 use raxel_shader::{Compiler, Request, ShaderProvider};
 
-const SHADER: &str = r#"#version 460
-#include "part.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba16f) writeonly uniform image2D outColor; // é漢
-layout(push_constant) uniform Push { vec3 sun; float fog; } push;
-#define TWICE(x) ((x) * 2.0)
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    float light = TWICE(shade(push.sun)) + push.fog;
-    if (light > 0.5) { imageStore(outColor, pixel, vec4(light)); }
-}
-"#;
+const SHADER: &str = include_str!("fixtures/damage/damaged.comp");
 const PART: &str = "#pragma once\nfloat shade(vec3 sun) { return max(dot(sun, vec3(0.0, 1.0, 0.0)), 0.0); }\n";
 const WORDS: [&str; 16] = [
     "#include \"part.glsl\"",

@@ -273,18 +273,28 @@ fn deep_expressions_neither_stop_the_process_nor_pass_for_good() {
 /// The compiler's further messages about the same statement follow from the wrong name.
 #[test]
 fn a_wrong_member_is_one_error() {
-    let text = "layout(push_constant) uniform Push { float exposure; float fog; } push;\n\
-                layout(rgba16f) uniform writeonly image2D colors;\n\
-                vec3 tone(vec3 color) { return color; }\n\
-                void main() {\n    vec3 color = vec3(0.5);\n    imageStore(colors, ivec2(0),\n        \
-                vec4(tone(push.exposur * color), 1.0));\n}\n";
+    let text = r"layout(push_constant) uniform Push { float exposure; float fog; } push;
+layout(rgba16f) uniform writeonly image2D colors;
+vec3 tone(vec3 color) { return color; }
+void main() {
+    vec3 color = vec3(0.5);
+    imageStore(colors, ivec2(0),
+        vec4(tone(push.exposur * color), 1.0));
+}
+";
     insta::assert_snapshot!(said([("shaders/a.comp", body(text))]));
 }
 
 #[test]
 fn a_name_that_is_missing_is_told_once_and_another_beside_it_too() {
-    let text = "vec3 f(vec3 v) { return v; }\nvoid main() {\n    vec3 a = f(colr * 2.0) + f(lihgt);\n    \
-                a += f(colr);\n    int n = vec3(1.0);\n    a = mat2(1.0) * a * vec2(1.0);\n}\n";
+    let text = r"vec3 f(vec3 v) { return v; }
+void main() {
+    vec3 a = f(colr * 2.0) + f(lihgt);
+    a += f(colr);
+    int n = vec3(1.0);
+    a = mat2(1.0) * a * vec2(1.0);
+}
+";
     let told = said([("shaders/a.comp", body(text))]);
     let errors: Vec<&str> = told.lines().filter(|line| line.starts_with("error[")).collect();
     assert_eq!(errors.len(), 4, "{told}");
@@ -295,7 +305,13 @@ fn a_name_that_is_missing_is_told_once_and_another_beside_it_too() {
 /// A block is called a block, without all of its members.
 #[test]
 fn a_block_in_an_expression_is_not_printed_whole() {
-    let text = "layout(push_constant) uniform Push { mat4 view; float fog; } push;\nstruct Hit { vec3 at; float t; };\n\
-                void main() {\n    vec3 a = push * vec3(1.0);\n    Hit hit = Hit(a, 1.0);\n    float b = 2.0 * hit;\n}\n";
+    let text = r"layout(push_constant) uniform Push { mat4 view; float fog; } push;
+struct Hit { vec3 at; float t; };
+void main() {
+    vec3 a = push * vec3(1.0);
+    Hit hit = Hit(a, 1.0);
+    float b = 2.0 * hit;
+}
+";
     insta::assert_snapshot!(said([("shaders/a.comp", body(text))]));
 }

@@ -28,40 +28,7 @@ fn text_at<'t>(texts: &'t SourceMap, place: Option<&Span>) -> (&'t str, usize) {
     (&texts.get(&place.file).unwrap()[place.range.clone()], place.range.start)
 }
 
-const EVERYTHING: &str = r"#version 460
-#include <common.glsl>
-layout(local_size_x = 8, local_size_y_id = 7) in;
-layout(constant_id = 3) const int STEPS = 64;
-layout(constant_id = 4) const bool FAST = true;
-layout(constant_id = 5) const float BIAS = 0.5;
-layout(push_constant) uniform Push {
-    ivec3 camera_cell; // camera_frac is next
-    vec3 camera_frac;
-    mat4 view;
-    float exposure;
-} push;
-layout(rgba16f) writeonly uniform image2D out_color;
-layout(rg32ui) readonly uniform uimage2DArray hits;
-layout(r32f) uniform image3D volume;
-uniform sampler2D history;
-uniform isampler3D ids[2];
-struct Node { uint mask; uint children[2]; };
-layout(std430) readonly buffer World { uint header[4]; Node nodes[]; } world;
-buffer Counters { uint count; };
-uniform Settings { layout(row_major) mat3x4 turn; Material materials[2]; vec2 unused; } settings;
-layout(r32f) uniform image2D never;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    uint hit = imageLoad(hits, ivec3(p, 0)).x + world.nodes[p.x].children[1] + world.header[0];
-    vec4 c = texture(history, vec2(p)) + vec4(texelFetch(ids[1], ivec3(p, 0), 0));
-    imageStore(volume, ivec3(p, 0), imageLoad(volume, ivec3(p, 1)));
-    atomicAdd(count, hit);
-    c.xyz += settings.turn[0].xyz + settings.materials[1].albedo + push.camera_frac + vec3(push.camera_cell);
-    if (FAST) c *= push.exposure * BIAS;
-    for (int i = 0; i < STEPS; ++i) c += push.view[0];
-    imageStore(out_color, p, c);
-}
-";
+const EVERYTHING: &str = include_str!("fixtures/interface/everything.comp");
 
 const COMMON: &str = "#pragma once\nstruct Material { vec3 albedo; float roughness; };\n";
 

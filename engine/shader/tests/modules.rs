@@ -27,26 +27,7 @@ fn good<B: AsRef<[u8]>>(path: &str, text: B) -> Arc<Shader> {
     shader(path, text).unwrap_or_else(|found| panic!("{}", render::human(&found, &SourceMap::default(), false)))
 }
 
-const SAMPLE: &str = r"#version 460
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-layout(local_size_x_id = 0, local_size_y = 4) in;
-layout(constant_id = 1) const uint COUNT = 3;
-layout(push_constant) uniform Push { mat3 turn; uint64_t seed; vec4 rows[2]; } push;
-struct Node { uint mask; vec3 low; };
-layout(std430) buffer World { uint count; Node nodes[]; } world;
-layout(std140) uniform Materials { vec4 albedo[256]; } materials;
-uniform sampler2DArray pages;
-layout(rgba8) writeonly uniform image2D outColor[2];
-shared float tile[COUNT * 2u];
-vec4 shade(uint i) { return materials.albedo[i & 255u] + texture(pages, vec3(0.0)); }
-void main() {
-    uint i = gl_LocalInvocationIndex;
-    tile[i % COUNT] = push.turn[0].x;
-    barrier();
-    if (push.seed == 0ul) world.nodes[i].low *= tile[0];
-    imageStore(outColor[i & 1u], ivec2(i), shade(atomicAdd(world.count, 1u)) + push.rows[0]);
-}
-";
+const SAMPLE: &str = include_str!("fixtures/modules/sample.comp");
 
 /// Without its reflection's places, a module has the same interface as the text it came from.
 #[test]
@@ -75,19 +56,7 @@ fn a_module_says_what_its_source_says() {
 
 #[test]
 fn only_what_is_used_must_be_bound() {
-    let text = r"#version 460
-buffer World { uint nodes[]; } world;
-buffer Direct { uint a; } direct;
-buffer ByArgument { uint b; } by_argument;
-layout(r32ui) uniform uimage2D counted;
-writeonly uniform uimage2D passed;
-uniform sampler2D never;
-buffer Length { uint c[]; } measured;
-uint trace(uint i) { return world.nodes[i]; }
-void write(writeonly uimage2D image) { imageStore(image, ivec2(0), uvec4(1)); }
-void touch() { direct.a = by_argument.b + uint(measured.c.length()); }
-void main() { touch(); write(passed); imageAtomicAdd(counted, ivec2(0), 1u); }
-";
+    let text = include_str!("fixtures/modules/only_what_is_used.comp");
     let found = good("shaders/a.comp", text);
     let mut names: Vec<_> = found.interface.bindings.iter().map(|binding| binding.name.as_str()).collect();
     names.sort_unstable();
@@ -96,17 +65,7 @@ void main() { touch(); write(passed); imageAtomicAdd(counted, ivec2(0), 1u); }
 
 #[test]
 fn constants_may_be_computed() {
-    let text = r"#version 460
-layout(constant_id = 1) const int N = 3;
-layout(constant_id = 2) const float F = 0.5;
-layout(constant_id = 3) const bool B = false;
-const vec3 V = vec3(F, 1.0, 2.0);
-const ivec2 I = ivec2(N, N + 1) * 2;
-const bool C = B && N > 2;
-const uint U = uint(N) << 3u;
-buffer Out { float o[]; };
-void main() { o[I.x] = V.x + float(U) + (C ? 1.0 : 0.0) + float(-N % 2) + float(N / 2 * (N - 1)); }
-";
+    let text = include_str!("fixtures/modules/computed_constants.comp");
     let found = good("shaders/a.comp", text);
     assert_eq!(found.interface.specialization.len(), 3);
 }
@@ -114,9 +73,12 @@ void main() { o[I.x] = V.x + float(U) + (C ? 1.0 : 0.0) + float(-N % 2) + float(
 #[test]
 fn buffer_references_are_refused() {
     // The compiler stops the process over this one.
-    let text = "#version 460\n#extension GL_EXT_buffer_reference : require\n\
-                layout(buffer_reference) buffer R { uint x; };\n\
-                buffer Out { uint o; };\nvoid main() { o = R(uvec2(1)).x; }\n";
+    let text = r"#version 460
+#extension GL_EXT_buffer_reference : require
+layout(buffer_reference) buffer R { uint x; };
+buffer Out { uint o; };
+void main() { o = R(uvec2(1)).x; }
+";
     let found = shader("shaders/a.comp", text).unwrap_err();
     assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0164"));
     let place = found[0].labels[0].span.range.clone();
@@ -131,8 +93,12 @@ fn buffer_references_are_refused() {
 fn variables_are_counted() {
     let text = |private: &str, shared: &str| {
         format!(
-            "#version 460\nstruct Node {{ dvec2 a; ivec3 b; }};\nshared Node pool[{shared}];\nbuffer Out {{ int o[]; }};\n\
-             void main() {{ int large[{private}]; large[o[0]] = o[1]; pool[o[2]].b.x = 1; o[3] = large[o[4]]; }}\n"
+            r"#version 460
+struct Node {{ dvec2 a; ivec3 b; }};
+shared Node pool[{shared}];
+buffer Out {{ int o[]; }};
+void main() {{ int large[{private}]; large[o[0]] = o[1]; pool[o[2]].b.x = 1; o[3] = large[o[4]]; }}
+"
         )
     };
     let shared = |text: String| good("shaders/a.comp", text).interface.shared_bytes;
@@ -145,9 +111,12 @@ fn variables_are_counted() {
 
 #[test]
 fn bindings_have_places_of_their_own() {
-    let shared = "#version 460\nlayout(set = 7, binding = 9) buffer A { uint a; };\n\
-                  layout(set = 7, binding = 9) buffer B { uint b; };\nlayout(binding = 60000) uniform C { uint c; };\n\
-                  void main() { a = b + c; }\n";
+    let shared = r"#version 460
+layout(set = 7, binding = 9) buffer A { uint a; };
+layout(set = 7, binding = 9) buffer B { uint b; };
+layout(binding = 60000) uniform C { uint c; };
+void main() { a = b + c; }
+";
     let places = |shader: &Shader| -> Vec<_> {
         shader.interface.bindings.iter().map(|b| (b.name.clone(), b.set, b.binding)).collect()
     };
@@ -155,9 +124,12 @@ fn bindings_have_places_of_their_own() {
     let expected = ["A", "B", "C"].map(str::to_owned);
     assert_eq!(places(&from_text), expected.into_iter().zip(0..).map(|(name, i)| (name, 0, i)).collect::<Vec<_>>());
     assert_eq!(raxel_spirv::validate(&from_text.spirv), Ok(()));
-    let registers = "RWTexture2D<float4> image : register(u0);\nStructuredBuffer<uint> nodes : register(t0);\n\
-                     cbuffer Settings : register(b0) { float4 tint; };\n[numthreads(1, 1, 1)]\n\
-                     void main() { image[int2(0, 0)] = tint * nodes[0]; }\n";
+    let registers = r"RWTexture2D<float4> image : register(u0);
+StructuredBuffer<uint> nodes : register(t0);
+cbuffer Settings : register(b0) { float4 tint; };
+[numthreads(1, 1, 1)]
+void main() { image[int2(0, 0)] = tint * nodes[0]; }
+";
     let found = places(&good("shaders/a.hlsl", registers));
     let numbers: std::collections::BTreeSet<_> = found.iter().map(|(_, set, binding)| (*set, *binding)).collect();
     assert_eq!((found.len(), numbers.len()), (3, 3), "{found:?}");
@@ -182,22 +154,7 @@ void main() { imageStore(o, ivec2(0), texture(sampler2D(tex, smp), vec2(0)) + im
 
 #[test]
 fn hlsl_is_read_too() {
-    let text = r#"
-#include "shared.hlsl"
-struct Push { float4 tint; int3 cell; float exposure; };
-[[vk::push_constant]] ConstantBuffer<Push> push;
-cbuffer Settings { float4 sun; float strength; };
-RWTexture2D<float4> outColor;
-Texture2D<float4> unused;
-StructuredBuffer<Node> nodes;
-RWStructuredBuffer<uint> counters;
-[numthreads(8, 4, 1)]
-void shade(uint3 id : SV_DispatchThreadID) {
-    uint old;
-    InterlockedAdd(counters[0], nodes[id.x].mask, old);
-    outColor[id.xy] = push.tint * push.exposure * strength + sun + old + push.cell.x;
-}
-"#;
+    let text = include_str!("fixtures/modules/fill.hlsl");
     let mut asked = request("shaders/a.hlsl");
     asked.entry = "shade".to_owned();
     let files = [

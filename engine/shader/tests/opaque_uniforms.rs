@@ -12,8 +12,12 @@ const BITWISE_OR: u32 = 197;
 /// The module of a shader with these declarations and this body, and the same with its uniform values hidden.
 fn modules(declarations: &str, body: &str) -> (Arc<[u32]>, Option<Vec<u32>>) {
     let text = format!(
-        "#version 460\nlayout(local_size_x = 8) in;\nlayout(std430) buffer Out {{ uint o[]; }};\n\
-         {declarations}\nvoid main() {{ uint k = gl_LocalInvocationIndex; {body} }}\n"
+        r"#version 460
+layout(local_size_x = 8) in;
+layout(std430) buffer Out {{ uint o[]; }};
+{declarations}
+void main() {{ uint k = gl_LocalInvocationIndex; {body} }}
+"
     );
     let files = MemoryFiles::new([("shaders/a.comp", text.as_bytes())]);
     let request = Request { path: "shaders/a.comp".to_owned(), entry: "main".to_owned(), defines: Vec::new() };

@@ -26,9 +26,13 @@ fn compile(path: &str, bytes: &[u8]) -> Arc<Shader> {
 /// A shader with these declarations and this body.
 fn of(declarations: &str, body: &str) -> Arc<Shader> {
     let text = format!(
-        "#version 460\n#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require\n\
-         layout(local_size_x = 8, local_size_y = 8) in;\nlayout(std430) buffer Out {{ uint o[]; }};\n\
-         {declarations}\nvoid main() {{ uint k = gl_LocalInvocationIndex; {body} }}\n"
+        r"#version 460
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430) buffer Out {{ uint o[]; }};
+{declarations}
+void main() {{ uint k = gl_LocalInvocationIndex; {body} }}
+"
     );
     compile("shaders/a.comp", text.as_bytes())
 }

@@ -8,8 +8,14 @@ use raxel_shader::{Compiler, Request, ShaderProvider};
 /// The diagnostics of a shader whose `main` is `body`. It has the numbers `x` (float), `i` and `u` that no compiler knows.
 fn said(body: &str) -> String {
     let text = format!(
-        "#version 460\nlayout(local_size_x = 8) in;\nlayout(push_constant) uniform Push {{ float x; int i; uint u; vec3 v; }};\n\
-         layout(std430) buffer Out {{ float result[]; }};\n{LIBRARY}void main() {{\n    {body}\n}}\n"
+        r"#version 460
+layout(local_size_x = 8) in;
+layout(push_constant) uniform Push {{ float x; int i; uint u; vec3 v; }};
+layout(std430) buffer Out {{ float result[]; }};
+{LIBRARY}void main() {{
+    {body}
+}}
+"
     );
     let path = "shaders/a.comp".to_owned();
     let request = Request { path: path.clone(), entry: "main".to_owned(), defines: Vec::new() };

@@ -53,8 +53,14 @@ fn doubling(levels: usize, use_of_the_last: &str) -> String {
 }
 
 fn what_is_right_compiles_with_its_includes() {
-    let text = "#version 460\n#define TWICE(x) (2.0 * x)\n#include \"part.glsl\"\n#include \"deep/part.glsl\"\n\
-                layout(local_size_x = SIDE) in;\nbuffer O { float o; };\nvoid main() { o = part(); }\n";
+    let text = r#"#version 460
+#define TWICE(x) (2.0 * x)
+#include "part.glsl"
+#include "deep/part.glsl"
+layout(local_size_x = SIDE) in;
+buffer O { float o; };
+void main() { o = part(); }
+"#;
     assert!(said("shaders/a.comp", text).contains("function already has a body"));
     assert_eq!(said("shaders/a.comp", &text.replace("#include \"deep/part.glsl\"\n", "")), "");
     assert!(said("shaders/a.comp", &text.replace("deep/", "none/")).contains("RX0201"));
@@ -77,8 +83,11 @@ fn a_text_that_takes_all_memory_is_given_up() {
 
 /// One of the mistakes over which glslang follows a null pointer, with nothing in it that the look at the text finds.
 fn a_text_that_breaks_the_compiler_down_is_given_up() {
-    let text = "struct Push { float k; };\n[[vk::push_constant]] ConstantBuffer<Push> push;\n\
-                RWStructuredBuffer<float> o;\n[numthreads(8, 1, 1)] void main() { o[0] = push.k ++ .y; }\n";
+    let text = r"struct Push { float k; };
+[[vk::push_constant]] ConstantBuffer<Push> push;
+RWStructuredBuffer<float> o;
+[numthreads(8, 1, 1)] void main() { o[0] = push.k ++ .y; }
+";
     let said = said("shaders/a.hlsl", text);
     assert!(said.contains("RX0210") && said.contains("breaks down"), "{said}");
 }

@@ -9,21 +9,7 @@ use raxel_shader::{Compiler, Request, Shader, ShaderProvider};
 const LAYOUTS: [&str; 9] =
     ["TREE64", "CHUNKS", "BVH", "CHUNK_TABLE", "BRICKMAP", "OCTREE", "SVO", "SVDAG", "TEXTURE3D"];
 
-const SHADER: &str = "#version 460
-#include <raxel/world.glsl>
-#include <raxel/world/pine.glsl>
-#include <raxel/world/oak.glsl>
-#include <raxel/rivals/march.glsl>
-layout(local_size_x = 1) in;
-layout(std430) buffer Out { vec4 found[]; };
-void main() {
-    RxRay ray = rx_ray(ivec3(1), vec3(0.5), vec3(0.1, 0.2, 0.3));
-    RxHit a, b, c, d;
-    bool all_hit = rx_trace(ray, a) && pine_trace(ray, b) && oak_trace_from(ray, 2.0, c) && rx_march(ray, d);
-    uint sum = rx_material(a.voxel) + pine_material(b.voxel) + oak_material(c.voxel) + (all_hit ? 1u : 0u);
-    found[0] = vec4(rx_material_properties(sum).albedo + pine_material_properties(sum).albedo, oak_material_properties(sum).emission);
-}
-";
+const SHADER: &str = include_str!("fixtures/worlds/look_up.comp");
 
 fn compile(files: &[(&str, &str)], defines: &[String]) -> Result<(Arc<Shader>, String), String> {
     let compiler = Compiler::new(Arc::new(MemoryFiles::new(files.iter().copied())));
@@ -117,17 +103,7 @@ fn a_mistake_in_a_layout_says_by_which_worlds_it_comes_in() {
     assert!(compile(&files, &defines("TREE64", "CHUNKS", "BVH")).is_err());
 }
 
-const SETTER: &str = "#version 460
-#define RX_WRITE_world
-#define RX_WRITE_pine
-#include <raxel/world.glsl>
-#include <raxel/world/pine.glsl>
-#include <raxel/world/oak.glsl>
-layout(local_size_x = 1) in;
-void main() {
-    if (oak_material(ivec3(3)) != 0u) pine_set(ivec3(1), rx_set(ivec3(2), 5u) ? 6u : 0u);
-}
-";
+const SETTER: &str = include_str!("fixtures/worlds/setter.comp");
 
 #[test]
 fn a_voxel_is_set_in_the_layouts_that_have_room_for_it() {

@@ -27,38 +27,7 @@ fn lines(shader: &Shader) -> Vec<u32> {
     sites.iter().map(|site| site.line.as_ref().expect("the source is known").1).collect()
 }
 
-const WRITES: &str = r"#version 460
-layout(local_size_x = 8) in;
-uniform writeonly image2D several[3];
-layout(r32f) uniform image1D line;
-layout(r32f) uniform image1DArray lines;
-layout(rgba16f) uniform imageCube cube;
-layout(rgba32i) uniform iimage3D volume;
-layout(r32ui) uniform uimage2DArray counts;
-layout(push_constant) uniform PC { uint n; int m; } pc;
-void one(writeonly image2D to) {
-    imageStore(to, ivec2(pc.n), vec4(1));
-}
-void any(writeonly image2D to[3], int which) {
-    imageStore(to[which], ivec2(0), vec4(2));
-    one(to[1]);
-}
-void main() {
-    if (pc.n == 1u)
-        imageStore(several[pc.m], ivec2(3), vec4(3));
-    imageStore(line, pc.m, vec4(4));
-    imageStore(lines, ivec2(pc.m, 2), vec4(5));
-    imageStore(cube, ivec3(pc.m), vec4(6));
-    for (uint i = 0u; i < pc.n; i++) imageStore(volume, ivec3(i), ivec4(7));
-    uint old = imageAtomicAdd(counts, ivec3(0), 8u);
-    old += imageAtomicCompSwap(counts, ivec3(0), 8u, old);
-    old += imageAtomicExchange(counts, ivec3(0), 9u);
-    imageAtomicXor(counts, ivec3(0), old);
-    one(several[0]);
-    one(several[pc.n]);
-    any(several, pc.m);
-}
-";
+const WRITES: &str = include_str!("fixtures/writes/writes.comp");
 
 #[test]
 fn every_way_to_write_is_found_at_its_line() {
@@ -103,7 +72,7 @@ void main() { to[gl_LocalInvocationIndex] = imageLoad(from, ivec2(0)).r; }
 
 #[test]
 fn hlsl_is_recorded_too() {
-    let text = "RWTexture2D<float4> color : register(u0);
+    let text = r"RWTexture2D<float4> color : register(u0);
 RWTexture2D<uint> counts : register(u1);
 [numthreads(8, 8, 1)]
 void main(uint3 id : SV_DispatchThreadID) {

@@ -50,6 +50,11 @@ impl Folder {
         self.write(path, old.replacen(from, to, 1))
     }
 
+    /// Adds a file of the repository, under the same path.
+    pub fn copy_file(&self, path: &str) -> &Self {
+        self.write(path, fs::read(repository().join(path)).unwrap())
+    }
+
     /// Adds a folder of the repository, under the same path.
     pub fn copy_folder(&self, folder: &str) -> &Self {
         copy(&repository().join(folder), &self.path(folder));

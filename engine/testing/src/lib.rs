@@ -5,6 +5,7 @@
 mod child;
 mod display;
 mod folder;
+mod project;
 mod random;
 #[cfg(feature = "stream")]
 mod words;
@@ -12,6 +13,7 @@ mod words;
 pub use child::{LIMIT, Running, Said, line, output, read_all};
 pub use display::{Display, eventually};
 pub use folder::{Folder, copy, files, repository};
+pub use project::Project;
 pub use random::Random;
 #[cfg(feature = "stream")]
 pub use words::Words;

@@ -35,25 +35,7 @@ fn errors(text: &str) -> String {
 
 #[test]
 fn a_world_says_what_it_is() {
-    let text = r##"
-        name = "hall"
-        about = "a hall"
-        [camera]
-        position = [1, 2.5, 3]
-        yaw = 90
-        fov = 70
-        [materials]
-        wall = { albedo = "#ff8000", roughness = 0.5, metallic = 1, emission = 2, transparency = 0.25 }
-        [models.arrow]
-        file = "models/arrow.vox"
-        [[build]]
-        op = "model"
-        model = "arrow"
-        [[build]]
-        op = "model"
-        model = "arrow"
-        origin = [0, 0, 40]
-    "##;
+    let text = include_str!("fixtures/files/hall.toml");
     let (loaded, warnings) = Project::with_world(text).load().expect("it is right");
     assert_eq!(warnings, []);
     assert_eq!((loaded.name.as_str(), loaded.about.as_deref()), ("hall", Some("a hall")));
@@ -73,70 +55,7 @@ fn a_world_says_what_it_is() {
 
 #[test]
 fn every_mistake_at_once() {
-    let text = r##"
-name = 3
-sed = 1
-[camera]
-position = [0, 0]
-look_at = [0, 0, 0]
-yaw = 1
-fov = 500
-[materials.grass]
-albedo = "#12345"
-[materials.stone]
-albedo = [0, 0, 2]
-roughnes = 1
-[models.tower]
-file = "models/tower.vox"
-[models.thief]
-file = "../../etc/passwd"
-[[build]]
-op = "bax"
-[[build]]
-op = "box"
-min = [0, 0, 0]
-max = [1, 0, 1]
-material = "gras"
-[[build]]
-op = "sphere"
-center = [0, 0, 0]
-radius = -1
-mode = "carve"
-material = "stone"
-[[build]]
-op = "cylinder"
-mode = "subtract"
-base = [0, 0, 0]
-radius = 4
-height = 4
-material = "stone"
-[[build]]
-op = "model"
-model = "towr"
-rotation = 45
-[[build]]
-op = "scatter"
-model = "tower"
-size = [4, 4]
-count = 1
-density = 0.5
-on = []
-[[build]]
-op = "terrain"
-min = [0, 0]
-size = [64, 64]
-layers = [{ material = "grass" }, { material = "dirt" }]
-bands = [{ material = "stone" }]
-water = { level = 4 }
-[[build]]
-op = "menger"
-level = 40
-material = "stone"
-[[build]]
-op = "maze"
-cells = [5000, 5000]
-material = "stone"
-"##;
+    let text = include_str!("fixtures/files/mistakes.toml");
     insta::assert_snapshot!(errors(text));
 }
 
@@ -169,8 +88,18 @@ fn a_broken_model_is_named_where_it_is_declared() {
 #[test]
 fn warnings_come_with_the_world() {
     let text = format!(
-        "{MATERIALS}[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [0, 0, 0]\nsize = [20, 1, 20]\n\
-         [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\nmin = [0, 0]\nsize = [20, 20]\ncount = 50\nmin_spacing = 12"
+        r#"{MATERIALS}[[build]]
+op = "box"
+material = "a"
+min = [0, 0, 0]
+size = [20, 1, 20]
+[[build]]
+op = "scatter"
+model = "arrow"
+min = [0, 0]
+size = [20, 20]
+count = 50
+min_spacing = 12"#
     );
     let (loaded, found) = Project::with_world(&text).load().expect("a world");
     assert!(loaded.world.solids() > 400);
@@ -232,7 +161,14 @@ fn a_camera_looks_somewhere() {
 fn walls_of_a_maze_are_no_wider_than_its_cells() {
     let maze = |sizes: &str| {
         format!(
-            "[materials.a]\nalbedo = \"#808080\"\n[[build]]\nop = \"maze\"\nmaterial = \"a\"\ncells = [3, 3]\n{sizes}\n"
+            r##"[materials.a]
+albedo = "#808080"
+[[build]]
+op = "maze"
+material = "a"
+cells = [3, 3]
+{sizes}
+"##
         )
     };
     assert!(Project::with_world(&maze("cell = 3\nwall = 3")).load().is_ok());
@@ -245,9 +181,18 @@ fn walls_of_a_maze_are_no_wider_than_its_cells() {
 #[test]
 fn instances_stand_where_the_file_says() {
     let text = format!(
-        "{MATERIALS}[[instances]]\nname = \"a\"\nmodel = \"arrow\"\nposition = [1, 2, 3]\nyaw = 90\n\
-         [[instances]]\nmodel = \"arrow\"\nposition = [1, 2, 3]\nanchor = \"origin\"\n\
-         turn = {{ param = \"spin\", about = [0.5, 0.0, 0.5] }}\nslide = {{ param = \"lift\", along = [0, 2, 0] }}\n"
+        r#"{MATERIALS}[[instances]]
+name = "a"
+model = "arrow"
+position = [1, 2, 3]
+yaw = 90
+[[instances]]
+model = "arrow"
+position = [1, 2, 3]
+anchor = "origin"
+turn = {{ param = "spin", about = [0.5, 0.0, 0.5] }}
+slide = {{ param = "lift", along = [0, 2, 0] }}
+"#
     );
     let (loaded, found) = Project::with_world(&text).load().expect("it is right");
     assert_eq!(found[0].code.as_str(), "RX0311", "instances are not voxels of the world");
@@ -270,9 +215,21 @@ fn instances_stand_where_the_file_says() {
 #[test]
 fn a_grid_of_instances_is_numbered_along_x_first() {
     let text = format!(
-        "{MATERIALS}[[instances]]\nmodel = \"arrow\"\nposition = [5, 0, 0]\n\
-         [[instances]]\nname = \"a\"\nmodel = \"arrow\"\nposition = [1, 2, 3]\nyaw = 90\ncount = [2, 3, 4]\nstep = [10, 0.5, -100]\n\
-         [[instances]]\nmodel = \"arrow\"\nposition = [7, 8, 9]\ncount = [2, 1, 1]\n"
+        r#"{MATERIALS}[[instances]]
+model = "arrow"
+position = [5, 0, 0]
+[[instances]]
+name = "a"
+model = "arrow"
+position = [1, 2, 3]
+yaw = 90
+count = [2, 3, 4]
+step = [10, 0.5, -100]
+[[instances]]
+model = "arrow"
+position = [7, 8, 9]
+count = [2, 1, 1]
+"#
     );
     let (loaded, _) = Project::with_world(&text).load().expect("it is right");
     let list = &loaded.instances.list;
@@ -375,66 +332,4 @@ proptest! {
 }
 
 /// One of each operation, all small.
-const EVERYTHING: &str = r#"
-[camera]
-position = [1, 2, 3]
-look_at = [0, 0, 0]
-[[build]]
-op = "terrain"
-min = [-9, -9]
-max = [9, 9]
-amplitude = 8
-layers = [{ material = "a", depth = 1 }, { material = "b" }]
-bands = [{ material = "c", above = 4 }]
-water = { material = "c", level = 2 }
-river = { bed = 1, width = 2, banks = 3 }
-[[build]]
-op = "box"
-center = [0, 0, 0]
-size = [4, 4, 4]
-material = "a"
-shell = 1
-[[build]]
-op = "sphere"
-mode = "subtract"
-center = [0, 0, 0]
-radius = 2.5
-[[build]]
-op = "cylinder"
-base = [0, 0, 0]
-radius = 3
-height = 4
-axis = "z"
-material = "a"
-[[build]]
-op = "menger"
-level = 2
-material = ["a", "b"]
-[[build]]
-op = "maze"
-cells = [3, 3]
-material = "b"
-[[build]]
-op = "model"
-model = "arrow"
-rotation = 90
-[[build]]
-op = "scatter"
-model = "arrow"
-min = [-9, -9]
-max = [9, 9]
-count = 3
-on = ["a", "b"]
-[[instances]]
-name = "hand"
-model = "arrow"
-anchor = "corner"
-position = [4, 2.5, -9]
-yaw = 30
-pitch = -10
-roll = 90
-turn = { param = "spin", axis = "x", about = [1, 2, 3], upright = true, default = 4 }
-slide = { param = "lift", along = [0, 1, 0] }
-count = [2, 1, 3]
-step = [8, 0, 8.5]
-"#;
+const EVERYTHING: &str = include_str!("fixtures/files/everything.toml");

@@ -241,7 +241,14 @@ fn far_models_are_there_where_they_stop_most_rays() {
     let red = raxel_world::Material::matt("red", [1.0, 0.0, 0.0]);
     let model = World::from_voxels(vec![raxel_world::Material::air(), red], wall.chain(pole));
     // The land is flat, and ends where a cell does.
-    let land = "[[build]]\nop = \"terrain\"\nbase = 32\namplitude = 0.5\nfrequency = 0.01\nlayers = [{ material = \"a\" }]\nfloor = 0\n";
+    let land = r#"[[build]]
+op = "terrain"
+base = 32
+amplitude = 0.5
+frequency = 0.01
+layers = [{ material = "a" }]
+floor = 0
+"#;
     let scatter = "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncell = 64\nchance = 1.0\nmin_spacing = 20\n";
     let mut project = Project::with_world(&format!("{MATERIALS}\n[stream]\n{land}{scatter}"));
     project.0.insert("worlds/models/arrow.vox".to_owned(), raxel_world::vox::export(&model).unwrap());

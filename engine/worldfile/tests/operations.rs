@@ -96,7 +96,14 @@ proptest! {
         let mut base = [x, 0.25, 1.5];
         base[axis] = foot as f64;
         let name = ["x", "y", "z"][axis];
-        let text = format!("[[build]]\nop = \"cylinder\"\nmaterial = \"c\"\naxis = \"{name}\"\nbase = {base:?}\nradius = {r:?}\ntop_radius = {top:?}\nheight = {height}");
+        let text = format!(r#"[[build]]
+op = "cylinder"
+material = "c"
+axis = "{name}"
+base = {base:?}
+radius = {r:?}
+top_radius = {top:?}
+height = {height}"#);
         assert_is(&text, |c| {
             let above = c[axis] - foot;
             if !(0..height).contains(&above) {
@@ -139,7 +146,15 @@ fn menger_sponges() {
 
 #[test]
 fn mazes_have_one_way_between_any_two_cells() {
-    let text = "[[build]]\nop = \"maze\"\nmaterial = \"a\"\ncells = [9, 7]\ncell = 3\nwall = 2\nheight = 5\norigin = [-20, 62, 3]\nseed = 4";
+    let text = r#"[[build]]
+op = "maze"
+material = "a"
+cells = [9, 7]
+cell = 3
+wall = 2
+height = 5
+origin = [-20, 62, 3]
+seed = 4"#;
     let world = build(text);
     let [width, height, depth] = world.bounds().expect("walls").size();
     assert_eq!([width, height, depth], [9 * 5 + 2, 5, 7 * 5 + 2]);
@@ -182,7 +197,14 @@ fn heights(terrain: &str) -> HashMap<(i64, i64), i64> {
     heights
 }
 
-const TERRAIN: &str = "[[build]]\nop = \"terrain\"\nmin = [-30, 40]\nmax = [45, 90]\nbase = -4.0\namplitude = 44.0\nfrequency = 0.03\nfloor = -20";
+const TERRAIN: &str = r#"[[build]]
+op = "terrain"
+min = [-30, 40]
+max = [45, 90]
+base = -4.0
+amplitude = 44.0
+frequency = 0.03
+floor = -20"#;
 
 #[test]
 fn terrain_has_layers_bands_and_water() {
@@ -191,9 +213,10 @@ fn terrain_has_layers_bands_and_water() {
     let range = heights.values().max().expect("land") - heights.values().min().expect("land");
     assert!(range > 20, "hills of {range} voxels");
     let text = format!(
-        "{TERRAIN}\nlayers = [{{ material = \"a\", depth = 2 }}, {{ material = \"b\", depth = 3 }}, {{ material = \"c\" }}]\n\
-         bands = [{{ material = \"c\", above = 24, depth = 3 }}, {{ material = \"b\", below = 20, slope = 2 }}]\n\
-         water = {{ material = \"b\", level = 15 }}"
+        r#"{TERRAIN}
+layers = [{{ material = "a", depth = 2 }}, {{ material = "b", depth = 3 }}, {{ material = "c" }}]
+bands = [{{ material = "c", above = 24, depth = 3 }}, {{ material = "b", below = 20, slope = 2 }}]
+water = {{ material = "b", level = 15 }}"#
     );
     // Bands look at neighbours beyond the edge, which the reference does not know.
     let inside = |x: i64, z: i64| (-29..44).contains(&x) && (41..89).contains(&z);
@@ -294,9 +317,28 @@ fn models_turn_about_their_anchor() {
 
 #[test]
 fn scattered_models_stand_on_their_ground_and_apart() {
-    let ground = "[[build]]\nop = \"box\"\nmaterial = \"a\"\nmin = [-100, 0, -100]\nmax = [100, 4, 100]\n\
-        [[build]]\nop = \"box\"\nmode = \"paint\"\nmaterial = \"b\"\nmin = [0, 0, -100]\nmax = [100, 4, 100]\n";
-    let scatter = "[[build]]\nop = \"scatter\"\nmodel = \"arrow\"\nmin = [-90, -90]\nmax = [90, 90]\ncount = 40\non = \"b\"\nmin_spacing = 14\nrotate = false\nanchor = \"origin\"";
+    let ground = r#"[[build]]
+op = "box"
+material = "a"
+min = [-100, 0, -100]
+max = [100, 4, 100]
+[[build]]
+op = "box"
+mode = "paint"
+material = "b"
+min = [0, 0, -100]
+max = [100, 4, 100]
+"#;
+    let scatter = r#"[[build]]
+op = "scatter"
+model = "arrow"
+min = [-90, -90]
+max = [90, 90]
+count = 40
+on = "b"
+min_spacing = 14
+rotate = false
+anchor = "origin""#;
     let world = build(&format!("{ground}{scatter}"));
     let plain = build(ground);
     let whole = |world: &World| world.voxels().map(|(cell, m)| (cell.to_array(), m)).collect::<HashMap<_, _>>();
@@ -333,10 +375,26 @@ fn the_corners_of_the_world_can_be_built_on() {
 fn threads_make_no_difference() {
     let terrain = TERRAIN.replace("min = [-30, 40]\nmax = [45, 90]", "min = [-150, -150]\nsize = [300, 300]");
     let text = format!(
-        "{terrain}\nlayers = [{{ material = \"a\", depth = 2 }}, {{ material = \"b\" }}]\n\
-        [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncenter = [0, 0]\nsize = [280, 280]\ndensity = 0.002\n\
-        [[build]]\nop = \"sphere\"\nmode = \"subtract\"\ncenter = [0.0, 10.0, 0.0]\nradius = 60.0\n\
-        [[build]]\nop = \"scatter\"\nmodel = \"arrow\"\ncenter = [0, 0]\nsize = [280, 280]\ncount = 20\non = [\"a\", \"b\"]"
+        r#"{terrain}
+layers = [{{ material = "a", depth = 2 }}, {{ material = "b" }}]
+[[build]]
+op = "scatter"
+model = "arrow"
+center = [0, 0]
+size = [280, 280]
+density = 0.002
+[[build]]
+op = "sphere"
+mode = "subtract"
+center = [0.0, 10.0, 0.0]
+radius = 60.0
+[[build]]
+op = "scatter"
+model = "arrow"
+center = [0, 0]
+size = [280, 280]
+count = 20
+on = ["a", "b"]"#
     );
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -247,9 +247,19 @@ fn a_world_chooses_frames_of_its_models() {
     project.0.insert("worlds/a.vox".to_owned(), file);
     let mut load = |frame: &str| {
         let text = format!(
-            "[models.first]\nfile = \"a.vox\"\n[models.other]\nfile = \"a.vox\"\n{frame}\n\
-             [[build]]\nop = \"model\"\nmodel = \"first\"\n\
-             [[build]]\nop = \"model\"\nmodel = \"other\"\norigin = [9, 0, 0]\n"
+            r#"[models.first]
+file = "a.vox"
+[models.other]
+file = "a.vox"
+{frame}
+[[build]]
+op = "model"
+model = "first"
+[[build]]
+op = "model"
+model = "other"
+origin = [9, 0, 0]
+"#
         );
         project.0.insert("worlds/w.toml".to_owned(), text.into_bytes());
         raxel_worldfile::load("worlds/w.toml", &project, &mut SourceMap::default())

@@ -18,27 +18,7 @@ use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 pub const EDGE: u32 = 128;
 pub const LEVELS: u32 = 2;
 
-const LAND: &str = r##"
-[stream]
-near = 64
-[materials]
-grass = { albedo = "#508030" }
-stone = { albedo = [0.3, 0.3, 0.32], roughness = 0.8 }
-lamp  = { albedo = "#ffe0a0", emission = 4 }
-[[build]]
-op = "terrain"
-base = -30
-amplitude = 90
-frequency = 0.02
-floor = -100
-layers = [{ material = "grass", depth = 2 }, { material = "stone" }]
-caves = { width = 0.2, frequency = 0.03 }
-[[build]]
-op = "sphere"
-center = [0, 20, 0]
-radius = 9
-material = "lamp"
-"##;
+const LAND: &str = include_str!("../fixtures/common/land.toml");
 
 /// Land with caves, and a lamp.
 pub fn land() -> Arc<dyn ChunkProvider> {

@@ -7,41 +7,8 @@ use crate::lab::{Lab, Planned, at, graph};
 #[test]
 fn buffers_sources_uniforms_and_indirect_dispatch() {
     let mut lab = Lab::new();
-    let toml = r#"
-name = "buffers"
-present = "color"
-[targets.color]
-format = "r32ui"
-[buffers.input]
-source = "test.words"
-[buffers.args]
-size = 32
-[buffers.total]
-size = 4
-clear = 5
-[buffers.pixels]
-size = { of = "color", stride = 4 }
-[[passes]]
-name = "arguments"
-shader = "args.comp"
-dispatch = [1, 1, 1]
-bind = { args = "args" }
-[passes.uniforms.setup]
-groups = { type = "uvec3", value = [2, 1, 1] }
-scale = { type = "f32", from = "frame.time" }
-[[passes]]
-name = "sum"
-shader = "sum.comp"
-dispatch = { indirect = "args", offset = 16 }
-bind = { input_words = "input", total = "total", pixels = "pixels" }
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { total = "total", pixels = "pixels", outColor = "color" }
-specialization = { OFFSET = 1000 }
-"#;
-    let args = "#version 460
+    let toml = include_str!("../fixtures/bindings/buffers.toml");
+    let args = r"#version 460
 layout(local_size_x = 1) in;
 buffer Args { uint words[8]; } args;
 uniform Setup { uvec3 groups; float scale; } setup;
@@ -49,26 +16,8 @@ void main() {
     for (int i = 0; i < 3; ++i) args.words[4 + i] = setup.groups[i];
     args.words[0] = uint(setup.scale);
 }";
-    let sum = "#version 460
-layout(local_size_x = 4) in;
-readonly buffer Words { uint words[]; } input_words;
-buffer Total { uint total; } total;
-writeonly buffer Pixels { uint pixels[]; } pixels;
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    atomicAdd(total.total, input_words.words[i]);
-    pixels.pixels[i] = input_words.words[i] * 2u;
-}";
-    let show = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-layout(constant_id = 3) const uint OFFSET = 0u;
-readonly buffer Total { uint total; } total;
-readonly buffer Pixels { uint pixels[]; } pixels;
-layout(r32ui) writeonly uniform uimage2D outColor;
-void main() {
-    uvec2 p = gl_GlobalInvocationID.xy;
-    imageStore(outColor, ivec2(p), uvec4(p.y == 0u ? total.total + OFFSET : pixels.pixels[p.x]));
-}";
+    let sum = include_str!("../fixtures/bindings/sum.comp");
+    let show = include_str!("../fixtures/bindings/show.comp");
     let files = [
         ("graphs/test.toml", toml),
         ("shaders/args.comp", args),
@@ -105,58 +54,7 @@ void main() {
 #[test]
 fn mips_layers_volumes_and_samplers() {
     let mut lab = Lab::new();
-    let toml = r#"
-name = "images"
-present = "color"
-[targets.pyramid]
-format = "r32f"
-size = [8, 8]
-mips = 3
-[targets.stack]
-format = "rgba8"
-size = [4, 4]
-layers = 3
-[targets.volume]
-format = "r32i"
-size = [4, 4, 2]
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "base"
-shader = "base.comp"
-dispatch = { threads = "pyramid" }
-bind = { dst = { target = "pyramid", mip = 0 } }
-[[passes]]
-name = "down1"
-shader = "down.comp"
-dispatch = { threads = "pyramid", mip = 1 }
-bind = { src = { target = "pyramid", mip = 0 }, dst = { target = "pyramid", mip = 1 } }
-[[passes]]
-name = "down2"
-shader = "down.comp"
-dispatch = { threads = "pyramid", mip = 2 }
-bind = { src = { target = "pyramid", mip = 1 }, dst = { target = "pyramid", mip = 2 } }
-[[passes]]
-name = "layers"
-shader = "layers.comp"
-dispatch = { threads = "stack" }
-bind = { dst = "stack" }
-[[passes]]
-name = "volume"
-shader = "volume.comp"
-dispatch = { threads = "volume" }
-bind = { dst = "volume" }
-[[passes]]
-name = "all"
-shader = "all.comp"
-dispatch = { threads = "color" }
-[passes.bind]
-pyramid = { target = "pyramid", filter = "linear" }
-one = { target = "stack", layer = 2 }
-stack = "stack"
-volume = "volume"
-outColor = "color"
-"#;
+    let toml = include_str!("../fixtures/bindings/images.toml");
     let files = [
         ("graphs/test.toml", toml),
         (
@@ -166,19 +64,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f) writeonly uniform image2D dst;
 void main() { ivec2 p = ivec2(gl_GlobalInvocationID.xy); imageStore(dst, p, vec4(p.x + 8 * p.y)); }",
         ),
-        (
-            "shaders/down.comp",
-            "#version 460
-layout(local_size_x = 2, local_size_y = 2) in;
-layout(r32f) readonly uniform image2D src;
-layout(r32f) writeonly uniform image2D dst;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy), q = 2 * p;
-    float sum = imageLoad(src, q).r + imageLoad(src, q + ivec2(1, 0)).r + imageLoad(src, q + ivec2(0, 1)).r
-              + imageLoad(src, q + ivec2(1, 1)).r;
-    imageStore(dst, p, vec4(sum * 0.25));
-}",
-        ),
+        ("shaders/down.comp", include_str!("../fixtures/bindings/down.comp")),
         (
             "shaders/layers.comp",
             "#version 460
@@ -193,23 +79,7 @@ layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
 layout(r32i) writeonly uniform iimage3D dst;
 void main() { ivec3 p = ivec3(gl_GlobalInvocationID); imageStore(dst, p, ivec4(-p.x - 10 * p.y - 100 * p.z)); }",
         ),
-        (
-            "shaders/all.comp",
-            "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-uniform sampler2D pyramid;
-layout(rgba8) readonly uniform image2D one;
-uniform sampler2DArray stack;
-uniform isampler3D volume;
-layout(rgba32f) writeonly uniform image2D outColor;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    float top = textureLod(pyramid, vec2(0.5), 2.0).r;
-    float layer = texelFetch(stack, ivec3(p.x % 4, 0, 1), 0).r * 5.0;
-    float two = imageLoad(one, ivec2(3, 0)).b * 5.0 + imageLoad(one, ivec2(0)).r * 500.0;
-    imageStore(outColor, p, vec4(top, layer, two, texelFetch(volume, ivec3(1, 2, 1), 0).r));
-}",
-        ),
+        ("shaders/all.comp", include_str!("../fixtures/bindings/all.comp")),
     ];
     let pinned = ["pyramid", "stack", "volume"];
     lab.load(&files, &Planned { pinned: &pinned, ..Planned::default() });

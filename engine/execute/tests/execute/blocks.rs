@@ -13,7 +13,7 @@ const FRAME: (&str, &str) = (
 
 fn shader(body: &str) -> String {
     format!(
-        "#version 460
+        r"#version 460
 #include <frame.glsl>
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D result;
@@ -26,35 +26,7 @@ void main() {{
     )
 }
 
-const GRAPH: &str = r#"
-name = "shared"
-present = "color"
-[params.light]
-type = "f32"
-default = 0.5
-[blocks.frame]
-index = "frame.index"
-light = "param.light"
-color = [1.0, 2.0, 3.0]
-view = "camera.view_to_world"
-[targets.start]
-format = "rgba32f"
-clear = 0.0
-[targets.base]
-format = "rgba32f"
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "base"
-shader = "base.comp"
-dispatch = { threads = "base" }
-bind = { before = "start", result = "base" }
-[[passes]]
-name = "add"
-shader = "add.comp"
-dispatch = { threads = "color" }
-bind = { before = "base", result = "color" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/blocks/shared.toml");
 
 /// A pass runs again when something changes that its shader reads, not when another member of the block does.
 #[test]

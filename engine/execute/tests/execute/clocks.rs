@@ -6,91 +6,17 @@ use raxel_execute::{Builtins, FrameInputs, FrameReport};
 use crate::lab::{Lab, Planned};
 
 /// `count` adds the number of the tick to what the tick before left; `trail` notes the last four; `show` reads both from outside.
-const GRAPH: &str = r#"
-name = "clocks"
-present = "color"
-[clocks.sim]
-hz = 10
-most = 3
-[targets.sum]
-format = "r32f"
-size = [1, 1]
-clock = "sim"
-history = 1
-[targets.last]
-format = "r32f"
-size = [1, 1]
-clock = "sim"
-history = 3
-[targets.mark]
-format = "r32f"
-size = [1, 1]
-clock = "sim"
-clear = 100.0
-[targets.color]
-format = "rgba32f"
-size = [1, 1]
-[targets.before]
-format = "rgba32f"
-size = [1, 1]
-[[passes]]
-name = "early"
-shader = "show.comp"
-dispatch = [1, 1, 1]
-bind = { sum = "sum", a = "last", b = "last@1", c = "last@2", mark = "mark", outColor = "before" }
-push = { tick = "clock.sim.tick" }
-[[passes]]
-name = "count"
-shader = "count.comp"
-every = "sim"
-dispatch = [1, 1, 1]
-bind = { before = "sum@1", outSum = "sum", outLast = "last" }
-push = { tick = "clock.sim.tick", delta = "clock.sim.delta" }
-[[passes]]
-name = "mark"
-shader = "mark.comp"
-every = "sim"
-dispatch = [1, 1, 1]
-bind = { mark = "mark", sum = "sum" }
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = [1, 1, 1]
-bind = { sum = "sum", a = "last", b = "last@1", c = "last@2", mark = "mark", outColor = "color" }
-push = { tick = "clock.sim.tick" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/clocks/clocks.toml");
 
-const COUNT: &str = "#version 460
-layout(local_size_x = 1) in;
-layout(r32f) readonly uniform image2D before;
-layout(r32f) writeonly uniform image2D outSum;
-layout(r32f) writeonly uniform image2D outLast;
-layout(push_constant) uniform Push { uint tick; float delta; };
-void main() {
-    imageStore(outSum, ivec2(0), imageLoad(before, ivec2(0)) + vec4(float(tick)));
-    imageStore(outLast, ivec2(0), vec4(float(tick) + delta));
-}";
+const COUNT: &str = include_str!("../fixtures/clocks/count.comp");
 
-const MARK: &str = "#version 460
+const MARK: &str = r"#version 460
 layout(local_size_x = 1) in;
 layout(r32f) uniform image2D mark;
 layout(r32f) readonly uniform image2D sum;
 void main() { imageStore(mark, ivec2(0), imageLoad(mark, ivec2(0)) + imageLoad(sum, ivec2(0))); }";
 
-const SHOW: &str = "#version 460
-layout(local_size_x = 1) in;
-layout(r32f) readonly uniform image2D sum;
-layout(r32f) readonly uniform image2D a;
-layout(r32f) readonly uniform image2D b;
-layout(r32f) readonly uniform image2D c;
-layout(r32f) readonly uniform image2D mark;
-layout(rgba32f) writeonly uniform image2D outColor;
-layout(push_constant) uniform Push { uint tick; };
-void main() {
-    ivec2 p = ivec2(0);
-    float lasts = imageLoad(a, p).x * 10000.0 + imageLoad(b, p).x * 100.0 + imageLoad(c, p).x;
-    imageStore(outColor, p, vec4(imageLoad(sum, p).x, lasts, imageLoad(mark, p).x, float(tick)));
-}";
+const SHOW: &str = include_str!("../fixtures/clocks/show.comp");
 
 const FILES: [(&str, &str); 4] = [
     ("graphs/test.toml", GRAPH),

@@ -11,7 +11,7 @@ use crate::lab::{Lab, Planned, at, graph};
 
 const FILL: (&str, &str) = (
     "shaders/fill.comp",
-    "#version 460
+    r"#version 460
 layout(local_size_x = 4, local_size_y = 4) in;
 layout(rgba32f) writeonly uniform image2D outColor;
 layout(push_constant) uniform Push { vec4 color; } push;
@@ -24,18 +24,7 @@ void main() {
 #[test]
 fn one_pass_reaches_the_host() {
     let mut lab = Lab::new();
-    let toml = r#"
-name = "one"
-present = "color"
-[targets.color]
-format = "rgba32f"
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push.color = { type = "vec4", value = [0.5, 0.25, 0.0, 1.0] }
-"#;
+    let toml = include_str!("../fixtures/frames/one.toml");
     lab.load(&[("graphs/test.toml", toml), FILL], &Planned::default());
     let report = lab.frame();
     assert_eq!((report.dispatched, report.displayed), (1, true));
@@ -52,38 +41,9 @@ push.color = { type = "vec4", value = [0.5, 0.25, 0.0, 1.0] }
     assert!(time >= 0.0);
 }
 
-const ACCUMULATE: &str = r#"
-name = "accumulate"
-present = "color"
-[targets.color]
-format = "rgba32f"
-history = 1
-init = [10.0, 0.0, 0.0, 1.0]
-[targets.scratch]
-format = "r32f"
-size = [4, 4]
-clear = 0.25
-[[passes]]
-name = "add"
-shader = "add.comp"
-dispatch = { threads = "color" }
-bind = { before = "color@1", scratch = "scratch", outColor = "color" }
-"#;
+const ACCUMULATE: &str = include_str!("../fixtures/frames/accumulate.toml");
 
-const ADD: (&str, &str) = (
-    "shaders/add.comp",
-    "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) readonly uniform image2D before;
-layout(r32f) uniform image2D scratch;
-layout(rgba32f) writeonly uniform image2D outColor;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(outColor)))) return;
-    float add = imageLoad(scratch, p % 4).r;
-    imageStore(outColor, p, imageLoad(before, p) + vec4(1.0, add, 0.0, 0.0));
-}",
-);
+const ADD: (&str, &str) = ("shaders/add.comp", include_str!("../fixtures/frames/add.comp"));
 
 #[test]
 fn history_rotates_and_clears_and_inits_hold() {
@@ -133,7 +93,13 @@ fn a_swap_keeps_what_is_described_alike() {
 
 /// A chain of `length` passes. Each scales the output of the one before it and adds `frame.index` where `moving`.
 pub fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
-    let mut toml = "name = \"chain\"\npresent = \"color\"\n[params.gain]\ntype = \"f32\"\ndefault = 1.0\n".to_owned();
+    let mut toml = r#"name = "chain"
+present = "color"
+[params.gain]
+type = "f32"
+default = 1.0
+"#
+    .to_owned();
     for i in 0..length - 1 {
         toml += &format!("[targets.t{i}]\nformat = \"rgba32f\"\n");
     }
@@ -144,13 +110,18 @@ pub fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
         let (shader, input) =
             if i == 0 { ("start.comp", String::new()) } else { ("link.comp", format!("before = \"t{}\", ", i - 1)) };
         toml += &format!(
-            "[[passes]]\nname = \"p{i}\"\nshader = \"{shader}\"\ndispatch = {{ threads = \"{out}\" }}\n\
-             bind = {{ {input}outColor = \"{out}\" }}\npush.add = {{ type = \"f32\", from = \"{from}\" }}\n"
+            r#"[[passes]]
+name = "p{i}"
+shader = "{shader}"
+dispatch = {{ threads = "{out}" }}
+bind = {{ {input}outColor = "{out}" }}
+push.add = {{ type = "f32", from = "{from}" }}
+"#
         );
     }
     let shader = |read: &str, input: &str| {
         format!(
-            "#version 460
+            r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 {input}layout(rgba32f) writeonly uniform image2D outColor;
 layout(push_constant) uniform Push {{ float add; }} push;
@@ -235,20 +206,7 @@ fn disabled_passes_and_overrides() {
 #[test]
 fn every_runs_on_its_own_clock() {
     let mut lab = Lab::new();
-    let toml = r#"
-name = "every"
-present = "color"
-[targets.color]
-format = "rgba32f"
-init = [0.0, 0.0, 0.0, 0.0]
-[[passes]]
-name = "slow"
-shader = "fill.comp"
-every = { hz = 10 }
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-push.color = { type = "vec4", value = [0.5, 0.25, 0.0, 1.0] }
-"#;
+    let toml = include_str!("../fixtures/frames/every.toml");
     lab.load(&[("graphs/test.toml", toml), FILL], &Planned::default());
     lab.executor.set_memo(false);
     let builtins = Builtins::default();
@@ -315,108 +273,7 @@ fn what_cannot_be_had_is_an_error() {
 
 /// A graph with many features: history, mips, a clear, an atomic counter, in-place work, aliased scratch, a pass with `every`.
 fn busy() -> Vec<(&'static str, String)> {
-    let toml = r#"
-name = "busy"
-present = "color"
-[params.a]
-type = "i32"
-default = 1
-[params.b]
-type = "i32"
-default = 1
-[params.c]
-type = "i32"
-default = 1
-[targets.base]
-format = "r32ui"
-[targets.pyramid]
-format = "r32ui"
-size = [8, 8]
-mips = 3
-[targets.scratch]
-format = "r32ui"
-size = [8, 4]
-[targets.scratch2]
-format = "r32ui"
-size = [8, 4]
-[targets.seen]
-format = "r32ui"
-size = [8, 4]
-history = 2
-[targets.marks]
-format = "r32ui"
-size = [8, 4]
-clear = 3
-[targets.slow]
-format = "r32ui"
-size = [8, 4]
-init = 9
-[targets.color]
-format = "r32ui"
-[buffers.count]
-size = 4
-clear = 0
-[[passes]]
-name = "base"
-shader = "make.comp"
-dispatch = { threads = "base" }
-bind = { dst = "base" }
-push.add = { type = "i32", from = "param.a" }
-[[passes]]
-name = "level0"
-shader = "copy.comp"
-dispatch = { threads = "pyramid" }
-bind = { src = "base", dst = { target = "pyramid", mip = 0 } }
-push.add = { type = "i32", value = 1 }
-[[passes]]
-name = "level1"
-shader = "copy.comp"
-dispatch = { threads = "pyramid", mip = 1 }
-bind = { src = { target = "pyramid", mip = 0 }, dst = { target = "pyramid", mip = 1 } }
-push.add = { type = "i32", from = "param.b" }
-[[passes]]
-name = "scratch"
-shader = "copy.comp"
-dispatch = { threads = "scratch" }
-bind = { src = { target = "pyramid", mip = 1 }, dst = "scratch" }
-push.add = { type = "i32", value = 2 }
-[[passes]]
-name = "seen"
-shader = "copy.comp"
-dispatch = { threads = "seen" }
-bind = { src = "scratch", dst = "seen" }
-push.add = { type = "i32", from = "param.c" }
-[[passes]]
-name = "mark"
-shader = "mark.comp"
-dispatch = { threads = "marks" }
-bind = { src = "seen@1", dst = "marks", count = "count" }
-push.add = { type = "i32", from = "param.b" }
-[[passes]]
-name = "slow"
-shader = "copy.comp"
-every = { frames = 3 }
-dispatch = { threads = "slow" }
-bind = { src = "marks", dst = "slow" }
-push.add = { type = "i32", from = "param.a" }
-[[passes]]
-name = "scratch2"
-shader = "copy.comp"
-dispatch = { threads = "scratch2" }
-bind = { src = "seen@2", dst = "scratch2" }
-push.add = { type = "i32", value = 4 }
-[[passes]]
-name = "in_place"
-shader = "mark.comp"
-dispatch = { threads = "marks" }
-bind = { src = "slow", dst = "marks", count = "count" }
-push.add = { type = "i32", value = 1 }
-[[passes]]
-name = "color"
-shader = "mix.comp"
-dispatch = { threads = "color" }
-bind = { a = "marks", b = "scratch2", count = "count", dst = "color" }
-"#;
+    let toml = include_str!("../fixtures/frames/busy.toml");
     let head = "#version 460\nlayout(local_size_x = 4, local_size_y = 4) in;\n";
     let push = "layout(push_constant) uniform Push { int add; } push;\n";
     let image = |access: &str, name: &str| format!("layout(r32ui) {access} uniform uimage2D {name};\n");

@@ -8,40 +8,9 @@ use raxel_graph::checked::Value;
 
 use crate::lab::{Lab, Planned};
 
-const TOML: &str = r#"
-name = "hang"
-present = "color"
-[params.rounds]
-type = "i32"
-default = 1
-[targets.color]
-format = "r32ui"
-[targets.quick]
-format = "r32ui"
-[[passes]]
-name = "quick"
-shader = "spin.comp"
-dispatch = { threads = "quick" }
-bind = { dst = "quick" }
-push.rounds = { type = "i32", value = 1 }
-[[passes]]
-name = "spin"
-shader = "spin.comp"
-dispatch = [50000, 4, 1]
-bind = { dst = "color" }
-push.rounds = { type = "i32", from = "param.rounds" }
-"#;
+const TOML: &str = include_str!("../fixtures/hang/hang.toml");
 
-const SPIN: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-layout(r32ui) writeonly uniform uimage2D dst;
-layout(push_constant) uniform Push { int rounds; } push;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    uint x = uint(p.x + 1);
-    for (int i = 0; i < push.rounds; ++i) x = x * 1664525u + 1013904223u + (x >> 7);
-    if (all(lessThan(p, imageSize(dst))) || x == 0u) imageStore(dst, p % imageSize(dst), uvec4(x));
-}";
+const SPIN: &str = include_str!("../fixtures/hang/spin.comp");
 
 /// Rounds that keep any device busy for far longer than [`SHORT`], but not for ever. (The software driver leaves a loop after 65535 rounds,
 /// so most of the work is in the number of groups.)
@@ -102,29 +71,31 @@ const PASSES: usize = 48;
 /// A frame of many passes that each need the one before.
 fn chain() -> String {
     let mut toml = String::from(
-        "name = \"chain\"\npresent = \"color\"\n[params.rounds]\ntype = \"i32\"\ndefault = 1\n\
-         [targets.color]\nformat = \"r32ui\"\nclear = 0\n",
+        r#"name = "chain"
+present = "color"
+[params.rounds]
+type = "i32"
+default = 1
+[targets.color]
+format = "r32ui"
+clear = 0
+"#,
     );
     for i in 0..PASSES {
         toml += &format!(
-            "[[passes]]\nname = \"p{i}\"\nshader = \"add.comp\"\ndispatch = [5000, 4, 1]\nbind = {{ dst = \"color\" }}\n\
-             push.rounds = {{ type = \"i32\", from = \"param.rounds\" }}\n"
+            r#"[[passes]]
+name = "p{i}"
+shader = "add.comp"
+dispatch = [5000, 4, 1]
+bind = {{ dst = "color" }}
+push.rounds = {{ type = "i32", from = "param.rounds" }}
+"#
         );
     }
     toml
 }
 
-const ADD: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-layout(r32ui) uniform uimage2D dst;
-layout(push_constant) uniform Push { int rounds; } push;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    uint x = uint(p.x + 1);
-    for (int i = 0; i < push.rounds; ++i) x = x * 1664525u + 1013904223u + (x >> 7);
-    if (all(lessThan(p, imageSize(dst)))) imageStore(dst, p, imageLoad(dst, p) + x);
-    else if (x == 0u) imageStore(dst, ivec2(0), uvec4(x));
-}";
+const ADD: &str = include_str!("../fixtures/hang/add.comp");
 
 /// A slow frame is not taken for a hang while its passes go on finishing, however long all of them together take.
 #[test]

@@ -5,22 +5,11 @@ use raxel_execute::{Builtins, FrameInputs, FrameReport};
 
 use crate::lab::{Lab, Planned};
 
-const HALF: (&str, &str) = (
-    "shaders/half.comp",
-    "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) writeonly uniform image2D outColor;
-layout(push_constant) uniform Push { float value; };
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(outColor))) || p.x < 4) return;
-    imageStore(outColor, p, vec4(value));
-}",
-);
+const HALF: (&str, &str) = ("shaders/half.comp", include_str!("../fixtures/kept/half.comp"));
 
 const FULL: (&str, &str) = (
     "shaders/full.comp",
-    "#version 460
+    r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D outColor;
 layout(push_constant) uniform Push { float value; };
@@ -30,23 +19,17 @@ void main() {
 }",
 );
 
-const COPY: (&str, &str) = (
-    "shaders/copy.comp",
-    "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) readonly uniform image2D image;
-layout(rgba32f) writeonly uniform image2D outColor;
-layout(push_constant) uniform Push { float value; };
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (all(lessThan(p, imageSize(outColor)))) imageStore(outColor, p, imageLoad(image, p) + value);
-}",
-);
+const COPY: (&str, &str) = ("shaders/copy.comp", include_str!("../fixtures/kept/copy.comp"));
 
 fn pass(name: &str, shader: &str, bind: &str, value: &str) -> String {
     format!(
-        "[[passes]]\nname = \"{name}\"\nshader = \"{shader}.comp\"\ndispatch = {{ threads = \"color\" }}\n\
-         bind = {{ {bind} }}\npush = {{ value = {value} }}\n"
+        r#"[[passes]]
+name = "{name}"
+shader = "{shader}.comp"
+dispatch = {{ threads = "color" }}
+bind = {{ {bind} }}
+push = {{ value = {value} }}
+"#
     )
 }
 
@@ -101,25 +84,7 @@ fn a_partial_store_lies_over_what_an_earlier_pass_stored() {
 }
 
 /// A table that only a param goes into, its blur, and a picture that changes with the time.
-const TABLE: &str = r#"
-name = "table"
-present = "color"
-[params.sun]
-type = "f32"
-default = 0.5
-[targets.table]
-format = "rgba32f"
-[targets.blurred]
-format = "rgba32f"
-[targets.first]
-format = "rgba32f"
-[targets.second]
-format = "rgba32f"
-[targets.third]
-format = "rgba32f"
-[targets.color]
-format = "rgba32f"
-"#;
+const TABLE: &str = include_str!("../fixtures/kept/table.toml");
 
 #[test]
 fn a_table_of_what_stands_still_is_made_once() {
@@ -150,7 +115,14 @@ fn a_table_of_what_stands_still_is_made_once() {
 fn what_is_kept_stays_and_a_clear_of_it_is_no_work_for_a_still_frame() {
     let mut lab = Lab::new();
     let mut toml = "name = \"kept\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\n".to_owned();
-    toml += "[targets.canvas]\nformat = \"rgba32f\"\nkeep = true\n[targets.sheet]\nformat = \"rgba32f\"\nkeep = true\nclear = 3.0\n";
+    toml += r#"[targets.canvas]
+format = "rgba32f"
+keep = true
+[targets.sheet]
+format = "rgba32f"
+keep = true
+clear = 3.0
+"#;
     toml += &pass("paint", "half", "outColor = { target = \"canvas\", partial = true }", "\"frame.time\"");
     toml += &pass("sheet", "half", "outColor = { target = \"sheet\", partial = true }", "\"frame.delta\"");
     toml += &pass("show", "copy", "image = \"sheet\", outColor = \"color\"", "0.0");
@@ -178,10 +150,15 @@ fn what_is_kept_stays_and_a_clear_of_it_is_no_work_for_a_still_frame() {
 #[test]
 fn a_pass_rests_when_everything_stands_still() {
     let mut lab = Lab::new();
-    let mut toml =
-        "name = \"still\"\npresent = \"color\"\n[targets.color]\nformat = \"rgba32f\"\nkeep = true\n".to_owned();
+    let mut toml = r#"name = "still"
+present = "color"
+[targets.color]
+format = "rgba32f"
+keep = true
+"#
+    .to_owned();
     toml += &pass("add", "add", "sum = \"color\"", "1.0").replace("[[passes]]", "[[passes]]\nevery = { still = 3 }");
-    let add = "#version 460
+    let add = r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D sum;
 layout(push_constant) uniform Push { float value; };

@@ -8,61 +8,13 @@ use crate::lab::{Lab, Planned};
 /// Five million threads of 64 are 78,125 workgroups: more than a device need take along x.
 const LONG: u32 = 5_000_000;
 
-const GRAPH: &str = r#"
-name = "lists"
-present = "color"
-[targets.color]
-format = "r32f"
-[buffers.list]
-size = { count = 5000000, stride = 4 }
-clear = 0
-[buffers.pairs]
-size = { of = "short", per = 3, stride = 8 }
-clear = 0
-[buffers.short]
-size = { count = 70, stride = 4 }
-init = 5
-[[passes]]
-name = "long"
-shader = "long.comp"
-dispatch = { threads = "list" }
-bind = { List = "list", outColor = "color" }
-push = { count = "buffer.list.count" }
-[[passes]]
-name = "pairs"
-shader = "pairs.comp"
-dispatch = { threads = "pairs" }
-specialization = { COUNT = "buffer.pairs.count", WIDTH = "buffer.short.count" }
-bind = { Pairs = "pairs", Short = "short", color = "color" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/lists/lists.toml");
 
 /// A workgroup with all three axes: its threads are neighbours all the same.
-const LONG_SHADER: &str = "#version 460
-#include <raxel/thread.glsl>
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(std430) buffer List { uint list[]; };
-layout(r32f) uniform writeonly image2D outColor;
-layout(push_constant) uniform Push { uint count; };
-void main() {
-    uint i = rx_thread();
-    if (i == 0u) imageStore(outColor, ivec2(0), vec4(1));
-    if (i < count) atomicAdd(list[i], i + 1u);
-}";
+const LONG_SHADER: &str = include_str!("../fixtures/lists/long.comp");
 
 /// A workgroup as wide as another list is long.
-const PAIRS_SHADER: &str = "#version 460
-#include <raxel/thread.glsl>
-layout(local_size_x_id = 1) in;
-layout(constant_id = 0) const uint COUNT = 1;
-layout(constant_id = 1) const uint WIDTH = 1;
-layout(std430) buffer Pairs { uvec2 pairs[]; };
-layout(std430) readonly buffer Short { uint five[]; };
-layout(r32f) uniform image2D color;
-void main() {
-    uint i = rx_thread();
-    if (i == 0u) imageStore(color, ivec2(1, 0), imageLoad(color, ivec2(0)) + float(five[WIDTH - 1u]));
-    if (i < COUNT) pairs[i] += uvec2(WIDTH, COUNT);
-}";
+const PAIRS_SHADER: &str = include_str!("../fixtures/lists/pairs.comp");
 
 const FILES: [(&str, &str); 3] =
     [("graphs/test.toml", GRAPH), ("shaders/long.comp", LONG_SHADER), ("shaders/pairs.comp", PAIRS_SHADER)];
@@ -84,35 +36,9 @@ fn each_element_gets_one_thread() {
     assert_eq!(lab.floats("color", 0, 0, 0)[1][0], 6.0);
 }
 
-const WORLD_GRAPH: &str = r#"
-name = "world"
-present = "probes"
-[targets.probes]
-format = "r32ui"
-size = { of = "world", scale = 0.25 }
-mips = "full"
-[buffers.faces]
-size = { of = "world", scale = 0.25, per = 6, stride = 4 }
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = { threads = "probes" }
-bind = { probes = "probes", Faces = "faces" }
-push = { extent = { type = "ivec3", from = "target.probes.size" }, count = "buffer.faces.count" }
-"#;
+const WORLD_GRAPH: &str = include_str!("../fixtures/lists/world.toml");
 
-const FILL: &str = "#version 460
-layout(local_size_x = 4, local_size_y = 4) in;
-layout(r32ui) uniform writeonly uimage3D probes;
-layout(std430) writeonly buffer Faces { uint faces[]; };
-layout(push_constant) uniform Push { ivec3 extent; uint count; };
-void main() {
-    ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(at, imageSize(probes)))) return;
-    uint index = uint((at.z * extent.y + at.y) * extent.x + at.x);
-    imageStore(probes, at, uvec4(index + count));
-    for (uint face = 0u; face < 6u; face++) faces[index * 6u + face] = index;
-}";
+const FILL: &str = include_str!("../fixtures/lists/fill.comp");
 
 /// A target over the world has its extent; a world of another extent resizes it, and nothing is left of the old one.
 #[test]
@@ -134,32 +60,9 @@ fn targets_follow_the_world() {
 }
 
 /// A pass counts the queue; the pass behind it runs with as many threads, for any shape of its workgroup.
-const QUEUE_GRAPH: &str = r#"
-name = "queue"
-present = "hits"
-[params.count]
-type = "u32"
-default = 0
-[buffers.queue]
-size = { count = 4, stride = 4 }
-[buffers.hits]
-size = { count = 5000100, stride = 4 }
-clear = 0
-[[passes]]
-name = "enqueue"
-shader = "enqueue.comp"
-dispatch = [1]
-bind = { Queue = "queue" }
-push = { count = "param.count" }
-[[passes]]
-name = "run"
-shader = "run.comp"
-specialization = { local_size_x = WIDE }
-dispatch = { count = "queue", offset = 8 }
-bind = { Queue = "queue", Hits = "hits" }
-"#;
+const QUEUE_GRAPH: &str = include_str!("../fixtures/lists/queue.toml");
 
-const ENQUEUE: &str = "#version 460
+const ENQUEUE: &str = r"#version 460
 layout(local_size_x = 1) in;
 layout(std430) writeonly buffer Queue { uint queue[]; };
 layout(push_constant) uniform Push { uint count; };
@@ -168,21 +71,12 @@ void main() {
 }";
 
 /// The constant that sizes the workgroup has no name of its own.
-const RUN: &str = "#version 460
-#include <raxel/thread.glsl>
-layout(local_size_x_id = 5, local_size_y = 2) in;
-layout(std430) readonly buffer Queue { uint queue[]; };
-layout(std430) buffer Hits { uint hits[]; };
-void main() {
-    uint i = rx_thread();
-    // Those past the end are counted too, in one place each.
-    if (i < queue[2]) atomicAdd(hits[i], 1u); else atomicAdd(hits[5000001u + min(i - queue[2], 98u)], 1u);
-}";
+const RUN: &str = include_str!("../fixtures/lists/run.comp");
 
 #[test]
 fn a_queue_gets_a_thread_for_each_element() {
     for wide in [1_u32, 32] {
-        let graph = QUEUE_GRAPH.replace("WIDE", &wide.to_string());
+        let graph = QUEUE_GRAPH.replace("\"WIDE\"", &wide.to_string());
         let files = [("graphs/test.toml", &graph[..]), ("shaders/enqueue.comp", ENQUEUE), ("shaders/run.comp", RUN)];
         let mut lab = Lab::new();
         let plan = lab.load(&files, &Planned { present: "hits", ..Planned::default() });
@@ -204,36 +98,9 @@ fn a_queue_gets_a_thread_for_each_element() {
     }
 }
 
-const VALUES_GRAPH: &str = r#"
-name = "values"
-present = "color"
-[targets.color]
-format = "rgba32f"
-[buffers.kernel]
-values = [0.0625, 0.25, 0.375, 1]
-[buffers.points]
-values = [[1, 2, 3], [-4, 5, -6]]
-type = "ivec3"
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "kernel" }
-bind = { outColor = "color", Kernel = "kernel", Points = "points" }
-push = { count = "buffer.kernel.count" }
-specialization = { LAMP = "material.lamp" }
-"#;
+const VALUES_GRAPH: &str = include_str!("../fixtures/lists/values.toml");
 
-const SHOW: &str = "#version 460
-layout(local_size_x = 8) in;
-layout(constant_id = 0) const uint LAMP = 0;
-layout(rgba32f) uniform writeonly image2D outColor;
-layout(std430) readonly buffer Kernel { float kernel[]; };
-layout(std430) readonly buffer Points { ivec3 points[]; };
-layout(push_constant) uniform Push { uint count; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i < count) imageStore(outColor, ivec2(i, 0), vec4(kernel[i], vec2(points[i % 2u].xz), LAMP));
-}";
+const SHOW: &str = include_str!("../fixtures/lists/show.comp");
 
 /// The file's values are in the buffer, in the shader's layout; readers see an edit of them.
 #[test]

@@ -7,39 +7,11 @@ use raxel_graph::checked::{ParamId, Value};
 use crate::lab::{Lab, Planned, graph};
 
 /// Each round appends its index as a decimal digit.
-const DIGITS: &str = r#"
-name = "digits"
-present = "color"
-[params.rounds]
-type = "i32"
-default = 3
-range = [0, 8]
-[loops.append]
-count = "param.rounds"
-order = "up"
-swap = [["color", "other"]]
-[targets.color]
-format = "rgba32f"
-[targets.other]
-format = "rgba32f"
-[[passes]]
-name = "start"
-shader = "start.comp"
-dispatch = { threads = "color" }
-bind = { result = "color" }
-[[passes]]
-name = "append"
-loop = "append"
-shader = "append.comp"
-dispatch = { threads = "color" }
-bind = { before = "color", result = "other" }
-push = { index = "loop.index", base = 10.0 }
-specialization = { NEXT = "loop.next" }
-"#;
+const DIGITS: &str = include_str!("../fixtures/loops/digits.toml");
 
 const START: (&str, &str) = (
     "shaders/start.comp",
-    "#version 460
+    r"#version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D result;
 void main() {
@@ -48,21 +20,7 @@ void main() {
 }",
 );
 
-const APPEND: (&str, &str) = (
-    "shaders/append.comp",
-    "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 0) const uint NEXT = 0;
-layout(rgba32f) readonly uniform image2D before;
-layout(rgba32f) writeonly uniform image2D result;
-layout(push_constant) uniform Push { int index; float base; } push;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(result)))) return;
-    vec4 value = imageLoad(before, p);
-    imageStore(result, p, vec4(push.base * value.x + float(push.index), value.y + float(NEXT), 0.0, 1.0));
-}",
-);
+const APPEND: (&str, &str) = ("shaders/append.comp", include_str!("../fixtures/loops/append.comp"));
 
 #[test]
 fn rounds_follow_each_other_whatever_their_number() {
@@ -112,50 +70,9 @@ fn what_is_said_to_a_pass_is_said_to_all_of_its_rounds() {
     assert_eq!(lab.floats("color", 0, 0, 0)[0][0], 76.0, "and leaves its result as it is");
 }
 
-const PYRAMID: &str = r#"
-name = "pyramid"
-present = "color"
-[loops.down]
-count = { mips = "pyramid" }
-[targets.color]
-format = "rgba32f"
-[targets.pyramid]
-format = "rgba32f"
-size = [16, 16]
-mips = "full"
-[[passes]]
-name = "start"
-shader = "start.comp"
-dispatch = { threads = "pyramid" }
-bind = { result = { target = "pyramid", mip = 0 } }
-[[passes]]
-name = "down"
-loop = "down"
-shader = "down.comp"
-dispatch = { threads = "pyramid", mip = "loop.next" }
-bind = { fine = { target = "pyramid", mip = "loop.index" }, coarse = { target = "pyramid", mip = "loop.next" } }
-[[passes]]
-name = "show"
-shader = "append.comp"
-dispatch = { threads = "color" }
-bind = { before = { target = "pyramid", mip = 4 }, result = "color" }
-push = { index = 0, base = 1.0 }
-"#;
+const PYRAMID: &str = include_str!("../fixtures/loops/pyramid.toml");
 
-const DOWN: (&str, &str) = (
-    "shaders/down.comp",
-    "#version 460
-layout(local_size_x = 4, local_size_y = 4) in;
-layout(rgba32f) readonly uniform image2D fine;
-layout(rgba32f) writeonly uniform image2D coarse;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(coarse)))) return;
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < 4; ++i) sum += imageLoad(fine, 2 * p + ivec2(i & 1, i >> 1));
-    imageStore(coarse, p, sum);
-}",
-);
+const DOWN: (&str, &str) = ("shaders/down.comp", include_str!("../fixtures/loops/down.comp"));
 
 #[test]
 fn a_loop_goes_from_mip_to_mip() {
@@ -174,52 +91,11 @@ fn a_loop_goes_from_mip_to_mip() {
 }
 
 /// All rounds run in each tick. A round adds its index and one to the result of the round before, and the next tick continues from there.
-const TICKING: &str = r#"
-name = "ticking"
-present = "color"
-[clocks.sim]
-hz = 10
-most = 3
-[loops.relax]
-count = 4
-swap = [["state", "next"]]
-[targets.state]
-format = "r32f"
-size = [1, 1]
-clock = "sim"
-[targets.next]
-format = "r32f"
-size = [1, 1]
-clock = "sim"
-[targets.color]
-format = "r32f"
-size = [1, 1]
-[[passes]]
-name = "relax"
-loop = "relax"
-every = "sim"
-shader = "relax.comp"
-dispatch = [1, 1, 1]
-bind = { before = "state", result = "next" }
-push = { index = "loop.index", tick = "clock.sim.tick" }
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = [1, 1, 1]
-bind = { state = "state", result = "color" }
-"#;
+const TICKING: &str = include_str!("../fixtures/loops/ticking.toml");
 
-const RELAX: &str = "#version 460
-layout(local_size_x = 1) in;
-layout(r32f) readonly uniform image2D before;
-layout(r32f) writeonly uniform image2D result;
-layout(push_constant) uniform Push { uint index; uint tick; };
-void main() {
-    float value = imageLoad(before, ivec2(0)).x;
-    imageStore(result, ivec2(0), vec4(value + float(index + 1u) + 100.0 * float(tick)));
-}";
+const RELAX: &str = include_str!("../fixtures/loops/relax.comp");
 
-const SHOW_STATE: &str = "#version 460
+const SHOW_STATE: &str = r"#version 460
 layout(local_size_x = 1) in;
 layout(r32f) readonly uniform image2D state;
 layout(r32f) writeonly uniform image2D result;

@@ -216,8 +216,13 @@ pub fn graph_file(r: &mut Random) -> String {
         written.extend(stored);
     }
     let shown = shown.unwrap_or_else(|| {
-        tables += "[[passes]]\nname = \"last\"\nshader = \"w.comp\"\ndispatch = [1, 1, 1]\nbind = { b0 = \"r0\" }\n\
-                   push = { add = \"frame.time\" }\n";
+        tables += r#"[[passes]]
+name = "last"
+shader = "w.comp"
+dispatch = [1, 1, 1]
+bind = { b0 = "r0" }
+push = { add = "frame.time" }
+"#;
         0
     });
     let _ = writeln!(toml, "present = \"{}\"", things[shown].name);

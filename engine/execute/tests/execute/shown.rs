@@ -11,9 +11,17 @@ fn picture(format: &str, display: &str, store: &str) -> Vec<[u8; 4]> {
     };
     let mut lab = Lab::new();
     let toml = format!(
-        "name = \"shown\"\npresent = \"color\"\n[targets.color]\nformat = \"{format}\"\n{display}\n\
-         [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = {{ threads = \"color\" }}\n\
-         bind = {{ outColor = \"color\" }}\n"
+        r#"name = "shown"
+present = "color"
+[targets.color]
+format = "{format}"
+{display}
+[[passes]]
+name = "fill"
+shader = "fill.comp"
+dispatch = {{ threads = "color" }}
+bind = {{ outColor = "color" }}
+"#
     );
     let shader = format!(
         "#version 460
@@ -72,57 +80,8 @@ fn a_target_of_another_size_fills_the_picture() {
 
 #[test]
 fn buffers_volumes_layers_and_history() {
-    let toml = r#"
-name = "many"
-present = "stack"
-[targets.stack]
-format = "r32f"
-size = [2, 2]
-layers = 3
-[targets.volume]
-format = "r32i"
-size = [2, 2, 2]
-display = { map = "integer", range = [0.0, 10.0] }
-[targets.trail]
-format = "r32f"
-history = 2
-display = { map = "gray", range = [0.0, 15.0] }
-[buffers.pixels]
-size = { of = "trail", stride = 12 }
-[buffers.words]
-size = 16
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = [1, 1, 1]
-[passes.bind]
-stack = "stack"
-volume = "volume"
-trail = "trail"
-pixels = "pixels"
-words = "words"
-[passes.push]
-time = { type = "f32", from = "frame.time" }
-"#;
-    let shader = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-layout(r32f) writeonly uniform image2DArray stack;
-layout(r32i) writeonly uniform iimage3D volume;
-layout(r32f) writeonly uniform image2D trail;
-struct Color { float red, green, blue; };
-writeonly buffer Pixels { Color pixels[]; } pixels;
-writeonly buffer Words { uint words[]; } words;
-layout(push_constant) uniform Push { float time; } push;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(trail, p, vec4(push.time));
-    if (any(greaterThanEqual(p, ivec2(2)))) return;
-    for (int z = 0; z < 3; ++z) imageStore(stack, ivec3(p, z), vec4(z == 2 ? p.x : 0));
-    for (int z = 0; z < 2; ++z) imageStore(volume, ivec3(p, z), ivec4(2 * z));
-    int i = p.y * 2 + p.x;
-    pixels.pixels[i] = Color(1.0 - p.x, p.x, 0.0);
-    words.words[i] = uint(p.x);
-}";
+    let toml = include_str!("../fixtures/shown/many.toml");
+    let shader = include_str!("../fixtures/shown/many.comp");
     let shown = |present: &str| {
         let mut lab = Lab::new();
         let output = if present.starts_with("trail") { [8, 4] } else { [2, 2] };

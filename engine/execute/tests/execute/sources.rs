@@ -7,35 +7,12 @@ use raxel_shader::interface::Access;
 
 use crate::lab::{Lab, Planned, at, graph, graph_with};
 
-const TOML: &str = r#"
-name = "sources"
-present = "color"
-[buffers.words]
-source = "test.words"
-[targets.voxels]
-source = "test.words"
-[targets.color]
-format = "r32ui"
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { words = "words", voxels = "voxels", outColor = "color" }
-"#;
+const TOML: &str = include_str!("../fixtures/sources/sources.toml");
 
 const TEXTURE: Texture = Texture { format: Format::R16ui, extent: [8, 1, 1], volume: true };
 
 /// The first rows show words, the last one texels.
-const SHOW: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 4) in;
-readonly buffer Words { uint words[]; } words;
-uniform usampler3D voxels;
-layout(r32ui) writeonly uniform uimage2D outColor;
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    uint word = words.words[p.y * 8 + p.x];
-    imageStore(outColor, p, uvec4(p.y == 3 ? texelFetch(voxels, ivec3(p.x, 0, 0), 0).r : word));
-}";
+const SHOW: &str = include_str!("../fixtures/sources/show.comp");
 
 /// A lab that shows 24 words (all 1) and 8 texels (all 2) of a source.
 fn lab() -> (Lab, std::sync::Arc<ExternalResource>) {
@@ -155,38 +132,14 @@ fn parts_that_are_not_there_are_refused() {
 }
 
 /// Adds one to each word of a writable source, then shows them; every dispatch sees what the last one stored.
-const COUNTING: &str = r#"
-name = "counting"
-present = "color"
-[buffers.words]
-ORIGIN
-[targets.color]
-format = "r32ui"
-[[passes]]
-name = "count"
-shader = "count.comp"
-dispatch = { threads = [32, 1, 1] }
-bind = { words = "words" }
-every = { frames = 2 }
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { words = "words", outColor = "color" }
-[[passes]]
-name = "count_again"
-shader = "count.comp"
-dispatch = { threads = [32, 1, 1] }
-bind = { words = "words" }
-every = { frames = 2 }
-"#;
+const COUNTING: &str = include_str!("../fixtures/sources/counting.toml");
 
 const COUNT: &str = "#version 460
 layout(local_size_x = 8) in;
 buffer Words { uint words[]; } words;
 void main() { words.words[gl_GlobalInvocationID.x] += 1u; }";
 
-const SHOW_WORDS: &str = "#version 460
+const SHOW_WORDS: &str = r"#version 460
 layout(local_size_x = 8, local_size_y = 4) in;
 readonly buffer Words { uint words[]; } words;
 layout(r32ui) writeonly uniform uimage2D outColor;
@@ -199,7 +152,7 @@ void main() {
 fn counting(origin: &str, access: Access) -> (Lab, std::sync::Arc<ExternalResource>) {
     let mut lab = Lab::new();
     let source = lab.supply("words", bytemuck::cast_slice(&[10_u32; 32]));
-    let toml = COUNTING.replace("ORIGIN", origin);
+    let toml = COUNTING.replace("# ORIGIN", origin);
     let files = [("graphs/test.toml", toml.as_str()), ("shaders/count.comp", COUNT), ("shaders/show.comp", SHOW_WORDS)];
     let plan = lab.plan(&graph_with(&files, access), &Planned::default());
     let prepared = lab.prepare(&plan).expect("it suits the device");
@@ -256,25 +209,7 @@ fn a_copy_is_filled_when_its_source_changes_and_on_reset() {
 }
 
 /// In even frames, the copy is shown before a pass writes all of it over.
-const WRITTEN_OVER: &str = r#"
-name = "written over"
-present = "color"
-[buffers.words]
-copy = "test.words"
-[targets.color]
-format = "r32ui"
-[[passes]]
-name = "show"
-shader = "show.comp"
-dispatch = { threads = "color" }
-bind = { words = "words", outColor = "color" }
-every = { frames = 2 }
-[[passes]]
-name = "set"
-shader = "set.comp"
-dispatch = { threads = [32, 1, 1] }
-bind = { words = "words" }
-"#;
+const WRITTEN_OVER: &str = include_str!("../fixtures/sources/written_over.toml");
 
 const SET: &str = "#version 460
 layout(local_size_x = 8) in;

@@ -11,43 +11,9 @@ use crate::files::Project;
 /// Codes that are tried here.
 pub const CODES: [&str; 5] = ["RX0136", "RX0165", "RX0166", "RX0167", "RX0168"];
 
-const GRAPH: &str = r#"
-name = "waves"
-present = "color"
-[clocks.sim]
-hz = 60
-[targets.height]
-format = "r32f"
-clock = "sim"
-history = 1
-[targets.color]
-format = "r32f"
-keep = true
-clear = 0.5
-[[passes]]
-name = "step"
-shader = "step.comp"
-every = "sim"
-dispatch = { threads = "height" }
-bind = { before = "height@1", outColor = "height" }
-push = { value = "clock.sim.delta" }
-[[passes]]
-name = "show"
-shader = "step.comp"
-dispatch = { threads = "color" }
-bind = { before = "height", outColor = { target = "color", partial = true } }
-push = { value = "clock.sim.phase" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/clocks/waves.toml");
 
-const STEP: &str = "#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32f) readonly uniform image2D before;
-layout(r32f) writeonly uniform image2D outColor;
-layout(push_constant) uniform Push { float value; };
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, p, imageLoad(before, p) + value);
-}";
+const STEP: &str = include_str!("../fixtures/clocks/step.comp");
 
 fn project(old: &str, new: &str) -> Project {
     let mut project = Project::new();

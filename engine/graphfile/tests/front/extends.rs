@@ -19,35 +19,7 @@ fn over(text: &str) -> Project {
 
 #[test]
 fn an_overlay_changes_what_it_names_and_nothing_else() {
-    let project = over(
-        r#"
-name = "over"
-[params.exposure]
-default = 2.0
-[targets.half_depth]
-init = 1.0
-[[passes]]
-name = "finish"
-remove = true
-[[passes]]
-name = "primary"
-defines = { MAX_STEPS = 16 }
-subgroup = 32
-dispatch = [1, 2, 3]
-[passes.push]
-debug_mode = 7
-[[passes]]
-name = "pyramid_2"
-after = "pyramid"
-shader = "pyramid.comp"
-dispatch = { threads = "pyramid", mip = 2 }
-bind = { above = { target = "pyramid", mip = 1 }, below = { target = "pyramid", mip = 2 }, depth = "half_depth" }
-[[passes]]
-name = "probe_update"
-before = "pyramid"
-when = "always"
-"#,
-    );
+    let project = over(include_str!("../fixtures/extends/over.toml"));
     let (compiled, _) = project.compile(OVER);
     let (graph, warnings) = compiled.unwrap_or_else(|_| panic!("{}", project.rendered(OVER)));
     assert_eq!(graph.name, "over");
@@ -107,7 +79,13 @@ fn a_row_that_does_not_end_is_named() {
     said += &project.rendered("graphs/0.toml");
     project.put(
         "graphs/alone.toml",
-        "name = \"a\"\n[targets.x]\nremove = true\n[[passes]]\nname = \"p\"\nafter = \"q\"\n",
+        r#"name = "a"
+[targets.x]
+remove = true
+[[passes]]
+name = "p"
+after = "q"
+"#,
     );
     said += &project.rendered("graphs/alone.toml");
     insta::assert_snapshot!("chains", said);

@@ -132,9 +132,18 @@ fn a_param_says_how_it_is_shown() {
     let project = Project::new().edit(
         "graphs/base.toml",
         "[params.probes]",
-        "[params.tone]\ntype = \"u32\"\ndefault = 1\nchoices = [\"Reinhard\", \"AgX\"]\ngroup = \"Picture\"\n\
-         tooltip = \"The curve of the film.\"\nunit = \"\"\n[params.tint2]\ntype = \"vec3\"\ndefault = [1, 1, 1]\n\
-         color = false\n[params.probes]",
+        r#"[params.tone]
+type = "u32"
+default = 1
+choices = ["Reinhard", "AgX"]
+group = "Picture"
+tooltip = "The curve of the film."
+unit = ""
+[params.tint2]
+type = "vec3"
+default = [1, 1, 1]
+color = false
+[params.probes]"#,
     );
     let (compiled, _) = project.compile("graphs/base.toml");
     let (graph, _) = compiled.unwrap_or_else(|_| panic!("{}", project.rendered("graphs/base.toml")));

@@ -11,55 +11,7 @@ use crate::files::Project;
 
 const PATH: &str = "graphs/loops.toml";
 
-const GRAPH: &str = r#"name = "loops"
-present = "color"
-
-[params.rounds]
-type = "i32"
-default = 3
-range = [0, 8]
-
-[loops.down]
-count = { mips = "pyramid" }
-
-[loops.relax]
-count = "param.rounds"
-order = "down"
-swap = [["color", "other"]]
-
-[targets.pyramid]
-format = "rgba16f"
-mips = "full"
-
-[targets.color]
-format = "rgba16f"
-
-[targets.other]
-format = "rgba16f"
-display = "raw"
-
-[[passes]]
-name = "start"
-shader = "start.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", outBase = { target = "pyramid", mip = 0 } }
-
-[[passes]]
-name = "down"
-loop = "down"
-shader = "down.comp"
-dispatch = { threads = "pyramid", mip = "loop.next" }
-bind = { fine = { target = "pyramid", mip = "loop.index" }, coarse = { target = "pyramid", mip = "loop.next" } }
-
-[[passes]]
-name = "mix"
-loop = "relax"
-shader = "mix.comp"
-dispatch = { threads = "color" }
-bind = { before = "color", outColor = "other", pyramid = "pyramid" }
-push.round = "loop.index"
-specialization = { WIDTH = "loop.next" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/loops/loops.toml");
 
 const SHADERS: [(&str, &str); 3] = [
     (
@@ -86,21 +38,7 @@ void main() {
 }
 ",
     ),
-    (
-        "shaders/mix.comp",
-        r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 0) const uint WIDTH = 1;
-layout(rgba16f) uniform readonly image2D before;
-layout(rgba16f) uniform writeonly image2D outColor;
-uniform sampler2D pyramid;
-layout(push_constant) uniform Push { int round; } push;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, pixel, imageLoad(before, pixel) + texelFetch(pyramid, pixel, push.round) * float(WIDTH));
-}
-",
-    ),
+    ("shaders/mix.comp", include_str!("../fixtures/loops/mix.comp")),
 ];
 
 fn project() -> Project {

@@ -11,30 +11,7 @@ use raxel_shader::{Request, Shader, ShaderProvider};
 
 use crate::files::Project;
 
-const GRAPH: &str = r#"
-name = "modules"
-present = "a"
-[targets.a]
-format = "rgba16f"
-[targets.b]
-format = "rgba16f"
-[[passes]]
-name = "first"
-shader = "store.spv"
-dispatch = { threads = "a" }
-bind = { result = "a" }
-[[passes]]
-name = "second"
-shader = "store.spv"
-dispatch = { threads = "b" }
-bind = { result = "b" }
-[[passes]]
-name = "third"
-shader = "store.spv"
-defines = { THIRD = 1 }
-dispatch = { threads = "b" }
-bind = { result = "b" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/modules/modules.toml");
 
 /// Every module stores to one image, and knows nothing of its source.
 #[derive(Default)]

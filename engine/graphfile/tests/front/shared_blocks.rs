@@ -10,66 +10,13 @@ const PATH: &str = "graphs/held.toml";
 const FIRST: &str = "shaders/first.comp";
 const SECOND: &str = "shaders/second.comp";
 
-const GRAPH: &str = r#"name = "held"
-present = "color"
-
-[params.sun]
-type = "f32"
-default = 1.0
-
-[blocks.frame]
-view = "camera.view_to_world"
-index = "frame.index"
-sun = { type = "f32", from = "param.sun" }
-weights = [1.0, 2.0]
-
-[targets.depth]
-format = "r32f"
-
-[targets.color]
-format = "rgba8"
-
-[[passes]]
-name = "first"
-shader = "first.comp"
-dispatch = { threads = "depth" }
-bind = { outDepth = "depth" }
-
-[[passes]]
-name = "second"
-shader = "second.comp"
-dispatch = { threads = "color" }
-bind = { depth = "depth", outColor = "color" }
-push.index = 7
-"#;
+const GRAPH: &str = include_str!("../fixtures/shared_blocks/held.toml");
 
 /// The push constants by the name of their instance, with all four members in an order of their own.
-const FIRST_TEXT: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(r32f) uniform writeonly image2D outDepth;
-layout(push_constant) uniform Push {
-    float sun;
-    float weights[2];
-    uint index;
-    mat4 view;
-} frame;
-void main() {
-    imageStore(outDepth, ivec2(gl_GlobalInvocationID.xy), vec4(frame.sun * frame.weights[1] + frame.view[0].x));
-}
-";
+const FIRST_TEXT: &str = include_str!("../fixtures/shared_blocks/first.comp");
 
 /// A uniform block and the push constants, each by its own name, with some of the members.
-const SECOND_TEXT: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-uniform sampler2D depth;
-layout(rgba8) uniform writeonly image2D outColor;
-layout(push_constant) uniform frame { uint index; } pushed;
-layout(std140) uniform Held { vec4 unused; } other;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, pixel, texelFetch(depth, pixel, 0) + float(pushed.index));
-}
-";
+const SECOND_TEXT: &str = include_str!("../fixtures/shared_blocks/second.comp");
 
 fn project() -> Project {
     let mut project = Project::new();
@@ -132,8 +79,13 @@ fn a_shared_block_fills_every_block_of_its_name() {
 #[test]
 fn blocks_are_laid_over_those_of_a_base() {
     let mut project = project();
-    let over =
-        "extends = \"held.toml\"\n[blocks.frame]\nindex = 3\nweights = [4.0, 5.0]\n[params.sun]\ndefault = 2.0\n";
+    let over = r#"extends = "held.toml"
+[blocks.frame]
+index = 3
+weights = [4.0, 5.0]
+[params.sun]
+default = 2.0
+"#;
     project.put("graphs/over.toml", over);
     let (graph, warnings) = project.compile("graphs/over.toml").0.unwrap_or_else(|_| panic!());
     assert_eq!(warnings, []);
@@ -177,7 +129,17 @@ fn mistakes() {
     let mut said = String::new();
     for (code, file, old, new) in cases {
         // A second pass over the same shader, in which everything is wrong in the same way.
-        let twice = GRAPH.replace("[[passes]]\nname = \"second\"", "[[passes]]\nname = \"again\"\nshader = \"first.comp\"\ndispatch = { threads = \"depth\" }\nbind = { outDepth = \"depth\" }\n\n[[passes]]\nname = \"second\"");
+        let twice = GRAPH.replace(
+            "[[passes]]\nname = \"second\"",
+            r#"[[passes]]
+name = "again"
+shader = "first.comp"
+dispatch = { threads = "depth" }
+bind = { outDepth = "depth" }
+
+[[passes]]
+name = "second""#,
+        );
         let mut project = project();
         project.put(PATH, &twice);
         let text = project.edit(file, old, new).rendered(PATH);

@@ -17,36 +17,9 @@ use crate::files::{Project, sources};
 const PATH: &str = "graphs/volume.toml";
 const SHADER: &str = "shaders/volume.comp";
 
-const GRAPH: &str = r#"name = "volume"
-present = "color"
+const GRAPH: &str = include_str!("../fixtures/supplied/volume.toml");
 
-[targets.color]
-format = "rgba8"
-
-[targets.voxels]
-source = "world.texture3d"
-display = "id"
-
-[buffers.world]
-source = "world.texture3d"
-
-[[passes]]
-name = "look"
-shader = "volume.comp"
-dispatch = { threads = "color" }
-bind = { world = "world", world_voxels = "voxels", outColor = "color" }
-"#;
-
-const TEXT: &str = r"#version 460
-#include <world.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-uniform usampler3D world_voxels;
-layout(rgba8) uniform writeonly image2D outColor;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(outColor, pixel, vec4(texelFetch(world_voxels, ivec3(pixel, world.root), 2)));
-}
-";
+const TEXT: &str = include_str!("../fixtures/supplied/volume.comp");
 
 fn project() -> Project {
     let mut project = Project::new();

@@ -4,39 +4,9 @@ use raxel_graph::checked::{Condition, Fact, Pass};
 
 use crate::files::Project;
 
-const GRAPH: &str = r#"name = "lit"
-present = "color"
-[params.on]
-type = "bool"
-default = true
-[targets.color]
-format = "rgba8"
-[buffers.glow]
-size = 64
-init = 0
-when = "world.has_instances"
-[[passes]]
-name = "look"
-shader = "look.comp"
-when = "param.on"
-dispatch = { threads = "color" }
-bind = { glow = "glow", outColor = "color" }
-"#;
+const GRAPH: &str = include_str!("../fixtures/variants/lit.toml");
 
-const SHADER: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba8) uniform writeonly image2D outColor;
-#ifdef RX_BINDS_glow
-layout(std430) readonly buffer Glow { float words[]; } glow;
-#endif
-void main() {
-    float light = 1.0;
-#ifdef RX_BINDS_glow
-    light += glow.words[3];
-#endif
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(light));
-}
-";
+const SHADER: &str = include_str!("../fixtures/variants/look.comp");
 
 fn project(graph: &str) -> Project {
     let mut project = Project::new();

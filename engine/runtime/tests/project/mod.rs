@@ -1,26 +1,13 @@
-//! A small project in a folder of its own.
+//! Sessions over small projects, and the files of these.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-use std::ops::Deref;
 use std::path::Path;
 
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Session};
-use raxel_testing::Folder;
+pub use raxel_testing::Project;
 
-pub const FILL_GRAPH: &str = r#"
-name = "fill"
-present = "color"
-
-[targets.color]
-format = "rgba32f"
-
-[[passes]]
-name = "fill"
-shader = "fill.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color" }
-"#;
+pub const FILL_GRAPH: &str = include_str!("../fixtures/project/fill.toml");
 
 /// Fills with a GLSL expression.
 pub fn fill(expression: &str) -> String {
@@ -37,109 +24,19 @@ void main() {{
 }
 
 /// Adds a param to last frame's sum.
-pub const COUNT: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D after;
-layout(push_constant) uniform PC { float add; } pc;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(after, pixel, imageLoad(before, pixel) + pc.add);
-}
-";
+pub const COUNT: &str = include_str!("../fixtures/project/count.comp");
 
-pub const COUNT_GRAPH: &str = r#"
-name = "count"
-present = "sum"
-
-[params.add]
-type = "f32"
-default = 1.0
-range = [0.0, 8.0]
-
-[targets.sum]
-format = "rgba32f"
-history = 1
-
-[[passes]]
-name = "count"
-shader = "count.comp"
-dispatch = { threads = "sum" }
-bind = { before = "sum@1", after = "sum" }
-
-[passes.push]
-add = { type = "f32", from = "param.add" }
-"#;
+pub const COUNT_GRAPH: &str = include_str!("../fixtures/project/count.toml");
 
 /// Writes `history.valid`, `frame.still` and last frame's sum plus one.
-pub const VALID: &str = r"#version 460
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform readonly image2D before;
-layout(rgba32f) uniform writeonly image2D after;
-layout(push_constant) uniform PC { uint valid; uint still; } pc;
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    imageStore(after, pixel, vec4(pc.valid, pc.still, imageLoad(before, pixel).z + 1.0, 0.0));
-}
-";
+pub const VALID: &str = include_str!("../fixtures/project/valid.comp");
 
-pub const VALID_GRAPH: &str = r#"
-name = "valid"
-present = "sum"
-
-[targets.sum]
-format = "rgba32f"
-history = 1
-
-[[passes]]
-name = "valid"
-shader = "valid.comp"
-dispatch = { threads = "sum" }
-bind = { before = "sum@1", after = "sum" }
-
-[passes.push]
-valid = "history.valid"
-still = "frame.still"
-"#;
+pub const VALID_GRAPH: &str = include_str!("../fixtures/project/valid.toml");
 
 /// Number of solid voxels in red, a param in green.
-pub const WORLD_GRAPH: &str = r#"
-name = "world"
-present = "color"
+pub const WORLD_GRAPH: &str = include_str!("../fixtures/project/world.toml");
 
-[params.gain]
-type = "f32"
-default = 1.0
-range = [0.0, 8.0]
-
-[targets.color]
-format = "rgba32f"
-
-[buffers.world]
-source = "world.tree64"
-
-[[passes]]
-name = "world"
-shader = "world.comp"
-dispatch = { threads = "color" }
-bind = { outColor = "color", world = "world" }
-
-[passes.push]
-voxels = { type = "u32", from = "world.voxels" }
-gain = { type = "f32", from = "param.gain" }
-"#;
-
-pub const WORLD_SHADER: &str = r"#version 460
-#include <raxel/world.glsl>
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(rgba32f) uniform writeonly image2D outColor;
-layout(push_constant) uniform PC { uint voxels; float gain; } pc;
-void main() {
-    // The material is looked up so that the world is bound.
-    float solid = rx_material(ivec3(0)) > 0u ? 1.0 : 0.0;
-    imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(float(pc.voxels) * solid, pc.gain, 0.0, 0.0));
-}
-";
+pub const WORLD_SHADER: &str = include_str!("../fixtures/project/world.comp");
 
 /// A cube of that edge.
 pub fn box_world(edge: u32) -> String {
@@ -158,7 +55,14 @@ material = "red"
 
 /// Holds `gain`.
 pub fn box_demo(gain: f32) -> String {
-    format!("world = \"box.toml\"\ngraph = \"world.toml\"\nduration = 10.0\n[tracks.gain]\nkeys = [[0.0, {gain:?}]]\n")
+    format!(
+        r#"world = "box.toml"
+graph = "world.toml"
+duration = 10.0
+[tracks.gain]
+keys = [[0.0, {gain:?}]]
+"#
+    )
 }
 
 /// Says which validation messages came, if any did.
@@ -167,25 +71,34 @@ pub fn assert_silent(session: &Session) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-pub struct TestProject(Folder);
-
-impl Deref for TestProject {
-    type Target = Folder;
-
-    fn deref(&self) -> &Folder {
-        &self.0
+/// Sessions of a project.
+pub trait Sessions {
+    /// A project with the graph `fill`.
+    fn filled() -> Self;
+    fn options(&self) -> Options;
+    fn open_with(options: Options) -> Session {
+        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
+    }
+    fn open(&self) -> Session {
+        self.open_graph("graphs/fill.toml")
+    }
+    fn open_graph(&self, graph: &str) -> Session {
+        Self::open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
+    }
+    fn open_demo(&self, demo: &str) -> Session {
+        Self::open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
     }
 }
 
-impl TestProject {
-    pub fn new() -> Self {
-        let project = Self(Folder::default());
+impl Sessions for Project {
+    fn filled() -> Self {
+        let project = Self::empty();
         project.write("graphs/fill.toml", FILL_GRAPH);
         project.write("shaders/fill.comp", fill("vec4(0.25)"));
         project
     }
 
-    pub fn options(&self) -> Options {
+    fn options(&self) -> Options {
         Options {
             project: Some(self.root().to_owned()),
             size: [16, 16],
@@ -193,22 +106,6 @@ impl TestProject {
             watch: true,
             ..Options::default()
         }
-    }
-
-    pub fn open_with(options: Options) -> Session {
-        Session::open(options).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    pub fn open(&self) -> Session {
-        self.open_graph("graphs/fill.toml")
-    }
-
-    pub fn open_graph(&self, graph: &str) -> Session {
-        Self::open_with(Options { graph: Some(Path::new(graph).to_owned()), ..self.options() })
-    }
-
-    pub fn open_demo(&self, demo: &str) -> Session {
-        Self::open_with(Options { demo: Some(Path::new(demo).to_owned()), ..self.options() })
     }
 }
 

@@ -13,14 +13,14 @@ use raxel_testing::Random;
 use crate::generate;
 use crate::interpreter::{Exact, Given, Machine, exact};
 use crate::model::{Graph, Pass};
-use crate::project::TestProject;
+use crate::project::{Project, Sessions};
 use crate::shaders;
 use crate::write;
 
 const FRAMES: usize = 10;
 
 struct Run {
-    project: TestProject,
+    project: Project,
     session: Session,
     /// Everything can be read, or only the shown target.
     all: bool,
@@ -36,7 +36,7 @@ struct Run {
 /// Runs graphs one after the other in one session: each is a reload of the one before, and a reset.
 pub fn run(seeds: Range<u64>) {
     let mut r = generate::random(seeds.start ^ 0x5EED);
-    let project = TestProject::new();
+    let project = Project::filled();
     let fps = r.pick(&["60", "30", "24", "29.97", "144"]);
     let all = r.percent(50);
     let options = Options {
@@ -48,7 +48,7 @@ pub fn run(seeds: Range<u64>) {
         graph: Some("graphs/fill.toml".into()),
         ..project.options()
     };
-    let session = TestProject::open_with(options);
+    let session = Project::open_with(options);
     let mut run = Run { project, session, all, fps, salt: 1, loads: 0, seed: 0, log: Vec::new(), files: String::new() };
     for seed in seeds {
         run.graph(seed);

@@ -19,9 +19,12 @@ pub fn mixed(salt: u32, h: u32, x: u32) -> u32 {
 pub fn shader(graph: &Graph, pass: &Pass) -> (String, String) {
     let letter = |target: bool, image: char, buffer: char| if target { image } else { buffer };
     let mut name = String::new();
-    let mut text = "#version 460\n#include \"mix.glsl\"\nlayout(local_size_x = 64) in;\n\
-                    layout(push_constant) uniform Push { uint a; float b; uint k; };\n"
-        .to_owned();
+    let mut text = r#"#version 460
+#include "mix.glsl"
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { uint a; float b; uint k; };
+"#
+    .to_owned();
     if pass.common.is_some() {
         name.push('c');
         text += "layout(std140) uniform Common { uint u; uint v; } both;\n";

@@ -109,8 +109,15 @@ fn bind(name: &str, mip: usize, partial: bool) -> String {
 
 fn head(graph: &Graph) -> String {
     let mut text = format!(
-        "name = \"{}\"\npresent = \"{}\"\n[params.n]\ntype = \"u32\"\ndefault = {}\n\
-         [params.flag]\ntype = \"bool\"\ndefault = {}\n",
+        r#"name = "{}"
+present = "{}"
+[params.n]
+type = "u32"
+default = {}
+[params.flag]
+type = "bool"
+default = {}
+"#,
         graph.name, graph.resources[graph.present].name, graph.n, graph.flag
     );
     if let Some(clock) = &graph.clock {
