@@ -4,9 +4,9 @@ use egui::Vec2;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use raxel_panels::view::{
-    Brush, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane, Loading,
-    Looking, Map, Param, PassState, PassWriters, Preset, Problem, Shape, Shown, TexelWriter, Thumbnail, Timeline,
-    Track, Use, WorldExtent,
+    Brush, Busy, Compare, CompareMode, Compiling, ComponentKind, Effect, Figures, FileKind, FirstPicture, Lane,
+    Loading, Looking, Map, Param, PassState, PassWriters, Preset, Problem, Shape, Shown, TexelWriter, Thumbnail,
+    Timeline, Track, Use, WorldExtent,
 };
 use raxel_panels::{Action, Layout, Panel, Panels, WriteTo};
 use raxel_picture::{NotFinite, Sought};
@@ -704,7 +704,7 @@ fn a_window_that_was_small_for_a_moment_leaves_the_docks_as_they_were() {
 #[test]
 fn a_device_that_works_for_long_can_be_interrupted() {
     let mut window = Window::new(&[]);
-    window.status.busy = Some((Some("spin".to_owned()), 4));
+    window.status.busy = Some(Busy { pass: Some("spin".to_owned()), seconds: 4 });
     let mut harness = window.harness(1280.0, 720.0);
     assert!(harness.query_by_label("the device has worked on `spin` for 4 s").is_some());
     assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);
