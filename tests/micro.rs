@@ -6,9 +6,8 @@ mod common;
 
 use common::Project;
 use glam::IVec3;
-use raxel::runtime::debug_target::DebugTarget;
 use raxel::world::{World, vox};
-use raxel::{Options, Session, Validation};
+use raxel::{DebugTarget, Options, Session, Validation};
 
 /// Cells of the texture, along each axis.
 const CELLS: [u32; 3] = [16, 12, 10];
@@ -123,7 +122,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
     project.write("graphs/micro.toml", graph(false)).write("graphs/scaled.toml", graph(true));
     let world = "name = \"test\"\n[models]\nmicro = { file = \"micro.vox\" }\n[camera]\nposition = [0.0, 0.0, 90.0]\nlook_at = [0.0, 0.0, 0.0]\n\
                  [[build]]\nop = \"model\"\nmodel = \"micro\"\nanchor = \"origin\"\n";
-    let one = World::from_voxels(raxel::oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
+    let one = World::from_voxels(raxel_oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
     project.write("worlds/test.toml", world).write("worlds/micro.vox", vox::export(&one).unwrap());
 
     let mut session = open(&project, "micro");
@@ -143,7 +142,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
         }
     }
     assert!(voxels.len() > 5000, "{} of {} words", voxels.len(), words.len());
-    let large = World::from_voxels(raxel::oracle::scenes::materials(), voxels);
+    let large = World::from_voxels(raxel_oracle::scenes::materials(), voxels);
     project.write("worlds/micro.vox", vox::export(&large).unwrap());
     let large = rays(&mut open(&project, "scaled"));
 
