@@ -12,13 +12,13 @@ mod common;
 
 use common::Project;
 use glam::{DMat3, DQuat, DVec3, IVec3, Mat3, Mat4, Vec3};
-use raxel::layouts::Layout;
-use raxel::oracle::camera::Pinhole;
-use raxel::oracle::sets::Random;
-use raxel::oracle::{Oracle, scenes};
-use raxel::rivals;
 use raxel::world::{MaterialIndex, World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
+use raxel_layouts::Layout;
+use raxel_oracle::camera::Pinhole;
+use raxel_oracle::sets::Random;
+use raxel_oracle::{Oracle, scenes};
+use raxel_rivals as rivals;
 use rayon::prelude::*;
 
 /// Pictures of many tiles, of one, and of parts of some.

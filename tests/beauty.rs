@@ -438,7 +438,7 @@ fn exposure(session: &mut Session) -> f64 {
 }
 
 fn seconds(session: &mut Session, rate: u32, seconds: u32) -> f64 {
-    session.set_debug_target(raxel::runtime::debug_target::DebugTarget::resource("color")).unwrap();
+    session.set_debug_target(raxel::DebugTarget::resource("color")).unwrap();
     frames(session, rate * seconds);
     exposure(session)
 }

@@ -5,9 +5,9 @@
 mod common;
 
 use common::{Project, RunRaxel};
-use raxel::layouts::Layout;
-use raxel::rivals;
 use raxel::{Options, Session};
+use raxel_layouts::Layout;
+use raxel_rivals as rivals;
 use serde_json::Value;
 
 /// A ball, a sponge and a thin wall, seen from the outside and from within.

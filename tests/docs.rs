@@ -23,9 +23,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use common::{Project, RunRaxel, markdown, repository};
-use raxel::layouts::LayoutError;
-use raxel::rivals;
 use raxel_diagnostics::{DiskFiles, SourceMap};
+use raxel_layouts::LayoutError;
+use raxel_rivals as rivals;
 use reference::Reference;
 use serde_json::Value;
 
@@ -45,10 +45,10 @@ fn settle(path: &str, expected: &str) {
 #[test]
 fn file_references_follow_the_schemas() {
     for (path, schema) in [
-        ("docs/graph-file.md", raxel::graphfile::schema()),
-        ("docs/world-file.md", raxel::worldfile::schema()),
-        ("docs/demo-file.md", raxel::runtime::timeline::schema()),
-        ("docs/project-file.md", raxel::runtime::manifest::schema()),
+        ("docs/graph-file.md", raxel_graphfile::schema()),
+        ("docs/world-file.md", raxel_worldfile::schema()),
+        ("docs/demo-file.md", raxel_runtime::timeline::schema()),
+        ("docs/project-file.md", raxel_runtime::manifest::schema()),
     ] {
         let text = std::fs::read_to_string(repository().join(path)).unwrap();
         let (head, _) = text.split_once(MARK).unwrap();
@@ -59,10 +59,10 @@ fn file_references_follow_the_schemas() {
 /// The schemas with their names.
 fn schemas() -> [(&'static str, Value); 4] {
     [
-        ("graph", raxel::graphfile::schema()),
-        ("world", raxel::worldfile::schema()),
-        ("demo", raxel::runtime::timeline::schema()),
-        ("project", raxel::runtime::manifest::schema()),
+        ("graph", raxel_graphfile::schema()),
+        ("world", raxel_worldfile::schema()),
+        ("demo", raxel_runtime::timeline::schema()),
+        ("project", raxel_runtime::manifest::schema()),
     ]
 }
 
@@ -244,7 +244,7 @@ fn layouts() -> String {
     let files = DiskFiles::new(repository()).unwrap();
     let mut rows: Vec<String> = rivals::LAYOUTS.iter().map(|layout| format!("| `{}` |", layout.name())).collect();
     for name in NAMES {
-        let loaded = raxel::worldfile::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
+        let loaded = raxel_worldfile::load(&format!("worlds/{name}.toml"), &files, &mut SourceMap::default());
         let world = loaded.unwrap().0.world;
         for (layout, row) in rivals::LAYOUTS.iter().zip(&mut rows) {
             let a_voxel = |bytes: u64| bytes as f64 / world.solids() as f64;

@@ -6,11 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use raxel::rivals;
 use raxel_diagnostics::{Diagnostic, Severity};
 use raxel_edit::{Brush, Operation, Steps};
 use raxel_execute::FrameReport;
 use raxel_layouts::Layout;
+use raxel_rivals as rivals;
 use raxel_runtime::session::Validation;
 use raxel_runtime::{EditFailure, OpenError, Options, Saves, Session};
 use raxel_testing::Project;

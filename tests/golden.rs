@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
-use raxel::layouts::Layout;
-use raxel::rivals;
 use raxel::{DebugTarget, Options, Session, Value};
+use raxel_layouts::Layout;
+use raxel_rivals as rivals;
 
 /// Mean FLIP error that drivers may differ by. 0 is equal, 1 is black for white.
 const TOLERANCE: f32 = 0.01;

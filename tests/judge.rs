@@ -7,7 +7,7 @@ mod common;
 mod scenes;
 
 use common::{Project, Run, RunRaxel};
-use raxel::measure::light::{Bench, CameraMotion, Effort, Epsilon, Motion, REFERENCE, Scene};
+use raxel_measure::light::{Bench, CameraMotion, Effort, Epsilon, Motion, REFERENCE, Scene};
 use scenes::{cuboid, effort, scene, world};
 use serde_json::Value;
 

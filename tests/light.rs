@@ -10,8 +10,8 @@ mod scenes;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use common::{Project, RunRaxel};
-use raxel::measure::light::{Bench, Effort, REFERENCE};
 use raxel::{Options, Session, Validation, Value};
+use raxel_measure::light::{Bench, Effort, REFERENCE};
 use scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};
 
 /// The path tracer's result after `count` frames of `paths` paths, and a Z-test for each channel of each pixel that must show `truth`, at a

@@ -9,8 +9,7 @@ mod common;
 mod scenes;
 
 use common::Project;
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Session, Validation, Value};
+use raxel::{DebugTarget, Options, Session, Validation, Value};
 use scenes::cuboid;
 
 const SIZE: [u32; 2] = [64, 36];

@@ -9,12 +9,12 @@ use std::fmt::Write;
 
 use common::Project;
 use glam::{DVec3, IVec3};
-use raxel::layouts::Layout;
-use raxel::oracle::camera::Pinhole;
-use raxel::oracle::{Oracle, scenes};
-use raxel::rivals;
 use raxel::world::{World, vox};
 use raxel::{Camera, Options, Session, Validation, Value};
+use raxel_layouts::Layout;
+use raxel_oracle::camera::Pinhole;
+use raxel_oracle::{Oracle, scenes};
+use raxel_rivals as rivals;
 use rayon::prelude::*;
 
 /// A picture with odd sides: the last row and column have squares of 2 x 2 of their own.

@@ -6,9 +6,8 @@ mod common;
 
 use common::Project;
 use glam::IVec3;
-use raxel::runtime::debug_target::DebugTarget;
 use raxel::world::{World, vox};
-use raxel::{Options, Session, Validation};
+use raxel::{DebugTarget, Options, Session, Validation};
 
 /// Cells of the texture, along each axis.
 const CELLS: [u32; 3] = [16, 12, 10];
@@ -86,7 +85,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
     project.write("shaders/rays.comp", RAYS).write("shaders/fill.comp", FILL);
     project.write("graphs/micro.toml", graph(false)).write("graphs/scaled.toml", graph(true));
     let world = include_str!("fixtures/micro/model.toml");
-    let one = World::from_voxels(raxel::oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
+    let one = World::from_voxels(raxel_oracle::scenes::materials(), [(IVec3::ZERO, 1)]);
     project.write("worlds/test.toml", world).write("worlds/micro.vox", vox::export(&one).unwrap());
 
     let mut session = open(&project, "micro");
@@ -106,7 +105,7 @@ fn rays_meet_micro_voxels_as_they_meet_the_voxels_of_a_larger_world() {
         }
     }
     assert!(voxels.len() > 5000, "{} of {} words", voxels.len(), words.len());
-    let large = World::from_voxels(raxel::oracle::scenes::materials(), voxels);
+    let large = World::from_voxels(raxel_oracle::scenes::materials(), voxels);
     project.write("worlds/micro.vox", vox::export(&large).unwrap());
     let large = rays(&mut open(&project, "scaled"));
 

@@ -7,8 +7,7 @@ mod common;
 mod scenes;
 
 use common::Project;
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Session, Validation, Value};
+use raxel::{DebugTarget, Options, Session, Validation, Value};
 use scenes::{cuboid, frames, open};
 
 const SIZE: [u32; 2] = [64, 36];

@@ -7,12 +7,12 @@ mod common;
 
 use common::{Project, SUBGROUP_OF_64};
 use glam::IVec3;
-use raxel::oracle::period::{PeriodHit, PeriodRay};
-use raxel::oracle::sets::Random;
-use raxel::oracle::{Oracle, scenes};
 use raxel::world::{World, vox};
 use raxel::{Options, Session, Validation};
 use raxel_diagnostics::DiskFiles;
+use raxel_oracle::period::{PeriodHit, PeriodRay};
+use raxel_oracle::sets::Random;
+use raxel_oracle::{Oracle, scenes};
 use rayon::prelude::*;
 
 /// A row of the targets.
@@ -116,7 +116,7 @@ fn they_hit_what_whole_numbers_say() {
             Session::open(options).unwrap_or_else(|error| panic!("{name}: {error}"))
         };
         // The rays depend on where the world lies.
-        let loaded = raxel::worldfile::load(
+        let loaded = raxel_worldfile::load(
             "worlds/here.toml",
             &DiskFiles::new(project.root()).unwrap(),
             &mut raxel::SourceMap::default(),

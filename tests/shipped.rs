@@ -4,8 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use raxel::execute::TracedTexel;
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Observe, Options, Project, Session, Validation};
+use raxel::{DebugTarget, Observe, Options, Project, Session, Validation};
 use raxel_graph::needs;
 use raxel_graph::plan::{BindingLimits, DeviceLimits};
 

@@ -9,9 +9,8 @@ use std::f64::consts::PI;
 
 use common::Project;
 use raxel::execute::PassOutcome;
-use raxel::measure::light::Bench;
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Session, Validation, Value};
+use raxel::{DebugTarget, Options, Session, Validation, Value};
+use raxel_measure::light::Bench;
 
 const GRAPH: &str = "graphs/rivals/light/pbr_sky.toml";
 

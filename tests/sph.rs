@@ -6,8 +6,7 @@
 mod common;
 
 use common::Project;
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Session, Validation, Value};
+use raxel::{DebugTarget, Options, Session, Validation, Value};
 
 const COUNT: usize = 1200;
 const BOX: [f64; 3] = [12.0, 16.0, 8.0];

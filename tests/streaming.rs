@@ -10,15 +10,15 @@ use std::path::PathBuf;
 
 use common::{Display, Project, Run, RunRaxel, command, output};
 use glam::IVec3;
-use raxel::layouts::Layout;
-use raxel::oracle::Oracle;
-use raxel::oracle::camera::Pinhole;
-use raxel::rivals;
-use raxel::stream::{TileKey, union};
 use raxel::{Camera, Options, Session, Validation, Value};
 use raxel_edit::{Brush, Operation};
+use raxel_layouts::Layout;
+use raxel_oracle::Oracle;
+use raxel_oracle::camera::Pinhole;
+use raxel_rivals as rivals;
 use raxel_runtime::{OpenError, Saves};
 use raxel_stream::streaming_range;
+use raxel_stream::{TileKey, union};
 use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [95, 57];

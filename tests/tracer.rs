@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use common::Project;
 use glam::IVec3;
-use raxel::rivals;
 use raxel::world::vox;
 use raxel::{Options, Session};
 use raxel_diagnostics::MemoryFiles;
@@ -19,6 +18,7 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::{Hit, Oracle, Ray, sets};
+use raxel_rivals as rivals;
 use raxel_world::World;
 use rayon::prelude::*;
 

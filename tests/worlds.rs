@@ -5,7 +5,6 @@
 use std::sync::Arc;
 
 use glam::IVec3;
-use raxel::rivals;
 use raxel_diagnostics::MemoryFiles;
 use raxel_gpu::{Device, DeviceOptions, Validation};
 use raxel_layouts::Layout;
@@ -13,6 +12,7 @@ use raxel_measure::rays::{HitWords, Method, Stream, Tracer};
 use raxel_oracle::metrics::Errors;
 use raxel_oracle::scenes::{self, Scene};
 use raxel_oracle::{Oracle, Ray, sets};
+use raxel_rivals as rivals;
 use raxel_world::World;
 use rayon::prelude::*;
 

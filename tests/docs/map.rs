@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use raxel::rivals;
+use raxel_rivals as rivals;
 
 use crate::common::markdown::{self, spans};
 use crate::common::{raxel, repository};

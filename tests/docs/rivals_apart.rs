@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use raxel::rivals::RIVALS;
+use raxel_rivals::RIVALS;
 
 use crate::common::{Project, repository};
 

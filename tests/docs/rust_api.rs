@@ -8,26 +8,26 @@ use super::common::repository;
 /// The words after `pub` in the declaration of something that a program can name.
 const KINDS: [&str; 6] = ["struct", "enum", "type", "trait", "fn", "const"];
 
-/// The tables of the page, from `engine/lib.rs`: names, modules, and the names of the module `gpu`.
+/// The tables of the page, from `engine/lib.rs`: names, modules that are whole crates, and the names of each other module.
 pub fn tables() -> String {
     let library = std::fs::read_to_string(repository().join("engine/lib.rs")).unwrap();
-    let (top, gpu) = library.split_once("pub mod gpu {").unwrap();
-    let modules = exports(top).into_iter().filter_map(|export| Some((export.renamed.clone()?, export)));
-    let modules = modules.map(|(name, export)| {
-        let docs = if export.docs.is_empty() {
-            inner_docs(&folder(&export.crate_name).join("src/lib.rs"))
-        } else {
-            export.docs
-        };
-        format!("| `raxel::{name}` | {} |\n", sentence(&docs))
-    });
-    let modules: String = modules.collect();
-    format!(
-        "\n| name | meaning |\n|---|---|\n{}\n## Modules\n\nEach module is one crate of raxel.\n\n| module | content |\n|---|---|\n{modules}\n\
-         ## raxel::gpu\n\n| name | meaning |\n|---|---|\n{}",
-        names(top),
-        names(gpu)
-    )
+    let mut parts = library.split("\npub mod ");
+    let top = parts.next().unwrap();
+    let crates: String = exports(top).into_iter().filter_map(Export::row).collect();
+    let mut page = format!(
+        "\n| name | meaning |\n|---|---|\n{}\n## Modules that are crates\n\n`cargo doc` lists their names.\n\n\
+         | module | content |\n|---|---|\n{crates}",
+        names(top)
+    );
+    let mut docs = docs_before(top);
+    for part in parts {
+        let (name, rest) = part.split_once(" {").unwrap();
+        let (body, after) = rest.split_once("\n}").unwrap();
+        let _ =
+            write!(page, "\n## raxel::{name}\n\n{}\n\n| name | meaning |\n|---|---|\n{}", sentence(&docs), names(body));
+        docs = docs_before(after);
+    }
+    page
 }
 
 /// Rows of the names that a text exports, in order of the alphabet.
@@ -35,7 +35,8 @@ fn names(text: &str) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     for export in exports(text).into_iter().filter(|export| export.renamed.is_none()) {
         for name in export.names {
-            let docs = declaration(&export.crate_name, &name).or_else(|| module(&export.crate_name, &name));
+            let docs =
+                declaration(&export.crate_name, &export.module, &name).or_else(|| module(&export.crate_name, &name));
             let docs = docs.unwrap_or_else(|| panic!("{name} has no docs"));
             rows.push((name, sentence(&docs)));
         }
@@ -50,9 +51,19 @@ fn names(text: &str) -> String {
 /// One `pub use`.
 struct Export {
     crate_name: String,
+    /// The module that the names are in, or the crate.
+    module: String,
     names: Vec<String>,
     renamed: Option<String>,
     docs: String,
+}
+
+impl Export {
+    /// The row of a crate that is exported under another name.
+    fn row(self) -> Option<String> {
+        let name = self.renamed?;
+        Some(format!("| `raxel::{name}` | {} |\n", sentence(&self.docs)))
+    }
 }
 
 fn exports(text: &str) -> Vec<Export> {
@@ -66,9 +77,17 @@ fn exports(text: &str) -> Vec<Export> {
             None => (path, None),
         };
         let crate_name = path.split("::").next().unwrap().trim().to_owned();
-        let last = path.rsplit("::").next().unwrap().trim_matches(['{', '}']);
+        let mut segments = path.rsplit("::");
+        let last = segments.next().unwrap().trim_matches(['{', '}']);
+        let module = segments.next().unwrap_or_default().trim().to_owned();
         let names = last.split(',').map(|name| name.trim_matches(['{', '}', ' ', '\n']).to_owned());
-        found.push(Export { crate_name, names: names.filter(|name| !name.is_empty()).collect(), renamed, docs });
+        found.push(Export {
+            crate_name,
+            module,
+            names: names.filter(|name| !name.is_empty()).collect(),
+            renamed,
+            docs,
+        });
         rest = after;
     }
     found
@@ -94,11 +113,14 @@ fn module(crate_name: &str, name: &str) -> Option<String> {
     files.iter().find(|file| file.is_file()).map(|file| inner_docs(file))
 }
 
-/// The docs of a name where it is declared: in the crate that exports it, or in one that this crate passes on.
-fn declaration(crate_name: &str, name: &str) -> Option<String> {
+/// The docs of a name where it is declared: in the crate that exports it, or in one that this crate passes on. There, the file of its module
+/// comes first.
+fn declaration(crate_name: &str, module: &str, name: &str) -> Option<String> {
     let own = sources(&folder(crate_name));
     let all = sources(&repository().join("engine"));
-    own.iter().chain(&all).find_map(|file| {
+    let files = [format!("{module}.rs"), format!("{module}/mod.rs")];
+    let near = all.iter().filter(|file| files.iter().any(|name| file.ends_with(name)));
+    own.iter().chain(near).chain(&all).find_map(|file| {
         let text = std::fs::read_to_string(file).unwrap();
         KINDS.iter().find_map(|kind| {
             let start = text.match_indices(&format!("pub {kind} {name}")).find(|(at, found)| {

@@ -2,9 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
-use raxel::measure::light::{Effort, Epsilon, Scene};
-use raxel::runtime::debug_target::DebugTarget;
-use raxel::{Options, Session, Validation, Value};
+use raxel::{DebugTarget, Options, Session, Validation, Value};
+use raxel_measure::light::{Effort, Epsilon, Scene};
 
 use crate::common::{self, Project};
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use raxel::measure::light::{Bench, Effort, Scene};
+use raxel_measure::light::{Bench, Effort, Scene};
 use raxel::world::{World, vox};
 use raxel::{Session, Value};
 
@@ -208,7 +208,7 @@ fn a_solid_model_is_hollowed_out_and_lit_from_inside() {
 
     // Up to where the street begins.
     let block = (0..124 * 24 * 64).map(|i| (glam::IVec3::new(i % 124, i / 124 % 24, i / (124 * 24)), 1));
-    let block = World::from_voxels(raxel::oracle::scenes::materials(), block);
+    let block = World::from_voxels(raxel_oracle::scenes::materials(), block);
     project.write("worlds/church.vox", vox::export(&block).unwrap());
     let only = |param: &str, value: f32| {
         let mut params = vec![("sun_strength", 0.0), ("sky_strength", 0.0), ("lamp_strength", 0.0)];

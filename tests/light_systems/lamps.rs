@@ -1,7 +1,7 @@
 //! Lamps: which are known, and how they are drawn.
 
 use raxel::Session;
-use raxel::measure::light::{Bench, Effort, Scene};
+use raxel_measure::light::{Bench, Effort, Scene};
 use raxel_edit::{Brush, Operation};
 
 use crate::common::{LIGHT, Project, graph_in};

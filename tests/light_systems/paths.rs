@@ -1,6 +1,6 @@
 //! Paths and rays: sorting, ends and short cuts change no light.
 
-use raxel::measure::light::{Bench, Effort};
+use raxel_measure::light::{Bench, Effort};
 use raxel::{Options, Session, Validation, Value};
 
 use crate::common::{LIGHT, Project, graph_in};

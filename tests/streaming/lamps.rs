@@ -137,7 +137,7 @@ fn a_streamed_world_is_lit_as_the_same_world_with_bounds() {
     let radiance = |stream: &str| {
         let mut session = lamps(&project, stream, "light/reference");
         session.pin("radiance").unwrap();
-        session.set_debug_target(raxel::runtime::debug_target::DebugTarget::resource("radiance")).unwrap();
+        session.set_debug_target(raxel::DebugTarget::resource("radiance")).unwrap();
         for name in ["sun_strength", "sky_strength"] {
             session.set_param(name, Value::F32(0.0)).unwrap();
         }

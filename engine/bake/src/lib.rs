@@ -27,6 +27,5 @@ pub use folder_store::FolderStore;
 pub use object::{ObjectStore, Patience};
 pub use part::BakePart;
 pub use plan::{BakedLevel, DEFAULT_EDGE, Plan, PlanError, ShardKey};
-pub use shard::Damage;
 pub use source::{SourceError, ZarrSource};
 pub use store::{OpenError, Store, StoreError, Wanted, open};

@@ -16,7 +16,7 @@ pub(crate) const ZSTD_LEVEL: i32 = 3;
 
 /// Bytes that differ from the written ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Damage {
+pub(crate) enum Damage {
     /// Fewer bytes than an index has.
     #[error("it has {found} bytes, and its index alone has {needed}")]
     Short {

@@ -23,7 +23,7 @@ use entry::{decode, encode};
 pub use place::{CacheLocation, SWITCH};
 
 /// Most bytes of one entry. Larger ones are not kept.
-pub const MAX_ENTRY: u64 = 64 << 20;
+pub(crate) const MAX_ENTRY: u64 = 64 << 20;
 
 /// Most bytes of all entries. Those that were not used for longest go first.
 const MAX_BYTES: u64 = 256 << 20;
@@ -41,7 +41,7 @@ const PART: &str = "part";
 const UNFINISHED: Duration = Duration::from_secs(60 * 60);
 
 /// Called with the first damaged file: its path, and the damage.
-pub type Warn = dyn Fn(&Path, &str) + Send + Sync;
+pub(crate) type Warn = dyn Fn(&Path, &str) + Send + Sync;
 
 /// A folder of entries. Threads and processes may use it at the same time.
 pub struct Cache {
@@ -49,6 +49,15 @@ pub struct Cache {
     warn: Option<Box<Warn>>,
     warned: AtomicBool,
     writes: AtomicU64,
+}
+
+/// How much a cache holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CacheSize {
+    /// Number of entries.
+    pub entries: usize,
+    /// Bytes of their files.
+    pub bytes: u64,
 }
 
 static OF_PROCESS: OnceLock<Arc<Cache>> = OnceLock::new();
@@ -145,10 +154,10 @@ impl Cache {
         }
     }
 
-    /// Number of entries, and bytes of their files.
-    pub fn size(&self) -> (usize, u64) {
+    /// How much it holds.
+    pub fn size(&self) -> CacheSize {
         let files = self.files();
-        (files.len(), files.iter().map(|file| file.bytes).sum())
+        CacheSize { entries: files.len(), bytes: files.iter().map(|file| file.bytes).sum() }
     }
 
     /// Removes the least recently used files, until no more than `most` bytes are left, and files that were never finished.
@@ -263,7 +272,7 @@ mod tests {
         assert_eq!(cache.read("three"), None);
         cache.write("one", b"");
         assert_eq!(cache.read("one").unwrap(), b"");
-        assert_eq!(cache.size().0, 2);
+        assert_eq!(cache.size().entries, 2);
         assert!(said.lock().unwrap().is_empty());
     }
 

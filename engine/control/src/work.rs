@@ -64,7 +64,7 @@ pub(super) fn apply_preset(host: &mut dyn Host, name: &str) -> Result<Value, Ref
     let Applied { changes, left, refused } = writes::apply(session, &values);
     // A demo that drives the params would win.
     session.take_over();
-    let changed: Vec<&String> = changes.iter().map(|(name, ..)| name).collect();
+    let changed: Vec<&String> = changes.iter().map(|change| &change.name).collect();
     Ok(json!({ "changed": changed, "left": left, "refused": refused }))
 }
 

@@ -9,8 +9,8 @@ use std::sync::{Arc, RwLock};
 use crate::files::join;
 use crate::{FileError, Files};
 
-/// Largest file that is read unless a caller allows more: 64 MiB.
-pub const DEFAULT_LIMIT: u64 = 64 << 20;
+/// Largest file that is read: 64 MiB.
+const LIMIT: u64 = 64 << 20;
 /// Largest .vox file: as many voxels of four bytes as are imported, 2²⁶, and 1 MiB for all else in it.
 const VOX_LIMIT: u64 = (4 << 26) + (1 << 20);
 
@@ -21,24 +21,12 @@ const TRIES: usize = 8;
 #[derive(Clone, Debug)]
 pub struct DiskFiles {
     root: PathBuf,
-    limit: Option<u64>,
 }
 
 impl DiskFiles {
     /// The project at `root`, which must exist.
     pub fn new(root: &Path) -> io::Result<Self> {
-        Ok(Self { root: root.canonicalize()?, limit: None })
-    }
-
-    /// The same project with another cap on the size of a file, in bytes.
-    #[must_use]
-    pub fn with_limit(self, limit: u64) -> Self {
-        Self { limit: Some(limit), ..self }
-    }
-
-    fn limit_of(&self, path: &str) -> u64 {
-        let vox = Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
-        self.limit.unwrap_or(if vox { VOX_LIMIT } else { DEFAULT_LIMIT })
+        Ok(Self { root: root.canonicalize()? })
     }
 }
 
@@ -55,7 +43,7 @@ impl Files for DiskFiles {
         if !real.metadata().map_err(|error| from_io(&error))?.is_file() {
             return Err(FileError::Io("it is not a file".to_owned()));
         }
-        let bytes = settled(self.limit_of(path), || {
+        let bytes = settled(limit_of(path), || {
             let file = File::open(&real)?;
             Ok((file.metadata()?.len(), file))
         })?;
@@ -65,6 +53,12 @@ impl Files for DiskFiles {
     fn root(&self) -> Option<&Path> {
         Some(&self.root)
     }
+}
+
+/// The most bytes of the file at a path.
+fn limit_of(path: &str) -> u64 {
+    let vox = Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vox"));
+    if vox { VOX_LIMIT } else { LIMIT }
 }
 
 /// Reads a file until it reads the same twice: one that is replaced or written meanwhile gives no mix of before and after.
@@ -242,14 +236,16 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         std::fs::create_dir(root.path().join("shaders")).unwrap();
         std::fs::write(root.path().join("shaders/a.comp"), "a").unwrap();
-        std::fs::write(root.path().join("big"), vec![0; 65]).unwrap();
-        let files = DiskFiles::new(root.path()).unwrap().with_limit(64);
+        File::create(root.path().join("big")).unwrap().set_len(LIMIT + 1).unwrap();
+        File::create(root.path().join("big.vox")).unwrap().set_len(VOX_LIMIT + 1).unwrap();
+        let files = DiskFiles::new(root.path()).unwrap();
         assert_eq!(&*files.read("shaders/a.comp").unwrap(), b"a");
         assert_eq!(files.read("shaders/b.comp"), Err(FileError::NotFound));
         assert_eq!(files.read("shaders/a.comp/x"), Err(FileError::NotFound));
         assert_eq!(files.read("../secret"), Err(FileError::OutsideRoot));
         assert_eq!(files.read("/etc/passwd"), Err(FileError::OutsideRoot));
-        assert_eq!(files.read("big"), Err(FileError::TooLarge { size: 65, limit: 64 }));
+        assert_eq!(files.read("big"), Err(FileError::TooLarge { size: LIMIT + 1, limit: LIMIT }));
+        assert_eq!(files.read("big.vox"), Err(FileError::TooLarge { size: VOX_LIMIT + 1, limit: VOX_LIMIT }));
         assert!(matches!(files.read("shaders"), Err(FileError::Io(_))));
         #[cfg(unix)]
         {

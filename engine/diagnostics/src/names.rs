@@ -67,6 +67,11 @@ pub fn grouped(number: impl std::fmt::Display) -> String {
     text
 }
 
+/// A number of things: `1 lamp`, `12,345 lamps`.
+pub fn counted(count: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -74,6 +79,7 @@ mod tests {
     #[test]
     fn thousands_are_apart() {
         assert_eq!([12, 999, 1000, 1_234_567].map(grouped), ["12", "999", "1,000", "1,234,567"]);
+        assert_eq!([0, 1, 2000].map(|count| counted(count, "lamp")), ["0 lamps", "1 lamp", "2,000 lamps"]);
     }
 
     #[test]

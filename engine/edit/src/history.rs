@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::packed::PackedChunk;
 
 /// Bytes that the steps may take; the oldest go first.
-pub const HISTORY_BYTES: u64 = 256 << 20;
+pub(crate) const HISTORY_BYTES: u64 = 256 << 20;
 
 /// Bytes of steps that are not packed, above which the oldest of them are.
 const UNPACKED_BYTES: u64 = 64 << 20;

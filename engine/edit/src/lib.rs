@@ -23,7 +23,7 @@ mod source;
 
 pub use chunk_cache::{ChunkCache, ChunkCacheStats};
 pub use edits::{Change, ChunkChange, Edits, Overlay};
-pub use history::{HISTORY_BYTES, Steps};
+pub use history::Steps;
 pub use operation::{Brush, EditError, MOST_CHUNKS, MOST_RADIUS, Operation, UNIT, fixed};
 pub use packed::PackedChunk;
 pub use scene::{Base, EditModel, Scene};

@@ -12,7 +12,7 @@ pub const CAPACITY: usize = 4096;
 pub const HEADER_WORDS: usize = 4;
 
 /// Words of a record.
-pub const RECORD_WORDS: usize = 8;
+pub(crate) const RECORD_WORDS: usize = 8;
 
 /// Bytes of the buffer.
 pub const BYTES: u64 = 4 * (HEADER_WORDS + CAPACITY * RECORD_WORDS) as u64;

@@ -115,9 +115,7 @@ impl Capture {
             }
             _ => {}
         }
-        let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
+        recording.barrier(&Barrier::full_to_host());
     }
 
     /// The ticket of a copy that was submitted.

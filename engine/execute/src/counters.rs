@@ -74,15 +74,13 @@ impl CounterReadback {
             (!words.is_empty()).then(|| Buffer::new(device, "counts that are warned of", &info, Backing::Own));
         let (compute, copy) = (vk::PipelineStageFlags2::COMPUTE_SHADER, vk::PipelineStageFlags2::ALL_TRANSFER);
         let (read, write) = (vk::AccessFlags2::TRANSFER_READ, vk::AccessFlags2::TRANSFER_WRITE);
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
         Ok(CounterReadback {
             words,
             staging: staging.transpose()?,
             before: Barrier::default()
                 .memory((compute | copy, vk::AccessFlags2::SHADER_STORAGE_WRITE | write), (copy, read | write)),
             // The next frame may write the copied resources.
-            after: Barrier::default().memory((copy, read | write), (all | host, any)),
+            after: Barrier::to_host((copy, read | write)),
         })
     }
 

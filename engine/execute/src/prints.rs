@@ -165,9 +165,7 @@ impl PrintReadback {
         for PrintingPass { offset, bytes, .. } in self.passes.iter().filter(is_used) {
             recording.fill_buffer(buffer, *offset, *bytes, 0);
         }
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        let next = (vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST, any);
-        recording.barrier(&Barrier::default().memory(COPIED, next));
+        recording.barrier(&Barrier::to_host(COPIED));
     }
 
     /// The recorded copies were submitted.

@@ -125,10 +125,9 @@ impl Tracing {
         let Some(image) = physical.image(copy).filter(|_| self.written.len() < MOST) else { return };
         let TracedTexel { mip, layer, at, .. } = self.texel;
         recording.barrier(&Barrier::full());
-        recording.copy_texel_to_buffer(image, (mip, layer), at, (&self.staging, (STRIDE * self.written.len()) as u64));
-        let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
+        let place = (STRIDE * self.written.len()) as u64;
+        recording.copy_texel_to_buffer(image, mip, layer, at, (&self.staging, place));
+        recording.barrier(&Barrier::full_to_host());
         self.written.push(writer);
     }
 

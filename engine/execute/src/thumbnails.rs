@@ -252,8 +252,7 @@ impl Making<'_> {
             recording.dispatch([node.size[0].div_ceil(display::GROUP), node.size[1].div_ceil(display::GROUP), 1]);
             recording.barrier(&Barrier::full());
             recording.copy_image_to_buffer(&self.thumbnails.image, 0, 0, staging);
-            let host = (all.0 | vk::PipelineStageFlags2::HOST, all.1);
-            recording.barrier(&Barrier::default().memory(all, host));
+            recording.barrier(&Barrier::full_to_host());
             *recorded = true;
         }
     }

@@ -31,12 +31,26 @@ pub struct Barrier {
 /// Stages and accesses of one side of a dependency.
 pub type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
 
+/// All commands of a queue, with all their accesses to memory.
+const EVERYTHING: Scope = (
+    vk::PipelineStageFlags2::ALL_COMMANDS,
+    vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw()),
+);
+
 impl Barrier {
     /// A dependency of everything after on everything before.
     pub fn full() -> Barrier {
-        let all =
-            (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
-        Barrier::default().memory(all, all)
+        Barrier::default().memory(EVERYTHING, EVERYTHING)
+    }
+
+    /// As [`Barrier::full`]. The host also sees everything before, once the submission has finished.
+    pub fn full_to_host() -> Barrier {
+        Barrier::to_host(EVERYTHING)
+    }
+
+    /// A dependency of everything after on `src`. The host also sees the writes of `src`, once the submission has finished.
+    pub fn to_host(src: Scope) -> Barrier {
+        Barrier::default().memory(src, (EVERYTHING.0 | vk::PipelineStageFlags2::HOST, EVERYTHING.1))
     }
 
     /// Adds the global memory barrier.
@@ -385,7 +399,8 @@ impl Recording<'_> {
     pub fn copy_texel_to_buffer(
         &mut self,
         image: &Image,
-        (mip, layer): (u32, u32),
+        mip: u32,
+        layer: u32,
         [x, y]: [u32; 2],
         (to, buffer_offset): (&Buffer, u64),
     ) {

@@ -73,9 +73,7 @@ impl ReadbackRing {
         recording.barrier(&Barrier::full());
         copy(&mut recording, &staging);
         // Later commands wait for the copy, and the host sees it.
-        let (all, host) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::PipelineStageFlags2::HOST);
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        recording.barrier(&Barrier::default().memory((all, any), (all | host, any)));
+        recording.barrier(&Barrier::full_to_host());
         let submitted = recording.submit()?;
         Ok(Readback { device, staging: Some(staging), size, submitted })
     }

@@ -80,7 +80,7 @@ pub struct Param {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Type of the value. Needed.
     #[keys(rename = "type", shape = param_types())]
     pub ty: Option<Spanned<String>>,
@@ -123,7 +123,7 @@ pub struct Clock {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Ticks a second of the session's time. Needed.
     #[keys(read = |node| at(node, rate(node)), range = RATES, unit = "Hz")]
     pub hz: Option<Spanned<f64>>,
@@ -144,7 +144,7 @@ pub struct Target {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Supplies it from outside; passes only read it. `world.texture3d`, `model.NAME.texture3d`, `input.microphone`, or a picture, video or
     /// sound of the project, e.g. `file.textures/grass.png`. When left out, passes write it.
     #[keys(excludes("copy", why = "a copy of a source is the graph's own"))]
@@ -266,7 +266,7 @@ pub struct Buffer {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Bytes, or elements: a number of them, or some for each texel of a target, element of a buffer or voxel of the world. Needed, unless
     /// it has `values`, `source` or `copy`.
     pub size: Option<Spanned<BufferSize>>,
@@ -385,7 +385,7 @@ pub struct Loop {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Number of rounds. Needed.
     pub count: Option<Spanned<Rounds>>,
     /// Direction of `loop.index`: `up` from 0, or `down` to 0.

@@ -96,7 +96,7 @@ pub struct Pass {
     /// `loop`; `None` when it is missing or unknown.
     pub in_loop: Option<Spanned<LoopId>>,
     /// Whether it has a `loop`, known or unknown.
-    pub names_loop: bool,
+    pub(crate) names_loop: bool,
     /// The entries of `bind`.
     pub bind: Vec<Bind>,
     /// The push-constant values.

@@ -100,7 +100,7 @@ impl Octant<'_> {
     }
 
     /// The blocks in which two octants of one number differ, as [`Self::block`] numbers them, sorted.
-    pub fn different_blocks(&self, other: &Octant) -> Vec<u32> {
+    pub(crate) fn different_blocks(&self, other: &Octant) -> Vec<u32> {
         let differ = |&number: &u32| {
             let at = self.block(number);
             let (mask, theirs) = (self.chunk.mask(at), other.chunk.mask(at));
@@ -132,7 +132,7 @@ impl Octant<'_> {
 }
 
 /// The only material of a 16³ node (0…63), if there is only one.
-pub fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+pub(crate) fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     let mut found = None;
     for bit in Bits(chunk.node_mask(node)) {
         let material = chunk.block_uniform(node * 64 + bit as usize)?;
@@ -144,12 +144,12 @@ pub fn uniform_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
 }
 
 /// Whether all occupied blocks of a 16³ node (0…63) are full.
-pub fn has_full_leaves(chunk: &Chunk, node: usize) -> bool {
+pub(crate) fn has_full_leaves(chunk: &Chunk, node: usize) -> bool {
     chunk.masks()[node * 64..][..64].iter().all(|&mask| mask == 0 || mask == u64::MAX)
 }
 
 /// The material of a 16³ node (0…63) all of whose occupied blocks are full and of that one material.
-pub fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
+pub(crate) fn filled_node(chunk: &Chunk, node: usize) -> Option<MaterialIndex> {
     if has_full_leaves(chunk, node) { uniform_node(chunk, node) } else { None }
 }
 

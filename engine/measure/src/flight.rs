@@ -13,7 +13,7 @@ use raxel_runtime::session::{FrameError, OpenError, Options, Session};
 use raxel_stream::{PoolStats, Stats, ThreadTime};
 use serde::Serialize;
 
-pub use edits::{EditLatency, Edits, Rate};
+pub use edits::{EditLatency, Edits, Rate, SeenIn};
 pub use part::FlightPart;
 pub use passes::Passes;
 

@@ -16,6 +16,12 @@ const MOST_SAID: u64 = 1 << 16;
 pub(crate) const LOCAL: [&str; 4] =
     ["-protocol_whitelist", "file", "-format_whitelist", "mov,matroska,avi,gif,wav,w64,mp3,ogg,flac,aac,aiff,asf"];
 
+/// Whether a name has one of these endings, which are lower case.
+pub(crate) fn ends_in(path: &str, extensions: &[&str]) -> bool {
+    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|extension| extensions.contains(&extension.as_str()))
+}
+
 /// ffprobe's answer about a stream, a line for each entry: `name=value`.
 pub(crate) fn probe(disk: &Path, stream: &str, more: &[&str], entries: &str) -> Result<String, String> {
     let mut command = Command::new("ffprobe");

@@ -25,8 +25,7 @@ const MOST_SECONDS: u64 = 2700;
 
 /// Whether a file is a sound, by its name.
 pub(crate) fn is_sound(path: &str) -> bool {
-    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+    ffmpeg::ends_in(path, &EXTENSIONS)
 }
 
 /// A sound. `disk` is where the file lies.

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use raxel_graph::{Plays, Video};
 
-use crate::ffmpeg::{LOCAL, missing, probe as probe_stream};
+use crate::ffmpeg::{LOCAL, ends_in, missing, probe as probe_stream};
 use crate::texels::Channel;
 use crate::{FileImage, Picture, Refusal, check_extent, refused, shape};
 
@@ -18,8 +18,7 @@ const MOST_FRAMES: u64 = 1 << 24;
 
 /// Whether a file is a video, by its name.
 pub(crate) fn is_video(path: &str) -> bool {
-    let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+    ends_in(path, &EXTENSIONS)
 }
 
 /// A video with its first frame. `disk` is where the file lies.

@@ -16,7 +16,7 @@ pub const VERSION: u32 = 1;
 /// Voxels that a box may have on a side: coordinates have 16 bits.
 pub const LARGEST: u64 = 1 << 16;
 /// Face of a ray that hits nothing.
-pub const NO_FACE: u32 = u32::MAX;
+pub(crate) const NO_FACE: u32 = u32::MAX;
 
 /// Why a world has no such files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -98,13 +98,23 @@ pub struct Exported {
     pub origin: [f32; 3],
 }
 
+/// The files of an export.
+pub struct ExportFiles<'w> {
+    /// The rays.
+    pub rays: &'w mut dyn Write,
+    /// Their exact hits.
+    pub hits: &'w mut dyn Write,
+    /// A byte a ray.
+    pub ties: &'w mut dyn Write,
+}
+
 /// Writes rays, their exact hits, and a byte a ray that is 1 where another rule for ties may give another hit.
 #[expect(clippy::cast_possible_truncation, reason = "exported rays and times are 32-bit floats")]
 pub fn rays_and_hits(
     oracle: &Oracle<'_>,
     corner: [i32; 3],
     rays: &[Exported],
-    [to_rays, to_hits, to_ties]: [&mut dyn Write; 3],
+    to: &mut ExportFiles<'_>,
 ) -> io::Result<()> {
     let records: Vec<([u8; 32], [u8; 20], u8)> = rays
         .par_iter()
@@ -133,9 +143,9 @@ pub fn rays_and_hits(
         })
         .collect();
     for (ray, hit, tie) in &records {
-        to_rays.write_all(ray)?;
-        to_hits.write_all(hit)?;
-        to_ties.write_all(&[*tie])?;
+        to.rays.write_all(ray)?;
+        to.hits.write_all(hit)?;
+        to.ties.write_all(&[*tie])?;
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::oracle::Oracle;
 /// Units of time in the length of a voxel's edge.
 pub const UNIT: u32 = 4096;
 /// A ray ends at this time.
-pub const END: u32 = 1 << 24;
+pub(crate) const END: u32 = 1 << 24;
 
 /// A ray that crosses plane n of an axis, counted from its cell, at `first + n · period`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -100,7 +100,7 @@ impl Pending {
     }
 
     /// The same for a new file: one that others have put there meanwhile stays, and is an error.
-    pub fn finish_new(self, bytes: &[u8]) -> Result {
+    pub(crate) fn finish_new(self, bytes: &[u8]) -> Result {
         let Self { path, to } = self.written(bytes)?;
         match to {
             To::Temporary { temporary, place, .. } => {

@@ -7,7 +7,7 @@ use egui::{Color32, RichText, Ui};
 use crate::action::Action;
 use crate::frame::milliseconds;
 use crate::samples::Samples;
-use crate::view::{Compiling, FirstPicture, PassState, Problem, Shown, Status, View};
+use crate::view::{Busy, Compiling, FirstPicture, PassState, Problem, Shown, Status, View};
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
@@ -60,7 +60,7 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
     if status.refused {
         ui.label(RichText::new("refused: showing the last plan").color(YELLOW));
     }
-    if let Some((pass, seconds)) = &status.busy {
+    if let Some(Busy { pass, seconds }) = &status.busy {
         let on = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
         ui.label(RichText::new(format!("the device has worked{on} for {seconds} s")).color(YELLOW));
         if ui

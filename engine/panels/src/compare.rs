@@ -3,10 +3,10 @@
 use egui::{
     Align2, Button, Color32, Context, DragValue, FontId, Grid, LayerId, Rect, RichText, Stroke, TextEdit, Ui, pos2,
 };
+use raxel_diagnostics::names::grouped;
 
 use crate::action::Action;
 use crate::bar::RED;
-use crate::frame::grouped;
 use crate::view::{Compare, CompareMode, Figures};
 
 /// Draws the panel. `path` is the text of the field for a file.

@@ -1,6 +1,7 @@
 //! The frame: a plot of its times, memory, scale, rate.
 
 use egui::{Align2, Color32, DragValue, Grid, Sense, Shape, Slider, Stroke, Ui, pos2, vec2};
+use raxel_diagnostics::names::{counted, grouped};
 
 use crate::action::Action;
 use crate::docks::caption;
@@ -86,24 +87,6 @@ fn world(ui: &mut Ui, world: &WorldStatistics) {
     }
     let [undo, redo] = world.edits;
     ui.label(format!("{} to undo, {redo} to redo", counted(undo as u64, "edit")));
-}
-
-/// `1 lamp`, `12,345 lamps`.
-fn counted(count: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
-}
-
-/// A number with a comma at each thousand.
-pub(crate) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the value is an integer in 0…1000")]
@@ -197,12 +180,6 @@ mod tests {
     fn times_have_as_many_digits_as_one_reads() {
         let said = |value| milliseconds(Some(value));
         assert_eq!([0.0123, 9.5, 23.2004, 105.314, 1467.419].map(said), ["0.012", "9.500", "23.20", "105.3", "1467"]);
-    }
-
-    #[test]
-    fn numbers_are_grouped_and_counted() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!([0, 1, 2000].map(|count| counted(count, "lamp")), ["0 lamps", "1 lamp", "2,000 lamps"]);
     }
 
     #[test]

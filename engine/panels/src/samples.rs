@@ -76,7 +76,7 @@ impl Samples {
     }
 
     /// The one that 95 of 100 recent ones do not exceed.
-    pub fn p95(&self) -> Option<f32> {
+    pub(crate) fn p95(&self) -> Option<f32> {
         self.usual()[1]
     }
 

@@ -72,8 +72,8 @@ pub struct Status {
     pub failed: Option<u64>,
     /// There is no plan for the wanted size or debug target.
     pub refused: bool,
-    /// The device has worked for long: on which pass, if that is known, and since how many seconds.
-    pub busy: Option<(Option<String>, u64)>,
+    /// The device has worked for long.
+    pub busy: Option<Busy>,
     /// The driver has worked on a pipeline for long.
     pub compiling: Option<Compiling>,
     /// Something that was just done, or could not be done.
@@ -104,6 +104,15 @@ pub struct ProjectFile {
     pub path: String,
     /// It runs.
     pub runs: bool,
+}
+
+/// A device that has worked for long.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Busy {
+    /// The pass that it works on, if that is known.
+    pub pass: Option<String>,
+    /// Since how many seconds.
+    pub seconds: u64,
 }
 
 /// A pipeline that the driver compiles.

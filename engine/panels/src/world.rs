@@ -1,10 +1,10 @@
 //! The world, the camera and the brush.
 
 use egui::{DragValue, Grid, Ui};
+use raxel_diagnostics::names::grouped;
 
 use crate::action::Action;
 use crate::brush;
-use crate::frame::grouped;
 use crate::shape_cache::Content;
 use crate::view::{Editing, Solids, World};
 

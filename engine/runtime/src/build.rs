@@ -115,7 +115,7 @@ pub struct Assembly {
     /// The sources.
     pub sources: execute::Sources,
     /// The plan's pipelines, until it is prepared.
-    pub pipelined: execute::Pipelined,
+    pub(crate) pipelined: execute::Pipelined,
 }
 
 /// Plans a graph, encodes and uploads the layouts that its live passes bind, and has the driver compile them meanwhile.

@@ -103,7 +103,7 @@ impl Loader {
 
     /// Loads graphs as if every buffer with a world in it had this layout. `None` leaves them as they are.
     #[must_use]
-    pub fn with_layout(self, layout: Option<Layout>) -> Self {
+    pub(crate) fn with_layout(self, layout: Option<Layout>) -> Self {
         Self { layout, ..self }
     }
 
@@ -115,7 +115,7 @@ impl Loader {
 
     /// Says how much it matters that a shader does not use a binding, a block or a member that its graph gives it: an error by default.
     #[must_use]
-    pub fn with_unused(self, unused: Severity) -> Self {
+    pub(crate) fn with_unused(self, unused: Severity) -> Self {
         Self { unused, ..self }
     }
 

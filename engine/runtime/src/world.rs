@@ -48,7 +48,7 @@ pub struct SessionWorld {
 pub(crate) struct WorldIdentity(());
 
 /// A world in a layout: the buffer, and the image of a layout that has one.
-pub type EncodeResult = Result<(Encoded, Option<EncodedImage>), LayoutError>;
+pub(crate) type EncodeResult = Result<(Encoded, Option<EncodedImage>), LayoutError>;
 
 /// The cost of bringing a world into a layout.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -280,7 +280,7 @@ impl SessionWorld {
     }
 
     /// The words of the buffer of `world.lights`.
-    pub fn encode_lights(&self, limits: EncodingLimits) -> Result<Vec<u32>, LayoutError> {
+    pub(crate) fn encode_lights(&self, limits: EncodingLimits) -> Result<Vec<u32>, LayoutError> {
         raxel_layouts::lights::encode(&self.loaded.world, limits)
     }
 

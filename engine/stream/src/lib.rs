@@ -2,7 +2,7 @@
 //!
 //! A part of raxel. Programs use the crate `raxel`; this one may change in any release.
 //!
-//! A [`Streamer`] asks a [`raxel_world::ChunkProvider`] for tiles on threads of its own, puts each into a block of a [`Pool`], and makes
+//! A [`Streamer`] asks a [`raxel_world::ChunkProvider`] for tiles on threads of its own, puts each into a block of a pool, and makes
 //! [`Publication`]s: a directory of all tiles that are there, and a header, which together with the blocks are a buffer of the layout
 //! `tree64`. A frame takes the newest publication by writing the header. Words that a header can reach are never overwritten. Unreached
 //! blocks and directories become free when all frames that could reach them have finished.
@@ -30,11 +30,10 @@ mod view;
 
 pub use cube::Cube;
 pub use on_device::{Eye, Refused, SeenChanges, ThreadTime, WorldStream, streaming_range};
-pub use pool::{Pool, PoolBlock, PoolMemory, PoolStats};
+pub use pool::{PoolMemory, PoolStats};
 pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
 pub use reachable_set::ReachableSet;
 pub use streamer::{Estimate, StreamError, StreamOptions, Streamer};
-pub use tile_directory::{LiveTile, Placed, TileDirectory, Written};
 pub use union::union;
 pub use view::View;

@@ -47,7 +47,7 @@ pub struct PoolStats {
 }
 
 /// Hands out blocks of a buffer and keeps account of them.
-pub struct Pool {
+pub(crate) struct Pool {
     memory: Arc<dyn PoolMemory>,
     allocator: Mutex<Account>,
     form: Form,
@@ -87,7 +87,7 @@ struct Part {
 /// Words of the pool. It is returned to [`Pool::free`], or lost to the pool.
 #[derive(Debug)]
 #[must_use = "a block that is dropped is lost to the pool"]
-pub struct PoolBlock {
+pub(crate) struct PoolBlock {
     allocation: Held,
     units: u32,
     /// The first of them in the pool.
@@ -155,7 +155,7 @@ impl Pool {
 
     /// Bytes of a pool with room for `tiles` bytes of tiles, and `materials` materials.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
-    pub fn bytes_for(tiles: u64, materials: usize) -> u64 {
+    pub(crate) fn bytes_for(tiles: u64, materials: usize) -> u64 {
         let before =
             Tree64Header::WORDS + (MATERIAL_WORDS * materials as u32).next_multiple_of(NODE) + FULL_RUN_WORDS + NODE;
         tiles * 100 / TILES + 4 * u64::from(before)
@@ -163,7 +163,7 @@ impl Pool {
 
     /// A block of `words` words for a tile; `None` when there is no room for it. A part of the pool is left for directories, without which
     /// no tile would ever be given up.
-    pub fn allocate_tile(&self, words: u32) -> Option<PoolBlock> {
+    pub(crate) fn allocate_tile(&self, words: u32) -> Option<PoolBlock> {
         let mut account = self.account();
         let block = account.tiles.take(words.div_ceil(self.form.unit));
         account.count(block)
@@ -178,7 +178,7 @@ impl Pool {
 
     /// Words that tiles can take until four fifths of their part are used. That is less than the room. Otherwise, a refused tile would be
     /// requested when it only just fits, and refused again.
-    pub fn spare_words(&self) -> u64 {
+    pub(crate) fn spare_words(&self) -> u64 {
         let most = u64::from(self.capacity) * self.form.most / 125;
         most.saturating_sub(u64::from(self.account().tiles.used)) * u64::from(self.form.unit)
     }

@@ -99,7 +99,7 @@ impl StreamingRange {
 
     /// The same with another radius of level 0, in tiles.
     #[must_use]
-    pub fn with_near(&self, tiles: i32) -> Self {
+    pub(crate) fn with_near(&self, tiles: i32) -> Self {
         let mut reach = self.clone();
         reach.radii[0] = tiles;
         reach

@@ -15,7 +15,7 @@ use crate::reach::TileKey;
 
 /// A tile that is in the pool.
 #[derive(Clone, Debug)]
-pub struct LiveTile {
+pub(crate) struct LiveTile {
     /// Its node; `None` when it is empty.
     pub node: Option<TileNode>,
     /// Box around its solid cells.
@@ -42,7 +42,7 @@ impl LiveTile {
 
 /// The tiles of a cube, and the nodes above them in a pool. A tile hides its part of the coarser tile around it. If the tile one level
 /// above is missing, a still coarser tile is shown.
-pub struct TileDirectory {
+pub(crate) struct TileDirectory {
     cube: Cube,
     root: Branch,
     /// The node of the root.
@@ -57,7 +57,7 @@ pub struct TileDirectory {
 }
 
 /// A block, and the version of the publication that it was written for.
-pub struct Written {
+pub(crate) struct Written {
     /// Where it is.
     pub block: PoolBlock,
     /// The first publication that may reach it.
@@ -66,7 +66,7 @@ pub struct Written {
 
 /// A state of the directory that is whole in the pool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub(crate) struct Placed {
     /// The number of its root, in nodes behind the header.
     pub root: u32,
     /// Nodes above the tiles that are reached.

@@ -209,7 +209,7 @@ pub fn parse(graph: &Graph, name: &str, text: &str) -> Result<Value, SetError> {
 }
 
 /// Reads a value of the type of `like` from text.
-pub fn parse_like(text: &str, like: &Value) -> Option<Value> {
+pub(crate) fn parse_like(text: &str, like: &Value) -> Option<Value> {
     let text = text.trim();
     if let Value::Bool(_) = like {
         return match text {

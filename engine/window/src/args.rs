@@ -51,7 +51,7 @@ pub struct Args {
 
 impl Args {
     /// The window's first size in pixels.
-    pub fn first_size(&self) -> [u32; 2] {
+    pub(crate) fn first_size(&self) -> [u32; 2] {
         self.size.map_or([1280, 720], |size| size.0)
     }
 }

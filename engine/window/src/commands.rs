@@ -17,13 +17,14 @@ use raxel_terminal::console::{self, To};
 use raxel_terminal::failure::Result;
 use raxel_terminal::session::{frame_failure, named_camera};
 use raxel_workbench::demo::{self, Changed};
-use raxel_workbench::writes::{self, Applied, InFile};
+use raxel_workbench::writes::{self, Applied, InFile, ParamChange};
 use winit::event_loop::ActiveEventLoop;
 
 use super::brush::Stroke;
 use super::controls::Command;
 use super::finding::{Ended, Wanted};
 use super::history::{Change, Files, Step};
+use super::inspector::WholeBuffer;
 use super::pins::{self, Pressed};
 use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
@@ -335,7 +336,7 @@ impl Viewer<'_> {
         let Applied { changes, left, refused } = writes::apply(&mut self.session, &values);
         refused.into_iter().for_each(|error| self.warn(error));
         if !changes.is_empty() {
-            let changes = changes.into_iter().map(|(name, before, after)| {
+            let changes = changes.into_iter().map(|ParamChange { name, before, after }| {
                 let default = self.session.params().iter().find(|param| param.name == name).map(|param| param.default);
                 Change { name, before: Some(before).filter(|before| Some(*before) != default), after: Some(after) }
             });
@@ -465,8 +466,8 @@ impl Viewer<'_> {
 
     /// Writes the buffer that was asked for to a file in the current folder that does not exist yet, once it is there.
     pub(super) fn write_table(&mut self) {
-        let Some((name, columns, rows)) = self.inspector.whole(self.session.graph()) else { return };
-        let path = free(&name, "csv");
+        let Some(WholeBuffer { resource, columns, rows }) = self.inspector.whole(self.session.graph()) else { return };
+        let path = free(&resource, "csv");
         let write = || -> Result {
             let mut table = output::Table::new(columns.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
             rows.into_iter().try_for_each(|row| table.row(row.into_iter()))?;

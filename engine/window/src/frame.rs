@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use raxel_control::Next;
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
-use raxel_panels::view::{Compiling, Editing, FirstPicture, Status, World};
+use raxel_panels::view::{Busy, Compiling, Editing, FirstPicture, Status, World};
 use raxel_panels::{Panel, View};
 use raxel_runtime::camera::FlyInput;
 use raxel_runtime::present::{Place, PresentError, Presented};
@@ -436,7 +436,7 @@ impl Viewer<'_> {
                             "the device has worked{on} for {seconds} s; Escape quits, Delete switches the pass off, and edits are still read"
                         ));
                     }
-                    self.busy = Some((pass, elapsed.as_secs()));
+                    self.busy = Some(Busy { pass, seconds: elapsed.as_secs() });
                     self.update_title();
                     // Its pass has been mended: the picture is not needed.
                     if elapsed >= MENDED && self.session.works_on_replaced() {

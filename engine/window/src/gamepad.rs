@@ -123,7 +123,7 @@ mod of_system {
     }
 
     /// Reads the used gamepad.
-    pub struct Reader {
+    pub(crate) struct Reader {
         gilrs: Gilrs,
         used: Used<GamepadId>,
     }

@@ -2,8 +2,7 @@
 
 use raxel_control::{CompareMode, Host, InWindow, Next, Restored};
 use raxel_graph::checked::Display;
-use raxel_panels::view;
-use raxel_panels::view::Map;
+use raxel_panels::view::{self, Busy, Map};
 use raxel_runtime::Session;
 use raxel_terminal::session::frame_failure;
 use raxel_workbench::kept::Kept;
@@ -98,7 +97,7 @@ impl InWindow for Viewer<'_> {
     }
 
     fn cancel(&mut self) -> Option<Option<String>> {
-        let (pass, _) = self.busy.take()?;
+        let Busy { pass, .. } = self.busy.take()?;
         if let Err(error) = self.session.cancel() {
             // The next turn of the event loop ends the window with it.
             let failure = frame_failure(error, self.console);

@@ -80,6 +80,16 @@ pub struct Inspector {
     seen: Inspected,
 }
 
+/// The contents of a buffer as a table.
+pub struct WholeBuffer {
+    /// Name of the buffer.
+    pub resource: String,
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// The texts of each row.
+    pub rows: Vec<Vec<String>>,
+}
+
 /// The purpose of a copy of the shown target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedFor {
@@ -106,7 +116,7 @@ impl Inspector {
     }
 
     /// Whether a copy was asked for that is not there yet.
-    pub fn is_copying(&self) -> bool {
+    pub(crate) fn is_copying(&self) -> bool {
         self.copying.is_some()
     }
 
@@ -305,24 +315,24 @@ impl Inspector {
     }
 
     /// Puts a pin on another texel of the shown target.
-    pub fn move_pin(&mut self, number: u32, at: [u32; 2]) {
+    pub(crate) fn move_pin(&mut self, number: u32, at: [u32; 2]) {
         if let Some(extent) = self.picture().map(extent_of) {
             self.pins.go(number, at, extent);
         }
     }
 
     /// Makes a pin the active one.
-    pub fn choose_pin(&mut self, number: u32) {
+    pub(crate) fn choose_pin(&mut self, number: u32) {
         self.pins.choose(number);
     }
 
     /// Lets go of a pin.
-    pub fn unpin(&mut self, number: u32) {
+    pub(crate) fn unpin(&mut self, number: u32) {
         self.pins.remove(number);
     }
 
     /// Pins the texel under a pixel of the output, or lets go of the pin that is there.
-    pub fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2], region: &Region) -> Pressed {
+    pub(crate) fn pin_under(&mut self, pixel: Option<[i32; 2]>, output: [u32; 2], region: &Region) -> Pressed {
         let Some((texels, pixel)) = self.picture().zip(pixel) else { return Pressed::Nothing };
         let Some(at) = texel_under(texels, pixel, output, region) else { return Pressed::Nothing };
         if let Some(number) = self.pins.under(texels, at, pixel, output, region) {
@@ -382,8 +392,8 @@ impl Inspector {
         (self.writing, self.stale, self.asked) = (true, true, None);
     }
 
-    /// The columns and rows of the whole buffer, once they are there after [`Self::write`].
-    pub fn whole(&mut self, graph: &Graph) -> Option<(String, Vec<String>, Vec<Vec<String>>)> {
+    /// The whole buffer, once it is there after [`Self::write`].
+    pub fn whole(&mut self, graph: &Graph) -> Option<WholeBuffer> {
         let found = self.found.as_ref().filter(|_| self.writing)?;
         let Captured::Bytes { start: 0, total, bytes } = &*found.captured else { return None };
         if (bytes.len() as u64) < *total & !3 {
@@ -392,7 +402,7 @@ impl Inspector {
         self.writing = false;
         let elements = Elements::of(graph, &found.shown.resource)?;
         let rows = (0..elements.count(*total)).map(|row| elements.row(bytes, 0, row)).collect();
-        Some((found.shown.resource.clone(), elements.names(), rows))
+        Some(WholeBuffer { resource: found.shown.resource.clone(), columns: elements.names(), rows })
     }
 
     /// The channel and range that a map reads, automatic ones found from the percentiles.

@@ -49,7 +49,7 @@ use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
 use raxel_graph::checked::Value;
-use raxel_panels::view::{Brush, Problem, ProjectFile};
+use raxel_panels::view::{Brush, Busy, Problem, ProjectFile};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -288,8 +288,8 @@ struct Viewer<'a> {
     drawn: Instant,
     /// The picture of the last frame was not shown yet.
     unshown: bool,
-    /// The device has worked for long: on which pass, and since how many seconds.
-    busy: Option<(Option<String>, u64)>,
+    /// The device has worked for long.
+    busy: Option<Busy>,
     /// So it has in this frame, and in the one before.
     long: [bool; 2],
     presented: u64,

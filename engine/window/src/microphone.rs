@@ -123,7 +123,7 @@ mod thread {
 
     /// Says that a device captures no more.
     #[derive(Clone)]
-    pub struct Gone(Sender<Event>);
+    pub(crate) struct Gone(Sender<Event>);
 
     impl Gone {
         /// Why it is gone.
@@ -139,7 +139,7 @@ mod thread {
     }
 
     /// A thread that captures. Only this thread waits for the device, which may be stuck. No frame waits, and the end of the window does not.
-    pub struct Capturing {
+    pub(crate) struct Capturing {
         said: Receiver<Result<String, String>>,
         events: Sender<Event>,
         opening: Opening,
@@ -387,7 +387,7 @@ mod of_system {
     use super::thread::{Device, Gone, Opened, Opening};
 
     /// The input that the system captures from by default.
-    pub struct DefaultInput;
+    pub(crate) struct DefaultInput;
 
     impl Device for DefaultInput {
         fn open(&mut self, line: &Line, gone: Gone, opening: &Opening) -> Result<Opened, String> {

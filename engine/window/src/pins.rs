@@ -25,14 +25,14 @@ pub struct Pin {
 
 impl Pin {
     /// Its place in a picture, which may have another extent than the one it was pinned in.
-    pub fn place_in(&self, extent: [u32; 2]) -> [u32; 2] {
+    pub(crate) fn place_in(&self, extent: [u32; 2]) -> [u32; 2] {
         scaled(self.texel, self.extent, extent)
     }
 }
 
 /// The effect of a press of the key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pressed {
+pub(crate) enum Pressed {
     /// The texel is pinned now.
     Pinned,
     /// The pin under the cursor is gone.

@@ -1,5 +1,7 @@
 //! The text of the title bar.
 
+use raxel_panels::view::Busy;
+
 /// The state that the title shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Title {
@@ -21,8 +23,8 @@ pub struct Title {
     pub refused: bool,
     /// There was no picture yet.
     pub starting: bool,
-    /// The device has worked for long: on which pass, and since how many seconds.
-    pub busy: Option<(Option<String>, u64)>,
+    /// The device has worked for long.
+    pub busy: Option<Busy>,
     /// A pass that is switched off, since the device was lost while it ran.
     pub off: Option<String>,
     /// A demo's line of text.
@@ -46,7 +48,7 @@ impl Title {
             parts.push("making the first picture".to_owned());
         }
         parts.extend(self.off.as_ref().map(|pass| format!("`{pass}` is off")));
-        parts.extend(self.busy.as_ref().map(|(pass, seconds)| {
+        parts.extend(self.busy.as_ref().map(|Busy { pass, seconds }| {
             let pass = pass.as_ref().map_or_else(String::new, |pass| format!(" on `{pass}`"));
             format!("working{pass} for {seconds} s")
         }));
@@ -57,7 +59,7 @@ impl Title {
 
 #[cfg(test)]
 mod tests {
-    use super::Title;
+    use super::{Busy, Title};
 
     #[test]
     fn says_what_is_shown_and_what_is_wrong() {
@@ -69,7 +71,12 @@ mod tests {
             ..Title::default()
         };
         assert_eq!(title.text(), "primary · depth · 4.3 ms — raxel");
-        let busy = Title { refused: true, busy: Some((Some("spin".into()), 3)), milliseconds: None, ..title.clone() };
+        let busy = Title {
+            refused: true,
+            busy: Some(Busy { pass: Some("spin".into()), seconds: 3 }),
+            milliseconds: None,
+            ..title.clone()
+        };
         assert_eq!(busy.text(), "primary · depth · refused: showing the last plan · working on `spin` for 3 s — raxel");
         let starting = Title { starting: true, milliseconds: None, ..title.clone() };
         assert_eq!(starting.text(), "primary · depth · making the first picture — raxel");

@@ -88,7 +88,7 @@ pub fn defaults(text: &str) -> Vec<String> {
 }
 
 /// The text of a graph with a default of a param, which the file may inherit so far.
-pub fn with_override(text: &str, name: &str, new: &Value) -> Result<String, String> {
+pub(crate) fn with_override(text: &str, name: &str, new: &Value) -> Result<String, String> {
     if defaults(text).iter().any(|known| known == name) {
         return with_param(text, name, new);
     }
@@ -109,7 +109,7 @@ pub(super) fn implicit_table() -> Item {
 }
 
 /// The text of a graph with another default of a param that it has.
-pub fn with_param(text: &str, name: &str, new: &Value) -> Result<String, String> {
+pub(crate) fn with_param(text: &str, name: &str, new: &Value) -> Result<String, String> {
     let mut document = parsed(text)?;
     let param = document.get_mut("params").and_then(|params| params.get_mut(name));
     let default = param.and_then(|param| param.as_table_like_mut()?.get_mut("default")?.as_value_mut());
@@ -121,7 +121,7 @@ pub fn with_param(text: &str, name: &str, new: &Value) -> Result<String, String>
 }
 
 /// The text of a world with a camera under a name; one that has it already is replaced.
-pub fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<String, String> {
+pub(crate) fn with_camera(text: &str, name: &str, camera: &Camera) -> Result<String, String> {
     let mut document = parsed(text)?;
     let cameras = document.entry("cameras").or_insert_with(implicit_table);
     let cameras = cameras.as_table_like_mut().ok_or("`cameras` of the file is not a table")?;

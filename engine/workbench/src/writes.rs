@@ -124,11 +124,22 @@ pub fn values(session: &Session) -> Values {
     session.params().iter().filter_map(value).collect()
 }
 
+/// A param that a preset has changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamChange {
+    /// Its name.
+    pub name: String,
+    /// Its value before.
+    pub before: Value,
+    /// Its value now.
+    pub after: Value,
+}
+
 /// What a preset has changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Applied {
-    /// Params with their values before and now, where these differ.
-    pub changes: Vec<(String, Value, Value)>,
+    /// Params whose values differ from those before.
+    pub changes: Vec<ParamChange>,
     /// Params of the preset that the graph does not have, or not with this type.
     pub left: Vec<String>,
     /// Values that are out of range, one line each.
@@ -147,7 +158,9 @@ pub fn apply(session: &mut Session, values: &Values) -> Applied {
         };
         let before = session.param(name).unwrap_or(default);
         match session.set_param(name, value) {
-            Ok(()) if before != value => applied.changes.push((name.clone(), before, value)),
+            Ok(()) if before != value => {
+                applied.changes.push(ParamChange { name: name.clone(), before, after: value });
+            }
             Ok(()) => {}
             Err(error) => applied.refused.push(error.to_string()),
         }

@@ -267,7 +267,7 @@ impl Chunk {
     }
 
     /// Adds the voxels of each material to `counts`, which is long enough for every material.
-    pub fn count_materials(&self, counts: &mut [u64]) {
+    pub(crate) fn count_materials(&self, counts: &mut [u64]) {
         match &self.materials {
             Packed::Uniform(material) => counts[*material as usize] += u64::from(self.solids),
             Packed::Indexed { palette, indices } => {

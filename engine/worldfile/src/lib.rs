@@ -100,7 +100,7 @@ pub enum Effort {
 }
 
 /// Opens the `source` of `[stream]`.
-pub type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> + 'a;
+pub(crate) type OpenSource<'a> = dyn Fn(&str) -> Result<Arc<dyn ChunkProvider>, Box<Diagnostic>> + 'a;
 
 impl Loaded {
     /// Voxels that come from these files, with a name and nothing besides.

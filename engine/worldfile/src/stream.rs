@@ -72,21 +72,21 @@ impl Default for StreamSettings {
 
 impl StreamSettings {
     /// Voxels, if the file does not say.
-    pub const NEAR: u32 = 512;
+    pub(crate) const NEAR: u32 = 512;
     /// `near` at most: 64 chunks.
-    pub const MOST_NEAR: u32 = 4096;
+    pub(crate) const MOST_NEAR: u32 = 4096;
     /// `far` at most, and 64 times `near`: levels go no higher.
     pub const MOST_FAR: u32 = 1 << 18;
     /// Bytes, if the file does not say.
-    pub const GPU_MEMORY: u64 = 256 << 20;
+    pub(crate) const GPU_MEMORY: u64 = 256 << 20;
     /// Bytes that the buffer may have: the limit of its addresses.
     const BUFFERS: RangeInclusive<u64> = 1 << 20..=2 << 30;
     /// Bytes of packed chunks, if the file does not say.
-    pub const CPU_MEMORY: u64 = 256 << 20;
+    pub(crate) const CPU_MEMORY: u64 = 256 << 20;
     /// Bytes of packed chunks at most.
     const MOST_CPU_MEMORY: u64 = 1 << 40;
     /// Bytes of the list of lamps, if the file does not say.
-    pub const LAMP_MEMORY: u64 = 16 << 20;
+    pub(crate) const LAMP_MEMORY: u64 = 16 << 20;
     /// Bytes that the list of lamps may have.
     const LAMPS: RangeInclusive<u64> = 1 << 12..=2 << 30;
     /// Bytes that a frame brings to the device, if the file does not say.

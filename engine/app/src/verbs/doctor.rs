@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use raxel_cache::{Cache, CacheLocation, SWITCH};
+use raxel_cache::{Cache, CacheLocation, CacheSize, SWITCH};
 use raxel_diagnostics::{Diagnostic, MemoryFiles};
 use raxel_execute::moment::Moment;
 use raxel_execute::{Builtins, ExecutorOptions, FrameInputs, Picture};
@@ -192,8 +192,8 @@ fn cache() -> (Grade, String) {
                 let finding = format!("{folder} cannot be written; set {SWITCH} to another folder");
                 return (Grade::Optional, finding);
             }
-            let (files, bytes) = cache.size();
-            (Grade::Good, format!("{folder}: {files} files, {:.1} MiB", bytes as f64 / f64::from(1 << 20)))
+            let CacheSize { entries, bytes } = cache.size();
+            (Grade::Good, format!("{folder}: {entries} files, {:.1} MiB", bytes as f64 / f64::from(1 << 20)))
         }
         CacheLocation::Off => (Grade::Good, format!("off, by {SWITCH}")),
         CacheLocation::Unknown => (Grade::Good, format!("off: there is no home folder; set {SWITCH} to a folder")),

@@ -60,7 +60,7 @@ pub(super) fn shown(diagnostics: &[Diagnostic]) -> (Vec<&Diagnostic>, Option<Mor
 }
 
 /// A word of at most `most` bytes: a longer one is cut in the middle.
-pub fn brief(word: &str, most: usize) -> Cow<'_, str> {
+pub(crate) fn brief(word: &str, most: usize) -> Cow<'_, str> {
     if word.len() <= most {
         return Cow::Borrowed(word);
     }

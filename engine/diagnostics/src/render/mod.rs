@@ -8,7 +8,8 @@ mod json;
 mod position;
 mod short;
 
-pub use extent::{MOST, brief};
+pub use extent::MOST;
+pub(crate) use extent::brief;
 pub use human::human;
 pub use json::json;
 pub use position::{Position, position};

@@ -21,7 +21,7 @@ pub struct Pass {
     pub remove: bool,
     /// Something in it was wrong and is reported. A key that seems to be missing may be misspelt.
     #[keys(flawed)]
-    pub flawed: bool,
+    pub(crate) flawed: bool,
     /// Places the pass before this pass of the extended graph. When left out, a new pass goes to the end, and an old one stays.
     #[keys(excludes("after", why = "a pass has one place"))]
     pub before: Option<Spanned<String>>,
@@ -61,7 +61,7 @@ pub struct Pass {
     pub when: Option<Spanned<String>>,
     /// Conditions of buffers that it binds, or leaves out where they do not hold.
     #[keys(skip)]
-    pub also_when: Vec<Condition>,
+    pub(crate) also_when: Vec<Condition>,
     /// How often the pass runs. In every frame when left out.
     pub every: Option<Spanned<Every>>,
 }

@@ -59,7 +59,7 @@ pub struct Instance {
 
 impl Instance {
     /// Where it stands, by the values of params. `None` of a value stands for the motion's own default.
-    pub fn pose_at(&self, value: impl Fn(&str) -> Option<f64>) -> Pose {
+    pub(crate) fn pose_at(&self, value: impl Fn(&str) -> Option<f64>) -> Pose {
         let moved = |pose: Pose, motion: &Motion| {
             let amount = value(&motion.param).or(motion.default).unwrap_or(0.0);
             pose.moved(motion.kind, amount)

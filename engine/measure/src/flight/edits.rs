@@ -44,8 +44,24 @@ pub struct Rate {
     pub seconds: f64,
     /// From the last edit to the end of the first picture that has all of them.
     pub seen_after: f64,
-    /// Milliseconds from each of the edits to the end of the first picture that has it and all before it: the median, and the most.
-    pub seen_in: [f64; 2],
+    /// Milliseconds from each of the edits to the end of the first picture that has it and all before it.
+    pub seen_in: SeenIn,
+}
+
+/// Milliseconds until edits are seen. Files have them as a list.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(into = "[f64; 2]")]
+pub struct SeenIn {
+    /// The median.
+    pub median: f64,
+    /// The most.
+    pub most: f64,
+}
+
+impl From<SeenIn> for [f64; 2] {
+    fn from(SeenIn { median, most }: SeenIn) -> Self {
+        [median, most]
+    }
 }
 
 /// Large balls at most, and frames with many edits.
@@ -132,7 +148,8 @@ fn many(session: &mut Session, options: &FlightOptions, frames: u32) -> Result<R
         }
     }
     let voxels = (CHUNKS[0] * CHUNKS[1] * VOXELS).cast_unsigned();
-    let seen_in = [0.5, 1.0].map(|part| percentile(seen.milliseconds.iter().copied(), part));
+    let [median, most] = [0.5, 1.0].map(|part| percentile(seen.milliseconds.iter().copied(), part));
+    let seen_in = SeenIn { median, most };
     Ok(Rate { frames, voxels, chunks, seconds, seen_after: last.elapsed().as_secs_f64(), seen_in })
 }
 

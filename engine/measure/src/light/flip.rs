@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Picture, luminance};
 
 /// Mean HDR-FLIP, 0 to 1; `None` when the reference is so dark that it has no exposure.
-pub fn hdr_flip(reference: &Picture, test: &Picture) -> Option<f64> {
+pub(crate) fn hdr_flip(reference: &Picture, test: &Picture) -> Option<f64> {
     let exposures = exposures(reference)?;
     let worst = exposures
         .into_par_iter()

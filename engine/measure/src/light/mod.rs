@@ -30,7 +30,7 @@ pub use run::Bench;
 pub const REFERENCE: &str = "graphs/light/reference_centre.toml";
 
 /// The target that is judged.
-pub const RADIANCE: &str = "radiance";
+pub(crate) const RADIANCE: &str = "radiance";
 
 /// A view of a world under some light.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -44,7 +44,7 @@ pub enum RayError {
 impl RayError {
     /// Whether the tracer never runs on this device, in any world: it binds something that no world has or more than the device can, or
     /// needs a feature that the device lacks.
-    pub fn is_of_tracer(&self) -> bool {
+    pub(crate) fn is_of_tracer(&self) -> bool {
         use raxel_gpu::Error::{CapabilityMissing, TooManyBindings};
         matches!(self, Self::Binding { .. } | Self::Gpu(CapabilityMissing { .. } | TooManyBindings { .. }))
     }

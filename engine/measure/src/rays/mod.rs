@@ -28,6 +28,6 @@ mod tracer;
 mod words;
 
 pub use error::RayError;
-pub use stream::{Pace, Stream, Traced};
+pub use stream::{Stream, Traced};
 pub use tracer::{DeviceWorld, Method, Tracer};
 pub use words::{HitWords, OnwardRay, RayWords, State, VoxelEdit, Work, bounced};

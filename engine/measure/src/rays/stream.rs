@@ -24,7 +24,7 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How many rays of a tracer are submitted at once: as many as keep the device busy for a while, found by trying.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub(crate) struct Pace {
     rays: usize,
     /// The first submission may wait for the driver's compiler: its time does not count.
     warm: bool,
@@ -110,7 +110,7 @@ impl Stream {
 
     /// The same with another time for one submission, after which the device counts as hung.
     #[must_use]
-    pub fn with_patience(self, patience: Duration) -> Self {
+    pub(crate) fn with_patience(self, patience: Duration) -> Self {
         Self { patience, ..self }
     }
 

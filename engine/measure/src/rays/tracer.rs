@@ -188,7 +188,7 @@ impl Tracer {
     }
 
     /// Brings words to the device, for another binding of the shader.
-    pub fn upload_words(&self, name: &str, words: &[u32]) -> Result<DeviceWorld, RayError> {
+    pub(crate) fn upload_words(&self, name: &str, words: &[u32]) -> Result<DeviceWorld, RayError> {
         let buffer = upload(&self.device, name, bytemuck::cast_slice(words), PATIENCE)?;
         Ok(DeviceWorld::of_buffer(&Arc::new(buffer)))
     }
@@ -242,6 +242,7 @@ impl Tracer {
 }
 
 /// The names of a pipeline that is being made.
+#[derive(Clone, Copy)]
 pub(super) struct Named<'a> {
     /// As errors say it.
     pub pipeline: &'a str,

@@ -17,7 +17,7 @@ use super::truth::{Truth, outcome, period_ray};
 use crate::rays::{HitWords, RayWords, State, VoxelEdit};
 
 /// Wrong rays that are kept of each row, to be looked at.
-pub const WRONG_KEPT: usize = 8;
+pub(crate) const WRONG_KEPT: usize = 8;
 /// Rays that a core judges at a time.
 const GRAIN: usize = 2048;
 
@@ -99,24 +99,24 @@ pub(super) struct Batch {
     pub answers: Vec<Answer>,
     /// The period rays next to the rays, with their exact hits, if any row traces them.
     pub periods: Vec<PeriodRay>,
-    pub period_hits: Vec<Option<PeriodHit>>,
+    pub(crate) period_hits: Vec<Option<PeriodHit>>,
     /// The exact hits of the rays through the site's instances, if any row traces them.
-    pub scene_hits: Vec<Option<SceneHit>>,
+    pub(crate) scene_hits: Vec<Option<SceneHit>>,
     /// The rays through each publication of the site, if any row traces them. All together are as many as the rays.
     pub seen: Vec<Seen>,
     /// The rays through the copy with voxels that a shader has set, if any row traces them.
     pub stored: Seen,
     /// The rays that go on from the hits of the rays, if any row traces them; and from those through the site's instances.
     pub onward: Onward,
-    pub onward_scene: OnwardScene,
+    pub(crate) onward_scene: OnwardScene,
     /// Seconds that the answers took, of all cores together.
     pub answer_seconds: f64,
     pub site: usize,
-    pub set_count: usize,
+    pub(crate) set_count: usize,
     /// Tiles of pixels that rays belong to, in their order.
     pub tiles: Vec<Tile>,
     /// Where the rays of each tile begin in the list, and how many of them are in it.
-    pub tile_rays: Vec<(usize, usize)>,
+    pub(crate) tile_rays: Vec<(usize, usize)>,
 }
 
 impl Batch {

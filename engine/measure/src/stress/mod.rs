@@ -15,7 +15,7 @@ mod streamed;
 mod truth;
 
 pub use invariants::{Invariants, invariants};
-pub use judge::{Differences, Sample, Tally, WRONG_KEPT};
+pub use judge::{Differences, Sample, Tally};
 pub use plan::{Plan, Row, Site, Sites};
 pub use run::{Progress, Refused, Report, RowReport, run};
 pub use single::{Said, Single, single};

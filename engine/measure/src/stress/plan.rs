@@ -79,7 +79,7 @@ impl Row {
     pub const PARALLEL_ANY: &str = "parallel_any";
 
     /// The marcher that traces the period rays next to the rays (`shaders/include/raxel/period.glsl`), over the layout `flat64`.
-    pub const PERIOD: &str = "period";
+    pub(crate) const PERIOD: &str = "period";
 
     /// The same with lanes that take new rays when theirs have ended (`shaders/include/raxel/refill.glsl`).
     pub const REFILL: &str = "refill";
@@ -145,7 +145,7 @@ impl Row {
     }
 
     /// Whether it traces tiles of pixels.
-    pub fn traces_tiles(&self) -> bool {
+    pub(crate) fn traces_tiles(&self) -> bool {
         self.kind() == Kind::Tiles
     }
 
@@ -264,7 +264,7 @@ impl Plan {
     }
 
     /// Rays of each row and site, of all sets.
-    pub fn rays_a_site(&self) -> u64 {
+    pub(crate) fn rays_a_site(&self) -> u64 {
         self.rays_each() * self.sets.len() as u64
     }
 

@@ -56,7 +56,7 @@ fn many_problems_are_capped() {
 #[test]
 fn a_device_that_works_for_long_can_be_interrupted() {
     let mut window = Window::new(&[]);
-    window.status.busy = Some((Some("spin".to_owned()), 4));
+    window.status.busy = Some(Busy { pass: Some("spin".to_owned()), seconds: 4 });
     let mut harness = window.harness(1280.0, 720.0);
     assert!(harness.query_by_label("the device has worked on `spin` for 4 s").is_some());
     assert_eq!(click(&mut harness, "Cancel"), [Action::Cancel]);

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use raxel_measure::bench::{Matrix, cameras, pinhole};
+use raxel_oracle::export::ExportFiles;
 use raxel_oracle::{Oracle, export};
 use raxel_output::{Pending, shown};
 use raxel_runtime::world::SessionWorld;
@@ -44,7 +45,9 @@ pub(super) fn run(folder: &Path, matrix: &Matrix, worlds: &[Arc<SessionWorld>], 
                 let [width, height] = size;
                 let base = format!("{}-{camera}-{width}x{height}", stem(path));
                 let names = ["rays", "hits", "ties"].map(|ending| format!("{base}.{ending}"));
-                let put = |to: [&mut dyn Write; 3]| export::rays_and_hits(&oracle, corner, &rays, to);
+                let put = |[rays_to, hits, ties]: [&mut dyn Write; 3]| {
+                    export::rays_and_hits(&oracle, corner, &rays, &mut ExportFiles { rays: rays_to, hits, ties })
+                };
                 write(folder, names.each_ref().map(String::as_str), put, console)?;
                 exports.push(json!({
                     "world": path,

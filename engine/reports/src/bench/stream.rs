@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use raxel_gpu::DeviceOptions;
 use raxel_measure::flight::{
-    Arrival, EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, Rate, fly, percentile,
+    Arrival, EditLatency, Flight, FlightError, FlightOptions, Flown, Frame, Kept, Rate, SeenIn, fly, percentile,
 };
 use raxel_terminal::args::{Messages, Size, size};
 use raxel_terminal::console::{self, Console, Format, To};
@@ -174,7 +174,9 @@ fn table(flight: &Flight, speed: f64) -> String {
     );
     text += &seen("edits of 6 voxels' radius", &flight.edits.small);
     text += &seen("edits of 64 voxels' radius", &flight.edits.large);
-    if let Some(Rate { frames, voxels, chunks, seconds, seen_after, seen_in: [median, most] }) = flight.edits.many {
+    if let Some(Rate { frames, voxels, chunks, seconds, seen_after, seen_in: SeenIn { median, most } }) =
+        flight.edits.many
+    {
         text += &format!(
             "{voxels} voxels set in {chunks} chunks in each of {frames} frames: {:.1} frames a second; each seen with all before it after {median:.0} ms in the median, {most:.0} at most, all of them {:.0} ms after the last\n",
             f64::from(frames) / seconds,

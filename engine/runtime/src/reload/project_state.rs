@@ -21,13 +21,13 @@ pub struct ProjectState {
     /// Project path of the graph that runs.
     pub graph_path: String,
     /// Project path of the world; `None` for the empty world.
-    pub world_path: Option<String>,
+    pub(crate) world_path: Option<String>,
     /// Project path of the demo, if one runs.
     pub demo_path: Option<String>,
     /// The graph that runs.
     pub graph: LoadOutcome<Graph>,
     /// The other graphs of the demo, by project path.
-    pub other_graphs: BTreeMap<String, LoadOutcome<Graph>>,
+    pub(crate) other_graphs: BTreeMap<String, LoadOutcome<Graph>>,
     /// The world.
     pub world: LoadOutcome<SessionWorld>,
     /// The demo.

@@ -24,7 +24,7 @@ pub fn check(graph: &Graph, world: &SessionWorld) -> Vec<Diagnostic> {
 }
 
 /// The warning that a graph traces the voxels of a world and leaves out its instances.
-pub fn unseen_instances(graph: &Graph, world: &SessionWorld) -> Option<Diagnostic> {
+pub(crate) fn unseen_instances(graph: &Graph, world: &SessionWorld) -> Option<Diagnostic> {
     let bound = graph.passes.iter().flat_map(|pass| &pass.accesses).map(|access| graph.resource(access.resource));
     let mut sources = bound.filter_map(|resource| SourceName::parse(resource.kind.supplied_by()?));
     if !world.has_instances() || sources.any(|source| source == SourceName::Instances) {

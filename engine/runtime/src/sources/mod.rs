@@ -11,7 +11,8 @@ mod video;
 
 pub(crate) use catalog::{EDITS, POSES};
 pub use catalog::{SourceCatalog, VOXEL_FORMAT};
-pub use check::{check, unseen_instances};
+pub use check::check;
+pub(crate) use check::unseen_instances;
 pub(crate) use instances::{WrittenPoses, check as check_instances, frames as instance_frames};
 pub use name::SourceName;
 pub(crate) use on_device::OnDevice;

@@ -46,7 +46,7 @@ impl SourceName {
     }
 
     /// Whether it needs a world.
-    pub fn is_of_world(&self) -> bool {
+    pub(crate) fn is_of_world(&self) -> bool {
         *self != Self::Keys
     }
 

@@ -165,7 +165,7 @@ impl KeySet {
 
     /// Keys that are in one of the sets alone.
     #[must_use]
-    pub fn xor(self, other: Self) -> Self {
+    pub(crate) fn xor(self, other: Self) -> Self {
         Self(std::array::from_fn(|word| self.0[word] ^ other.0[word]))
     }
 

@@ -19,7 +19,7 @@ pub const LEFT: u32 = 1;
 pub const DAY: f64 = 86_400.0;
 
 /// No drag so far.
-pub const NO_DRAG: [i32; 4] = [-1; 4];
+pub(crate) const NO_DRAG: [i32; 4] = [-1; 4];
 
 /// Names of the buttons of a set of bits.
 pub fn button_names(buttons: u32) -> impl Iterator<Item = &'static str> {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use raxel_bake::{BakeError, BakePart, DEFAULT_EDGE, Plan, PlanError, Report};
-use raxel_diagnostics::names::grouped;
+use raxel_diagnostics::names::{counted, grouped};
 use raxel_diagnostics::{Diagnostic, codes};
 use raxel_runtime::project::Project;
 use raxel_runtime::world::SessionWorld;
@@ -149,8 +149,4 @@ fn print(report: &Report, args: &Args, plan: &Plan, console: &Console) {
         counted(chunks, "chunk"),
         bytes(size)
     ));
-}
-
-fn counted(count: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
 }

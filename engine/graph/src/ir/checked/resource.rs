@@ -147,7 +147,7 @@ impl ResourceKind {
     }
 
     /// Whether the file has its contents at creation.
-    pub fn is_initialised(&self) -> bool {
+    pub(crate) fn is_initialised(&self) -> bool {
         match self {
             ResourceKind::Target(target) => target.init.is_some(),
             ResourceKind::Buffer(buffer) => buffer.init.is_some(),
