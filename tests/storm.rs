@@ -339,7 +339,8 @@ impl Storm {
         }
         let picture = self.ask_with(&json!({ "do": "picture" }), &mut |_| {});
         // After the loss of a device, a window has no picture until it draws one.
-        let drawn_later = self.in_window && picture["error"].as_str().is_some_and(|why| why.starts_with("nothing runs yet"));
+        let drawn_later =
+            self.in_window && picture["error"].as_str().is_some_and(|why| why.starts_with("nothing runs yet"));
         if picture["ok"] != json!(true) && !drawn_later {
             self.fail(&format!("no picture: {picture}"));
         }
