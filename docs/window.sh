@@ -37,8 +37,8 @@ xdotool windowfocus --sync "$(xdotool search --onlyvisible --name raxel | head -
 xdotool key space
 sleep 1
 xdotool mousemove 553 604 click 1
-sleep 2
+sleep 5
 xdotool mousemove 560 300
-sleep 3
+sleep 15
 import -window root -depth 8 -define png:compression-level=9 "$root/docs/window.png"
 ls -l "$root/docs/window.png"

@@ -332,6 +332,13 @@ class Requests(Conversation):
         """Writes the camera, or the value of a param, into the demo's file as a key: at this moment, or at a time."""
         return await self._answer("write_key", param=param, seconds=seconds)
 
+    async def record_params(self, on: bool = True) -> Answer:
+        """Begins to record params that `set` moves, over the frames; with `on=False`, writes the keys into the demo.
+
+        Without a demo, raxel makes one and opens it. The second answer has its `path`, and the `tracks` with the number of their `keys`.
+        """
+        return await self._answer("record_params", on=on)
+
     async def loop(self, on: bool = True) -> None:
         """Starts the demo over at its end, or stays there."""
         await self._answer("loop", on=on)
@@ -349,6 +356,29 @@ class Requests(Conversation):
     async def scale(self, scale: float) -> Answer:
         """Computes so many pixels for each pixel of the size, along each axis."""
         return await self._answer("scale", scale=scale)
+
+    async def fps_cap(self, fps: int | None = None) -> int:
+        """Bounds the frames a second of a window, or only gives the bound; 0 is none."""
+        return int((await self._answer("fps_cap", fps=fps))["fps"])
+
+    async def fly_speed(self, voxels: float | None = None) -> float:
+        """Sets the voxels a second that the keys of a window fly, or only gives them."""
+        return float((await self._answer("fly_speed", voxels=voxels))["voxels"])
+
+    async def brush(
+        self,
+        *,
+        effect: str | None = None,
+        shape: str | None = None,
+        size: int | None = None,
+        height: int | None = None,
+        material: str | None = None,
+    ) -> Answer:
+        """Changes the brush of a window; what is left out stays. An empty `material` is the one under the cursor.
+
+        `effect` is "add", "subtract", "paint" or "pick", `shape` is "voxel", "box", "sphere" or "cylinder". Returns all of it.
+        """
+        return await self._answer("brush", effect=effect, shape=shape, size=size, height=height, material=material)
 
     async def keep(self, *, path: str | os.PathLike[str] | None = None, target: str | None = None) -> str:
         """Keeps what is shown, to compare with it; or the picture in a file, or a target as it goes on. Gives its name."""

@@ -275,6 +275,14 @@ class Panels(unittest.TestCase):
             self.assertTrue(session.wait_reload(60, after=change()["generation"])["reloaded"])
         self.assertEqual(session.keys()["tracks"][0], {"track": "camera", "keys": [0.0, 0.25, 1.0], "movable": True})
         session.hand_back()
+        session.record_params()
+        session.set("sky_depth", 50.0)
+        session.step(6)
+        session.set("sky_depth", 60.0)
+        recorded = session.record_params(on=False)
+        self.assertEqual((recorded["path"], recorded["tracks"][0]["track"]), (demo, "tracks.sky_depth"))
+        self.assertTrue(session.wait_reload(60, after=recorded["generation"])["reloaded"])
+        self.assertIn("tracks.sky_depth", [track["track"] for track in session.keys()["tracks"]])
 
     def test_what_is_shown_is_mapped_and_measured(self):
         session = self.session
@@ -288,7 +296,7 @@ class Panels(unittest.TestCase):
         self.assertGreater(measured["flip"], 0.0)
         self.assertGreater(measured["differing"], 0)
         session.forget()
-        for windows in (session.compare, session.cancel):
+        for windows in (session.compare, session.cancel, session.fps_cap, session.fly_speed, session.brush):
             with self.assertRaisesRegex(raxel.Refused, "needs a window"):
                 windows()
         self.assertEqual(session.scale(0.5)["size"], [16, 9])

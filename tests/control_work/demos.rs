@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::common::eventually;
-use crate::{Runs, Stage};
+use crate::{Runs, SCENE, Stage};
 
 #[test]
 fn keys_of_a_demo_are_moved_deleted_and_written() {
@@ -75,4 +75,76 @@ fn a_demo_starts_over_or_stays_at_its_end() {
     let end = stage.ask(json!({ "do": "step", "frames": 40 }))["seconds"].as_f64().unwrap();
     assert!((1.999..2.0).contains(&end), "{end}");
     stage.ends();
+}
+
+/// Brings a paused session to a time.
+fn go_to(stage: &mut Stage, seconds: f64) {
+    stage.ask(json!({ "do": "seek", "seconds": seconds }));
+    eventually("the time", || {
+        stage.frame();
+        let keys = stage.talk.ask(json!({ "do": "keys" }));
+        (keys["seconds"].as_f64().unwrap() - seconds).abs() < 1e-9
+    });
+}
+
+#[test]
+fn params_that_a_program_sets_become_keys_of_the_demo() {
+    const DEMO: &str = "worlds/sponge.demo.toml";
+    for runs in [Runs::Requests, Runs::Window] {
+        let mut stage = Stage::start(runs, &[DEMO, "--size", "32x18"]);
+        stage.ask(json!({ "do": "pause" }));
+        stage.pictured("a picture", |_| true);
+        let text = stage.read(DEMO);
+        let set =
+            |stage: &mut Stage, value: f64| stage.ask(json!({ "do": "set", "param": "sky_depth", "value": value }));
+        let nothing = stage.ask(json!({ "do": "record_params", "on": false }));
+        assert_eq!((&nothing["path"], &nothing["tracks"]), (&Value::Null, &json!([])));
+        stage.ask(json!({ "do": "record_params" }));
+        go_to(&mut stage, 0.5);
+        set(&mut stage, 10.0);
+        go_to(&mut stage, 1.0);
+        assert!(stage.refused(json!({ "do": "set", "param": "sky_depth", "value": "far" })).contains("sky_depth"));
+        set(&mut stage, 30.0);
+        go_to(&mut stage, 1.5);
+        // The demo drives everything else.
+        assert_eq!(stage.ask(json!({ "do": "keys" }))["drives"], json!(true));
+        let written = stage.write(json!({ "do": "record_params", "on": false }));
+        assert_eq!((&written["path"], &written["changed"]), (&json!(DEMO), &json!(true)), "{written}");
+        assert_eq!(written["tracks"], json!([{ "track": "tracks.sky_depth", "keys": 3 }]));
+        let keys = stage.ask(json!({ "do": "keys" }));
+        let track = json!({ "track": "tracks.sky_depth", "keys": [0.0, 0.49, 0.5, 1.0, 1.5], "movable": true });
+        assert!(keys["tracks"].as_array().unwrap().contains(&track), "{keys}");
+        // It plays the motion, without a hand that drives.
+        let value = |stage: &mut Stage| stage.ask(json!({ "do": "info" }))["params"][0]["value"].as_f64().unwrap();
+        go_to(&mut stage, 0.75);
+        assert!((value(&mut stage) - 20.0).abs() < 1e-3, "{}", value(&mut stage));
+        go_to(&mut stage, 1.25);
+        assert!((value(&mut stage) - 30.0).abs() < 1e-3, "{}", value(&mut stage));
+        stage.write(json!({ "do": "undo_write" }));
+        assert_eq!(stage.read(DEMO), text);
+        stage.ends();
+    }
+}
+
+#[test]
+fn params_that_a_program_sets_make_a_demo_which_undo_takes_back() {
+    const TAKE: &str = "worlds/take.demo.toml";
+    for runs in [Runs::Requests, Runs::Window] {
+        let mut stage = Stage::start(runs, &SCENE);
+        stage.ask(json!({ "do": "pause" }));
+        stage.pictured("a picture", |_| true);
+        let before = stage.ask(json!({ "do": "info" }));
+        stage.ask(json!({ "do": "record_params" }));
+        stage.ask(json!({ "do": "set", "param": "sky_depth", "value": 5 }));
+        let made = stage.write(json!({ "do": "record_params", "on": false }));
+        assert_eq!(made["path"], json!(TAKE));
+        assert!(stage.read(TAKE).contains("[tracks.sky_depth]"));
+        assert_eq!(stage.ask(json!({ "do": "info" }))["demo"], json!(TAKE));
+        let undone = stage.write(json!({ "do": "undo_write" }));
+        assert_eq!(undone["files"], json!([TAKE]), "{undone}");
+        assert!(!stage.project.path(TAKE).exists());
+        let info = stage.ask(json!({ "do": "info" }));
+        assert_eq!((&info["demo"], &info["graph"], &info["world"]), (&Value::Null, &before["graph"], &before["world"]));
+        stage.ends();
+    }
 }

@@ -152,6 +152,7 @@ fn the_empty_world_has_no_file_for_a_camera() {
     let mut stage = Stage::over(project, Runs::Requests, &["graphs/plain.toml", "--size", "32x18"]);
     assert_eq!(stage.ask(json!({ "do": "info" }))["world"], Value::Null);
     assert!(stage.refused(json!({ "do": "write_camera", "name": "a" })).contains("empty world"));
+    assert!(stage.refused(json!({ "do": "record_params" })).contains("a demo needs a world"));
     for request in [
         json!({ "do": "keys" }),
         json!({ "do": "move_key", "track": "camera", "key": 0, "to": 1 }),

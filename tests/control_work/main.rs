@@ -8,10 +8,13 @@ mod common;
 mod bytes;
 mod demos;
 mod files;
+mod hands;
 mod passes;
 mod shown;
+mod slow;
 
 use std::fs;
+use std::process::Command;
 
 use common::{Display, Project, Talk, command, eventually};
 use serde_json::{Value, json};
@@ -40,6 +43,10 @@ impl Stage {
     }
 
     fn over(project: Project, runs: Runs, scene: &[&str]) -> Self {
+        Self::with(project, runs, scene, |_| {})
+    }
+
+    fn with(project: Project, runs: Runs, scene: &[&str], change: impl FnOnce(&mut Command)) -> Self {
         let display = (runs == Runs::Window).then(Display::start);
         let verb: &[&str] = match runs {
             Runs::Requests => &["control"],
@@ -49,6 +56,7 @@ impl Stage {
         if let Some(display) = &display {
             command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
         }
+        change(&mut command);
         Self { talk: Talk::start(&mut command), project, runs, display }
     }
 

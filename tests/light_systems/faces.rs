@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use raxel_measure::light::{Bench, Effort, Scene};
 use raxel::world::{World, vox};
 use raxel::{Session, Value};
+use raxel_measure::light::{Bench, Effort, Scene};
 
 use crate::common::{Project, RunRaxel, repository};
 use crate::scenes::{DARK, cuboid, effort, frames, open, scene, world};

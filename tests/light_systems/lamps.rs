@@ -1,8 +1,8 @@
 //! Lamps: which are known, and how they are drawn.
 
 use raxel::Session;
-use raxel_measure::light::{Bench, Effort, Scene};
 use raxel_edit::{Brush, Operation};
+use raxel_measure::light::{Bench, Effort, Scene};
 
 use crate::common::{LIGHT, Project, graph_in};
 use crate::scenes::{DARK, cuboid, effort, frames, open, scene, world};

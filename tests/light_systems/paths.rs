@@ -1,7 +1,7 @@
 //! Paths and rays: sorting, ends and short cuts change no light.
 
-use raxel_measure::light::{Bench, Effort};
 use raxel::{Options, Session, Validation, Value};
+use raxel_measure::light::{Bench, Effort};
 
 use crate::common::{LIGHT, Project, graph_in};
 use crate::scenes::{DARK, cuboid, effort, frames, open, scene, systems, world};

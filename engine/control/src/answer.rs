@@ -4,11 +4,11 @@ use raxel_execute::TracedTexel;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_workbench::demo;
+use raxel_workbench::{demo, tracks};
 use serde_json::{Map, Value, json};
 
 use super::Drive;
-use super::compare;
+use super::brush;
 use super::describe;
 use super::find;
 use super::host::Host;
@@ -45,12 +45,7 @@ pub(super) fn answer(
     let session = host.session();
     match request {
         Request::Info {} => Ok(describe::info(session)),
-        Request::Set { param, value } => {
-            session.set_param_text(&param, &text(&value)?)?;
-            // A demo that drives the param would win.
-            session.take_over();
-            param_value(session, &param)
-        }
+        Request::Set { param, value } => set(host, &param, &value),
         Request::Unset { param } => {
             session.unset_param(&param)?;
             param_value(session, &param)
@@ -146,8 +141,23 @@ pub(super) fn answer(
             session.hand_back();
             Ok(json!({ "drives": session.demo_drives() }))
         }
+        Request::RecordParams { on: true } => work::record_params(host),
+        Request::RecordParams { on: false } => work::write_recorded(host),
+        Request::FpsCap { fps } => {
+            let window = host.window().ok_or_else(|| Refusal::no_window("fps_cap").or("`step` runs each frame"))?;
+            if let Some(fps) = fps {
+                window.set_fps_cap(Some(fps).filter(|fps| *fps > 0));
+            }
+            Ok(json!({ "fps": window.fps_cap().unwrap_or(0) }))
+        }
+        Request::FlySpeed { voxels } => {
+            let window =
+                host.window().ok_or_else(|| Refusal::no_window("fly_speed").or("`camera` moves the camera"))?;
+            voxels.into_iter().for_each(|voxels| window.set_fly_speed(voxels));
+            Ok(json!({ "voxels": window.fly_speed() }))
+        }
+        Request::Brush(change) => brush::change(host, &change),
         Request::Display(shown) => work::show(host, &shown),
-        Request::Keep(wanted) => compare::keep(host, &wanted),
         Request::Forget {} => {
             host.keep(None);
             Ok(json!({}))
@@ -168,9 +178,25 @@ pub(super) fn answer(
         Request::Diagnostics {}
         | Request::WaitReload { .. }
         | Request::Open { .. }
+        | Request::Keep(_)
         | Request::Measure {}
         | Request::Quit {} => Ok(json!({})),
     }
+}
+
+/// Sets a param, which is recorded if a program or a panel records.
+fn set(host: &mut dyn Host, param: &str, value: &Value) -> Result<Value, Refusal> {
+    let text = text(value)?;
+    let (session, recorder) = host.recorder();
+    let before = session.param(param)?;
+    session.set_param_text(param, &text)?;
+    if recorder.is_on() {
+        tracks::moved(session, recorder, param, before);
+    } else {
+        // A demo that drives the param would win.
+        session.take_over();
+    }
+    param_value(session, param)
 }
 
 fn param_value(session: &Session, param: &str) -> Result<Value, Refusal> {
@@ -226,9 +252,12 @@ fn step(host: &mut dyn Host, drive: Drive, frames: u32, middle: &mut Option<Midd
         return Err(Refusal::new("the window runs by itself; pause it first"));
     }
     for index in 0..frames {
+        let (session, recorder) = host.recorder();
         match drive {
             Drive::Requests => {
                 demo::turn(session, looped);
+                // A program ends the recordings.
+                tracks::frame(session, recorder, false);
                 // The output right after a pass is copied there.
                 if index + 1 == frames && session.debug_target().after.is_some() {
                     session.capture_shown(0..0);
@@ -238,6 +267,7 @@ fn step(host: &mut dyn Host, drive: Drive, frames: u32, middle: &mut Option<Midd
             Drive::Window => session.step(),
         }
     }
+    let session = host.session();
     if drive == Drive::Requests {
         session.wait()?;
         *middle = read::shown_in_the_middle(session);

@@ -1,12 +1,12 @@
 //! Requests that compare what is shown with a picture that is kept.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread;
 
-use raxel_execute::Texels;
-use raxel_runtime::Session;
+use raxel_execute::{ReadTicket, Texels};
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::{ReadError, Session};
 use raxel_workbench::display;
 use raxel_workbench::kept::{Figures, Kept, Pixels, VALUES, What};
 use serde_json::{Value, json};
@@ -25,17 +25,66 @@ pub(super) struct ToKeep {
     pub target: Option<String>,
 }
 
-/// Keeps what is shown, a file, or a target as it goes on.
-pub(super) fn keep(host: &mut dyn Host, wanted: &ToKeep) -> Result<Value, Refusal> {
-    let session = host.session();
-    let kept = match (&wanted.path, &wanted.target) {
+/// Something that is made of copies of targets, which are on their way from the device, and then on another thread.
+pub(super) struct Later<T> {
+    copies: Option<Copies<T>>,
+    made: Receiver<Result<T, Refusal>>,
+}
+
+/// Copies on their way, and what is made of them.
+struct Copies<T> {
+    tickets: Vec<ReadTicket<Texels>>,
+    make: Box<dyn FnOnce(Vec<Texels>) -> Result<T, Refusal> + Send>,
+    send: Sender<Result<T, Refusal>>,
+}
+
+impl<T: Send + 'static> Later<T> {
+    /// Made of these copies, which are in their order.
+    fn of(
+        tickets: Vec<ReadTicket<Texels>>,
+        make: impl FnOnce(Vec<Texels>) -> Result<T, Refusal> + Send + 'static,
+    ) -> Self {
+        let (send, made) = channel();
+        Self { copies: Some(Copies { tickets, make: Box::new(make), send }), made }
+    }
+
+    /// The result, once it is there. Never waits.
+    pub fn poll(&mut self) -> Option<Result<T, Refusal>> {
+        if let Some(copies) = self.copies.take_if(|copies| copies.have_arrived()) {
+            thread::spawn(move || copies.make());
+        }
+        match self.made.try_recv() {
+            Ok(made) => Some(made),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be compared"))),
+        }
+    }
+}
+
+impl<T> Copies<T> {
+    /// Whether all are there. One that was lost with its device is reported by [`Self::make`].
+    fn have_arrived(&self) -> bool {
+        self.tickets.iter().all(|ticket| ticket.has_arrived().unwrap_or(true))
+    }
+
+    /// Copies the texels, and makes the result.
+    fn make(self) {
+        let Self { tickets, make, send } = self;
+        let texels = |ticket: ReadTicket<Texels>| -> Result<Texels, Refusal> {
+            ticket.poll().map_err(ReadError::from)?.ok_or_else(|| Refusal::new("the target was not copied"))
+        };
+        let made = tickets.into_iter().map(texels).collect::<Result<_, _>>().and_then(make);
+        // A program that has gone does not wait for it.
+        let _ = send.send(made);
+    }
+}
+
+/// What is to be kept: what is shown, a file, or a target as it goes on.
+pub(super) fn keep(session: &mut Session, wanted: &ToKeep) -> Result<Later<Kept>, Refusal> {
+    match (&wanted.path, &wanted.target) {
         (Some(path), None) => {
-            let file = session.project().root().join(Path::new(path));
-            // To read a pipe would wait for its writer.
-            if std::fs::metadata(&file).is_ok_and(|found| !found.is_file()) {
-                return Err(Refusal::new(format!("`{path}` cannot be read: it is not a file")));
-            }
-            Kept::read(&file, path).map_err(Refusal::new)?
+            let (file, name) = (session.project().root().join(Path::new(path)), path.clone());
+            Ok(Later::of(Vec::new(), move |_| Kept::read(&file, &name).map_err(Refusal::new)))
         }
         (None, Some(text)) => {
             let target = DebugTarget::parse(text)?;
@@ -43,41 +92,44 @@ pub(super) fn keep(host: &mut dyn Host, wanted: &ToKeep) -> Result<Value, Refusa
                 return Err(Refusal::new(format!("`{target}` is not what the frame ends with")));
             }
             target.resolve(session.graph())?;
-            Kept::live(target)
+            Ok(Later::of(Vec::new(), |_| Ok(Kept::live(target))))
         }
         (None, None) => {
-            let (target, texels) = shown(session)?;
-            Kept::copy(&target.to_string(), texels)
+            let (target, ticket) = shown(session)?;
+            let name = target.to_string();
+            let copy = move |texels: Vec<Texels>| texels.into_iter().next().map(|texels| Kept::copy(&name, texels));
+            Ok(Later::of(vec![ticket], move |texels| copy(texels).ok_or_else(|| Refusal::new("nothing was copied"))))
         }
-        (Some(_), Some(_)) => return Err(Refusal::new("`path` and `target` exclude each other")),
-    };
-    let answer = json!({ "kept": kept.name });
-    host.keep(Some(kept));
-    Ok(answer)
+        (Some(_), Some(_)) => Err(Refusal::new("`path` and `target` exclude each other")),
+    }
 }
 
-/// Measures how far the shown target is from the kept picture, on another thread.
-pub(super) fn measure(host: &mut dyn Host) -> Result<Receiver<Result<Value, Refusal>>, Refusal> {
+/// Measures how far the shown target is from the kept picture.
+pub(super) fn measure(host: &mut dyn Host) -> Result<Later<Value>, Refusal> {
     let kept = host.kept().cloned().ok_or_else(|| {
         let help = vec!["`keep` keeps the shown picture, a file or another target".to_owned()];
         Refusal { error: "no picture is kept".to_owned(), help }
     })?;
     let session = host.session();
-    let (target, texels) = shown(session)?;
-    let (pixels, shown_by) = match kept.what {
-        What::Still(pixels) => (pixels, session.display().or_else(|| display::of_graph(session)).unwrap_or(VALUES)),
+    let (target, shown) = shown(session)?;
+    let mut tickets = vec![shown];
+    let (still, shown_by) = match kept.what {
+        What::Still(pixels) => {
+            (Some(pixels), session.display().or_else(|| display::of_graph(session)).unwrap_or(VALUES))
+        }
         What::Live(live) => {
-            let live = session.read_texels(&live.resource, live.age, live.mip, live.layer)?;
-            (Pixels::Texels(live.into()), VALUES)
+            tickets.push(session.request_texels(&live.resource, live.age, live.mip, live.layer)?);
+            (None, VALUES)
         }
     };
-    let (send, receive) = channel();
-    thread::spawn(move || {
-        let figures = pixels.figures(&texels, &shown_by).map_err(Refusal::new);
-        // A program that has gone does not wait for it.
-        let _ = send.send(figures.map(|figures| described(&target, &kept.name, figures)));
-    });
-    Ok(receive)
+    Ok(Later::of(tickets, move |texels| {
+        let mut texels = texels.into_iter();
+        let (shown, live) = (texels.next(), texels.next());
+        let pixels = still.or_else(|| live.map(|live| Pixels::Texels(live.into())));
+        let (shown, pixels) = shown.zip(pixels).ok_or_else(|| Refusal::new("nothing was copied"))?;
+        let figures = pixels.figures(&shown, &shown_by).map_err(Refusal::new)?;
+        Ok(described(&target, &kept.name, figures))
+    }))
 }
 
 fn described(of: &DebugTarget, kept: &str, figures: Figures) -> Value {
@@ -88,13 +140,13 @@ fn described(of: &DebugTarget, kept: &str, figures: Figures) -> Value {
     })
 }
 
-/// The shown target with its texels at the end of the last frame.
-fn shown(session: &mut Session) -> Result<(DebugTarget, Texels), Refusal> {
+/// The shown target, and a copy of its texels at the end of the last frame.
+fn shown(session: &mut Session) -> Result<(DebugTarget, ReadTicket<Texels>), Refusal> {
     let target = session.debug_target().clone();
     if target.after.is_some() {
         return Err(Refusal::new(format!("`{target}` is not what the frame ends with")));
     }
     let target = DebugTarget { resource: display::shown_resource(session).to_owned(), ..target };
-    let texels = session.read_texels(&target.resource, target.age, target.mip, target.layer)?;
-    Ok((target, texels))
+    let ticket = session.request_texels(&target.resource, target.age, target.mip, target.layer)?;
+    Ok((target, ticket))
 }

@@ -1,9 +1,13 @@
 //! What runs a session beside the requests: a window, or nothing.
 
+use std::ops::RangeInclusive;
+
 use raxel_graph::checked::{Display, Value};
 use raxel_runtime::Session;
+use raxel_workbench::demo;
 use raxel_workbench::kept::Kept;
 use raxel_workbench::presets::Presets;
+use raxel_workbench::recording::Recorder;
 use raxel_workbench::writes::{Files, follow_files, set_again};
 
 /// The writes that a session without a window can restore.
@@ -19,6 +23,55 @@ pub enum CompareMode {
     Wipe,
     /// The shown picture minus the kept one.
     Difference,
+}
+
+/// Speeds of flight, in voxels a second.
+pub const FLY_SPEEDS: RangeInclusive<f64> = 0.1..=100_000.0;
+
+/// Most voxels across a brush, and most voxels of its height.
+pub const LARGEST_BRUSH: u32 = 512;
+
+/// The effect of a window's brush on voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BrushEffect {
+    /// They become solid, in front of the face under the cursor.
+    Add,
+    /// They become air.
+    Subtract,
+    /// Solid ones get another material.
+    Paint,
+    /// The brush gets the material under the cursor.
+    Pick,
+}
+
+/// The shape of a window's brush.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BrushShape {
+    /// The voxel under the cursor.
+    Voxel,
+    /// A cube.
+    Box,
+    /// A ball.
+    Sphere,
+    /// A cylinder that stands on the face under the cursor.
+    Cylinder,
+}
+
+/// The brush of a window's right mouse button.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Brush {
+    /// Its effect.
+    pub effect: BrushEffect,
+    /// Its shape.
+    pub shape: BrushShape,
+    /// Voxels across, at most [`LARGEST_BRUSH`].
+    pub size: u32,
+    /// Voxels from base to top of a cylinder, at most [`LARGEST_BRUSH`].
+    pub height: u32,
+    /// Palette index; `None` for the material under the cursor.
+    pub material: Option<u16>,
 }
 
 /// What became of the files of the last write.
@@ -64,6 +117,9 @@ pub trait Host {
     /// Compares with another picture, or with none.
     fn keep(&mut self, kept: Option<Kept>);
 
+    /// Records params that are moved.
+    fn recorder(&mut self) -> (&mut Session, &mut Recorder);
+
     /// The window, if there is one.
     fn window(&mut self) -> Option<&mut dyn InWindow> {
         None
@@ -77,6 +133,24 @@ pub trait InWindow {
 
     /// Gives up the pass that the device has worked on for long. Returns its name if that is known; `None` if the device does not work for long.
     fn cancel(&mut self) -> Option<Option<String>>;
+
+    /// Most frames a second; `None` is no bound.
+    fn fps_cap(&self) -> Option<u32>;
+
+    /// Bounds the frames a second, or no more.
+    fn set_fps_cap(&mut self, cap: Option<u32>);
+
+    /// Voxels that keys fly in a second.
+    fn fly_speed(&self) -> f64;
+
+    /// Sets the voxels that keys fly in a second, within [`FLY_SPEEDS`].
+    fn set_fly_speed(&mut self, voxels: f64);
+
+    /// The brush of the right mouse button.
+    fn brush(&self) -> Brush;
+
+    /// Gives the right mouse button another brush.
+    fn set_brush(&mut self, brush: Brush);
 }
 
 /// A session without a window.
@@ -90,12 +164,14 @@ pub(super) struct Alone<'s> {
     kept: Option<Kept>,
     /// Whether the demo starts over, if a request has said so.
     looped: Option<bool>,
+    recorder: Recorder,
 }
 
 impl<'s> Alone<'s> {
     pub fn new(session: &'s mut Session) -> Self {
         let presets = Presets::of(session.project().root());
-        Self { session, presets, writes: Vec::new(), following: Vec::new(), kept: None, looped: None }
+        let recorder = Recorder::default();
+        Self { session, presets, writes: Vec::new(), following: Vec::new(), kept: None, looped: None, recorder }
     }
 
     /// An edit runs, or other files were opened: params whose values the edit has follow their files.
@@ -103,6 +179,7 @@ impl<'s> Alone<'s> {
         if opened {
             self.looped = None;
             self.following.clear();
+            self.recorder.forget();
         }
         follow_files(self.session, &mut self.following);
     }
@@ -141,6 +218,7 @@ impl Host for Alone<'_> {
             self.writes.push(Files { written, params });
             return Err(restored.refused.join("; "));
         }
+        demo::leave_if_gone(self.session);
         set_again(self.session, &mut self.following, &params);
         Ok(restored)
     }
@@ -159,5 +237,9 @@ impl Host for Alone<'_> {
 
     fn keep(&mut self, kept: Option<Kept>) {
         self.kept = kept;
+    }
+
+    fn recorder(&mut self) -> (&mut Session, &mut Recorder) {
+        (self.session, &mut self.recorder)
     }
 }

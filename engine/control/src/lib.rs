@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 mod answer;
+mod brush;
 mod compare;
 mod describe;
 mod find;
@@ -19,7 +20,7 @@ mod work;
 mod writers;
 
 use std::io::BufReader;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
@@ -28,14 +29,18 @@ use raxel_runtime::reload::ReloadEvent;
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
+use self::compare::Later;
 use self::host::Alone;
-pub use self::host::{CompareMode, Host, InWindow, Restored};
+pub use self::host::{
+    Brush, BrushEffect, BrushShape, CompareMode, FLY_SPEEDS, Host, InWindow, LARGEST_BRUSH, Restored,
+};
 use self::read::Middle;
 use self::refusal::Refusal;
 use self::request::Request;
 use raxel_terminal::prints;
 use raxel_terminal::program::Program;
 use raxel_workbench::files;
+use raxel_workbench::kept::Kept;
 
 /// How long a window answers requests before it goes on with its frame. It answers one at least.
 const TURN: Duration = Duration::from_millis(4);
@@ -58,6 +63,8 @@ pub struct Control {
     drive: Drive,
     /// A request that is answered later.
     waiting: Option<Waiting>,
+    /// The line after that request, and whether it gives up a picture that is being kept.
+    ahead: Option<(Result<String, Refusal>, bool)>,
     /// The output of a pass within the last frame, if the session shows that instead of the frame's end.
     middle: Option<Middle>,
     /// Diagnostics of the last edit, for the request `diagnostics`.
@@ -80,8 +87,20 @@ enum Awaited {
     Edit,
     /// The file at this project path runs, or has mistakes.
     Opening(String),
-    /// Figures, from another thread.
-    Figures(Receiver<Result<Value, Refusal>>),
+    /// A picture to keep. The next request may give up one that is read from a file.
+    Kept { kept: Later<Kept>, from_file: bool },
+    /// Figures of a comparison.
+    Figures(Later<Value>),
+}
+
+impl Awaited {
+    /// The time between two looks at it, without a window.
+    fn pace(&self) -> Duration {
+        Duration::from_millis(match self {
+            Self::Edit | Self::Opening(_) => 20,
+            Self::Kept { .. } | Self::Figures(_) => 1,
+        })
+    }
 }
 
 /// The outcome of a look at the requests.
@@ -104,6 +123,7 @@ impl Control {
             complained: false,
             drive,
             waiting: None,
+            ahead: None,
             middle: None,
             diagnostics: Vec::new(),
             generation: 0,
@@ -113,12 +133,12 @@ impl Control {
 
     /// Answers requests that have come, without waiting: for a window. The others are answered after the frame.
     pub fn poll(&mut self, host: &mut dyn Host) -> Next {
-        self.tire();
+        self.tire(host);
         let until = Instant::now() + TURN;
         // Requests are answered in their order, so a request that waits holds up the next. A window stays when the program has gone.
         while self.waiting.is_none()
             && self.program.has_room()
-            && let Ok(line) = self.lines.try_recv()
+            && let Some(line) = self.next_line()
         {
             if self.line(line, host) == Next::Quit {
                 return Next::Quit;
@@ -146,11 +166,13 @@ impl Control {
     pub fn serve(&mut self, session: &mut Session) {
         let mut host = Alone::new(session);
         loop {
-            let line = if self.waiting.is_some() {
-                let events = host.session().wait_reload(Duration::from_millis(20));
+            let line = if let Some(waiting) = &self.waiting {
+                let events = host.session().wait_reload(waiting.awaits.pace());
                 self.note_alone(&events, &mut host);
-                self.tire();
+                self.tire(&mut host);
                 continue;
+            } else if let Some((line, _)) = self.ahead.take() {
+                Ok(line)
             } else {
                 self.lines.recv_timeout(Duration::from_millis(100))
             };
@@ -230,7 +252,7 @@ impl Control {
         let answers = |waiting: &mut Waiting| match &waiting.awaits {
             Awaited::Edit => true,
             Awaited::Opening(path) => changed.contains(path),
-            Awaited::Figures(_) => false,
+            Awaited::Kept { .. } | Awaited::Figures(_) => false,
         };
         if let Some(waiting) = self.waiting.take_if(answers) {
             let told = self.told(if matches!(waiting.awaits, Awaited::Edit) { "reloaded" } else { "opened" }, reloaded);
@@ -263,14 +285,39 @@ impl Control {
         printed.iter().for_each(|prints| self.program.event(&prints::event(prints)));
     }
 
-    /// Answers with figures that have come, and gives up waiting for an edit that does not come.
-    fn tire(&mut self) {
-        let Some(waiting) = self.waiting.take() else { return };
-        let answer = match &waiting.awaits {
-            Awaited::Figures(figures) => match figures.try_recv() {
-                Ok(figures) => Some(figures),
-                Err(TryRecvError::Empty) => None,
-                Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be measured"))),
+    /// The line that was read ahead, or the next one.
+    fn next_line(&mut self) -> Option<Result<String, Refusal>> {
+        self.ahead.take().map(|(line, _)| line).or_else(|| self.lines.try_recv().ok())
+    }
+
+    /// Whether the next request gives up a picture that is being kept.
+    fn ends_keep(&mut self) -> bool {
+        if self.ahead.is_none() {
+            let ends = |line: &str| request::parse(line).1.is_ok_and(|request| request.ends_keep());
+            self.ahead = self.lines.try_recv().ok().map(|line| {
+                let ends = line.as_ref().is_ok_and(|line| ends(line));
+                (line, ends)
+            });
+        }
+        self.ahead.as_ref().is_some_and(|(_, ends)| *ends)
+    }
+
+    /// Answers with pictures and figures that have come, and gives up waiting for an edit that does not come.
+    fn tire(&mut self, host: &mut dyn Host) {
+        let Some(mut waiting) = self.waiting.take() else { return };
+        let answer = match &mut waiting.awaits {
+            Awaited::Figures(figures) => figures.poll(),
+            Awaited::Kept { kept, from_file } => match kept.poll() {
+                Some(kept) => Some(kept.map(|kept| {
+                    let name = kept.name.clone();
+                    host.keep(Some(kept));
+                    json!({ "kept": name })
+                })),
+                None if *from_file && self.ends_keep() => {
+                    let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
+                    Some(Err(Refusal { error: "the next request gave it up".to_owned(), help }))
+                }
+                None => None,
             },
             Awaited::Edit if Instant::now() >= waiting.until => Some(Err(Refusal::new("no edit came in that time"))),
             Awaited::Opening(path) if Instant::now() >= waiting.until => {
@@ -321,6 +368,14 @@ impl Control {
             Ok(_) if host.session().is_waiting() => self.give(&id, Err(Refusal::nothing_runs())),
             Ok(Request::Open { path, seconds }) => match open(host.session(), &path) {
                 Ok(()) => self.wait(id, seconds, Awaited::Opening(path)),
+                Err(refusal) => self.give(&id, Err(refusal)),
+            },
+            Ok(Request::Keep(wanted)) => match compare::keep(host.session(), &wanted) {
+                Ok(kept) => {
+                    self.wait(id, 0.0, Awaited::Kept { kept, from_file: wanted.path.is_some() });
+                    // Its thread starts at once.
+                    self.tire(host);
+                }
                 Err(refusal) => self.give(&id, Err(refusal)),
             },
             Ok(Request::Measure {}) => match compare::measure(host) {

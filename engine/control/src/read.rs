@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use data_encoding::BASE64;
 use raxel_execute::{Captured, Texels};
@@ -18,7 +19,7 @@ use super::refusal::Refusal;
 /// The output right after a pass of the last frame.
 pub(super) struct Middle {
     of: Present,
-    texels: Texels,
+    texels: Arc<Texels>,
 }
 
 /// The copy that the last frame took.
@@ -122,7 +123,7 @@ pub(super) fn texels_of(
     }
     let wanted = target.resolve(session.graph())?;
     match middle.filter(|middle| middle.of == wanted) {
-        Some(middle) => Ok(middle.texels.clone()),
+        Some(middle) => Ok(Texels::clone(&middle.texels)),
         None => Err(Refusal {
             error: format!("the last frame has no copy of `{target}`"),
             help: vec![format!(

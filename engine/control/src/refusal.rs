@@ -34,6 +34,12 @@ impl Refusal {
         Self { error: format!("`{request}` needs a window"), help: vec![help] }
     }
 
+    /// With another way, without a window.
+    pub fn or(mut self, instead: &str) -> Self {
+        self.help.push(format!("without one, {instead}"));
+        self
+    }
+
     /// The session waits for the mend of its files.
     pub fn nothing_runs() -> Self {
         let help = "`diagnostics` lists them, and `wait_reload` waits until they are mended".to_owned();

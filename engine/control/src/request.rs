@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::compare::ToKeep;
-use super::host::CompareMode;
+use super::host::{BrushEffect, BrushShape, CompareMode, FLY_SPEEDS, LARGEST_BRUSH};
 use super::refusal::Refusal;
 
 /// The version of the protocol. A higher one has more requests; none changes its meaning.
@@ -179,6 +179,17 @@ pub(super) enum Request {
     },
     /// Lets the demo drive again.
     HandBack {},
+    /// Begins to record params that `set` moves, or writes what was recorded as keys of the demo.
+    RecordParams {
+        #[serde(default = "yes")]
+        on: bool,
+    },
+    /// Bounds the frames a second of a window, or only answers with the bound; 0 is none.
+    FpsCap { fps: Option<u32> },
+    /// Sets the voxels a second that the keys of a window fly, or only answers with them.
+    FlySpeed { voxels: Option<f64> },
+    /// Changes the brush of a window, or only answers with it.
+    Brush(BrushChange),
     /// Maps texels to colours in another way than the graph; without fields, as the graph does.
     Display(Shown),
     /// Keeps a picture to compare with: the shown one by default.
@@ -224,6 +235,17 @@ pub(super) struct Shown {
     pub map: Option<String>,
     pub channel: Option<u32>,
     pub range: Option<[f32; 2]>,
+}
+
+/// Changes of a brush. Absent fields stay as they are. An empty material is the one under the cursor.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BrushChange {
+    pub effect: Option<BrushEffect>,
+    pub shape: Option<BrushShape>,
+    pub size: Option<u32>,
+    pub height: Option<u32>,
+    pub material: Option<String>,
 }
 
 /// Where the camera shall be. Absent fields stay as they are; without any, nothing moves.
@@ -366,6 +388,11 @@ fn within(request: Request) -> Result<Request, Refusal> {
             Some("`gain` must be in 0.01…100000")
         }
         Request::Input(held) => held.mistake(),
+        Request::FpsCap { fps: Some(fps) } if *fps > 1000 => Some("`fps` must be in 0…1000"),
+        Request::FlySpeed { voxels: Some(voxels) } if !FLY_SPEEDS.contains(voxels) => {
+            Some("`voxels` must be in 0.1…100000")
+        }
+        Request::Brush(change) => change.mistake(),
         Request::Camera(moved) => moved.mistake(),
         _ => None,
     };
@@ -373,6 +400,11 @@ fn within(request: Request) -> Result<Request, Refusal> {
 }
 
 impl Request {
+    /// Whether it gives up a picture that is being kept.
+    pub fn ends_keep(&self) -> bool {
+        matches!(self, Request::Keep(_) | Request::Forget {} | Request::Quit {})
+    }
+
     /// Whether an edit follows it, which `wait_reload` waits for.
     pub fn leads_to_edit(&self) -> bool {
         matches!(
@@ -383,6 +415,7 @@ impl Request {
                 | Request::MoveKey { .. }
                 | Request::DeleteKey { .. }
                 | Request::WriteKey { .. }
+                | Request::RecordParams { .. }
                 | Request::CheckBounds { .. }
                 | Request::RecordWrites { .. }
         )
@@ -395,6 +428,19 @@ impl Shown {
             Some("`channel` must be in 0…3")
         } else if self.range.is_some_and(|[low, high]| !low.is_finite() || !high.is_finite() || low >= high) {
             Some("`range` is [low, high], two finite numbers, the lower one first")
+        } else {
+            None
+        }
+    }
+}
+
+impl BrushChange {
+    fn mistake(&self) -> Option<&'static str> {
+        let is_outside = |voxels: Option<u32>| voxels.is_some_and(|voxels| !(1..=LARGEST_BRUSH).contains(&voxels));
+        if is_outside(self.size) {
+            Some("`size` must be in 1…512")
+        } else if is_outside(self.height) {
+            Some("`height` must be in 1…512")
         } else {
             None
         }
@@ -452,6 +498,9 @@ mod tests {
             (r#"{"do": "write_params", "params": []}"#, Request::WriteParams { params: Vec::new(), to: To::Own }),
             (r#"{"do": "write_key"}"#, Request::WriteKey { param: None, seconds: None }),
             (r#"{"do": "loop"}"#, Request::Loop { on: true }),
+            (r#"{"do": "record_params"}"#, Request::RecordParams { on: true }),
+            (r#"{"do": "fps_cap"}"#, Request::FpsCap { fps: None }),
+            (r#"{"do": "brush"}"#, Request::Brush(BrushChange::default())),
             (r#"{"do": "display", "map": null}"#, Request::Display(Shown::default())),
             (r#"{"do": "keep"}"#, Request::Keep(ToKeep::default())),
             (r#"{"do": "picture"}"#, Request::Picture { path: None }),
@@ -513,6 +562,11 @@ mod tests {
             (r#"{"do": "compare", "gain": "much"}"#, "`gain`: invalid type: string \"much\", expected a number"),
             (r#"{"do": "compare", "gain": 0}"#, "`gain` must be in 0.01…100000"),
             (r#"{"do": "scale", "scale": 5}"#, "`scale` must be in 0.0625…4"),
+            (r#"{"do": "fps_cap", "fps": 1001}"#, "`fps` must be in 0…1000"),
+            (r#"{"do": "fly_speed", "voxels": 0}"#, "`voxels` must be in 0.1…100000"),
+            (r#"{"do": "brush", "size": 0}"#, "`size` must be in 1…512"),
+            (r#"{"do": "brush", "height": 513}"#, "`height` must be in 1…512"),
+            (r#"{"do": "brush", "shape": "ball"}"#, "`shape`: unknown variant `ball`"),
             (r#"{"do": "texels", "target": "depth", "path": 3}"#, "`path`: invalid type"),
             (r#"{"do": "wait_reload", "after": -1}"#, "`after`: invalid value"),
         ] {

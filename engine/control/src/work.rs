@@ -6,7 +6,7 @@ use raxel_workbench::demo::{self, Changed, Lane};
 use raxel_workbench::presets::{Presets, Values};
 use raxel_workbench::recording::Recording;
 use raxel_workbench::writes::{self, Applied, Files, InFile, WriteTo};
-use raxel_workbench::{demo_keys, display, files};
+use raxel_workbench::{demo_keys, display, files, tracks};
 use serde_json::{Value, json};
 
 use super::host::{Host, Restored};
@@ -170,6 +170,38 @@ pub(super) fn write_key(host: &mut dyn Host, param: Option<&str>, seconds: Optio
     let default = session.params().iter().find(|param| param.name == name).map_or(value, |param| param.default);
     let recording = Recording::key(name, default, seconds, &value);
     change_demo(host, |text| demo_keys::with_param_keys(text, &recording))
+}
+
+/// Records params that are set from here on.
+pub(super) fn record_params(host: &mut dyn Host) -> Result<Value, Refusal> {
+    let (session, recorder) = host.recorder();
+    tracks::check(session).map_err(Refusal::new)?;
+    recorder.begin();
+    Ok(json!({ "on": true }))
+}
+
+/// Writes what was recorded as keys of the demo. If that fails, the recording goes on.
+pub(super) fn write_recorded(host: &mut dyn Host) -> Result<Value, Refusal> {
+    let (session, recorder) = host.recorder();
+    let recordings = recorder.end();
+    if recordings.is_empty() {
+        return Ok(json!({ "on": false, "path": null, "changed": false, "tracks": [] }));
+    }
+    let track = |recording: &Recording| json!({ "track": Lane::Param(recording.param.clone()).to_string(), "keys": recording.keys().len() });
+    let recorded: Vec<Value> = recordings.iter().map(track).collect();
+    match tracks::write(session, &recordings) {
+        Ok(changed) => {
+            tracks::give_back(session, recorder);
+            let mut answer = wrote(host, changed);
+            answer["on"] = false.into();
+            answer["tracks"] = recorded.into();
+            Ok(answer)
+        }
+        Err(error) => {
+            recorder.go_on(recordings);
+            Err(Refusal::new(error))
+        }
+    }
 }
 
 fn change_demo(host: &mut dyn Host, change: impl FnOnce(&str) -> Result<String, String>) -> Result<Value, Refusal> {

@@ -38,7 +38,7 @@ pub(super) fn find(session: &mut Session, drive: Drive, texel: TracedTexel) -> R
 fn check(session: &Session, texel: &TracedTexel) -> Result<(), Refusal> {
     let target = DebugTarget { mip: texel.mip, layer: texel.layer, ..DebugTarget::resource(&texel.target) };
     let resource = target.resolve(session.graph())?.resource;
-    let extent = session.plan().and_then(|plan| plan.sizes[resource.0 as usize].texels(texel.mip));
+    let extent = session.plan().and_then(|plan| plan.sizes.get(resource.0 as usize)?.texels(texel.mip));
     let [x, y] = texel.at;
     match extent {
         None => {

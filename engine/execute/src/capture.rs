@@ -16,7 +16,7 @@ use super::report::Texels;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Captured {
     /// The shown layer or slice of the shown mip of a target.
-    Texels(Texels),
+    Texels(Arc<Texels>),
     /// A part of a buffer.
     Bytes {
         /// Offset of the first of the bytes.
@@ -123,7 +123,7 @@ impl Capture {
         let Capture { staging, part } = self;
         ReadTicket::new(Readback::of(device, staging, submitted), move |bytes| match &part {
             Part::Texels { format, width, height, .. } => {
-                Captured::Texels(Texels { format: *format, width: *width, height: *height, bytes })
+                Captured::Texels(Texels { format: *format, width: *width, height: *height, bytes }.into())
             }
             Part::Bytes { range, total } => Captured::Bytes { start: range.start, total: *total, bytes },
         })

@@ -62,7 +62,7 @@ fn captured(session: &mut Session) -> Captured {
 
 fn texels(session: &mut Session) -> Texels {
     match captured(session) {
-        Captured::Texels(texels) => texels,
+        Captured::Texels(texels) => std::sync::Arc::unwrap_or_clone(texels),
         Captured::Bytes { .. } => panic!("a target is shown"),
     }
 }

@@ -193,6 +193,103 @@ fn a_frame_that_stands_still_tells_and_nothing_else_changes() {
     assert_eq!(all[0], all[1]);
 }
 
+const TIMED_GRAPH: &str = r#"
+name = "timed"
+present = "color"
+[clocks.sim]
+hz = 4
+most = 2
+[targets.ticks]
+format = "rgba32f"
+clock = "sim"
+[targets.color]
+format = "rgba32f"
+[[passes]]
+name = "tick"
+every = "sim"
+shader = "tick.comp"
+dispatch = { threads = "ticks" }
+bind = { to = "ticks" }
+push = { tick = "clock.sim.tick", time = "frame.time", index = "frame.index", phase = "clock.sim.delta" }
+[[passes]]
+name = "show"
+shader = "tick.comp"
+dispatch = { threads = "color" }
+bind = { to = "color" }
+push = { tick = "clock.sim.tick", time = "frame.time", index = "frame.index", phase = "clock.sim.phase" }
+"#;
+
+const TICK: &str = "#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba32f) uniform writeonly image2D to;
+layout(push_constant) uniform PC { uint tick; float time; uint index; float phase; } pc;
+void main() { imageStore(to, ivec2(gl_GlobalInvocationID.xy), vec4(pc.tick, pc.time, pc.index, pc.phase)); }
+";
+
+/// The values of each write of a pass, in order.
+fn values(passes: &[PassWrites], pass: &str) -> Vec<[f32; 4]> {
+    let writes = passes.iter().filter(|known| known.pass == pass).flat_map(|known| &known.writes);
+    writes.map(|write| std::array::from_fn(|axis| f32::from_bits(write.value.words[axis]))).collect()
+}
+
+/// Values of time are those that the shader saw in the recorded frame, whatever ran since, and whether the clock was due or stood still.
+#[test]
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::float_cmp,
+    reason = "whole numbers, and values that a shader has copied"
+)]
+fn the_values_of_time_are_those_of_the_recorded_frame() {
+    let project = Project::filled();
+    project.write("graphs/timed.toml", TIMED_GRAPH);
+    project.write("shaders/tick.comp", TICK);
+    // Two ticks a frame, one in every second frame, and some that lie between two frames.
+    for step in [0.5, 0.125, 0.3] {
+        let graph = Some("graphs/timed.toml".into());
+        let mut session = Project::open_with(Options {
+            graph,
+            observe: Observe::Everything,
+            record_writes: true,
+            step: Some(step),
+            ..project.options()
+        });
+        let mut tick_of_before = None;
+        for number in 0..12_u16 {
+            // Time stands still in the last frames.
+            session.pause(number >= 8);
+            // Another texel makes passes run that have nothing to do.
+            let at = if number % 3 == 0 { [2, 3] } else { [5, 1] };
+            let target = if number % 2 == 0 { "color" } else { "ticks" };
+            session.find_writers(Some(texel(target, at)));
+            let passes = frame(&mut session);
+            let now = session.clock().now().unwrap();
+            let texel = session.read_target(target).unwrap().texel(at).unwrap().0;
+            let context = format!("step {step}, frame {number}: {passes:?}");
+            if target == "color" {
+                assert_eq!(values(&passes, "show"), [texel], "{context}");
+                assert_eq!(texel[1..3], [now.time.seconds() as f32, now.index as f32], "{context}");
+                assert!(passes.iter().all(|pass| pass.frame == now.index), "{context}");
+                // What is known stays while other frames run that do not run the pass.
+                assert_eq!(session.writers(), passes);
+            } else {
+                let ticks = values(&passes, "tick");
+                let due = tick_of_before.is_none_or(|before| before != texel[0]);
+                assert_eq!(ticks.is_empty(), !due, "{context}");
+                assert_eq!(ticks.last(), due.then_some(&texel), "{context}");
+                assert!(ticks.is_sorted_by(|a, b| a[0] + 1.0 == b[0]), "{context}");
+                assert!(ticks.iter().all(|tick| tick[1..3] == texel[1..3]), "of one frame: {context}");
+            }
+            tick_of_before = Some(session.read_target("ticks").unwrap().texel(at).unwrap().0[0]);
+        }
+        // The pass of a clock that is not due has the values of its last frame.
+        session.pause(false);
+        session.find_writers(Some(texel("ticks", [1, 1])));
+        let ran = (0..4).map(|_| frame(&mut session)).find(|passes| !values(passes, "tick").is_empty()).unwrap();
+        session.pause(true);
+        assert_eq!((frame(&mut session), frame(&mut session)), (ran.clone(), ran), "step {step}");
+    }
+}
+
 /// A session that watches its files makes shaders with records while it runs, and without them again.
 #[test]
 fn records_are_switched_while_it_runs() {

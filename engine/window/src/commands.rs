@@ -1,12 +1,10 @@
 //! The commands of keys and panels.
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::SourceMap;
 use raxel_edit::EditError;
 use raxel_graph::checked::{BufferSize, ResourceKind, Value};
-use raxel_output::{self as output, Pending, shown};
 use raxel_panels::view::{Brush, Effect, Lane};
 use raxel_panels::{Action, Panel, WriteTo};
 use raxel_runtime::camera::Camera;
@@ -14,9 +12,9 @@ use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::params::from_components;
 use raxel_runtime::{EditFailure, Session};
 use raxel_terminal::console::{self, To};
-use raxel_terminal::failure::Result;
 use raxel_terminal::session::{frame_failure, named_camera};
 use raxel_workbench::demo::{self, Changed};
+use raxel_workbench::tracks;
 use raxel_workbench::writes::{self, Applied, InFile, ParamChange};
 use winit::event_loop::ActiveEventLoop;
 
@@ -24,7 +22,6 @@ use super::brush::Stroke;
 use super::controls::Command;
 use super::finding::{Ended, Wanted};
 use super::history::{Change, Files, Step};
-use super::inspector::WholeBuffer;
 use super::pins::{self, Pressed};
 use super::write_back::Written;
 use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
@@ -67,10 +64,11 @@ impl Viewer<'_> {
             Command::NextComparison => self.next_comparison(),
             Command::Flip => self.compare(Action::Flip),
             Command::Cancel => self.cancel(event_loop),
-            Command::Screenshot => match self.screenshot() {
-                Ok(path) => self.console.message(&format!("wrote {}", shown(&path))),
-                Err(failure) => self.console.failure(&failure),
-            },
+            Command::Screenshot => {
+                if let Err(failure) = self.screenshot() {
+                    self.console.failure(&failure);
+                }
+            }
             Command::Give => self.give_inputs(),
             Command::Record => self.record_take(),
             Command::Capture => self.next_runs = NextFrame::Captured,
@@ -284,9 +282,9 @@ impl Viewer<'_> {
         let Some(param) = self.session.params().iter().find(|param| param.name == name) else { return };
         let (default, before) = (param.default, self.session.param(name).unwrap_or(param.default));
         let Some(value) = from_components(numbers, &default) else { return };
-        self.record_param(name, before, numbers);
         let set = self.session.set_param(name, value);
         if set.is_ok() {
+            tracks::moved(&mut self.session, &mut self.recorder, name, before);
             let change = Change { name: name.to_owned(), before: changed(before, default), after: Some(value) };
             self.history.note_param(change);
         }
@@ -464,24 +462,6 @@ impl Viewer<'_> {
         }
     }
 
-    /// Writes the buffer that was asked for to a file in the current folder that does not exist yet, once it is there.
-    pub(super) fn write_table(&mut self) {
-        let Some(WholeBuffer { resource, columns, rows }) = self.inspector.whole(self.session.graph()) else { return };
-        let path = free(&resource, "csv");
-        let write = || -> Result {
-            let mut table = output::Table::new(columns.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
-            rows.into_iter().try_for_each(|row| table.row(row.into_iter()))?;
-            Ok(Pending::new(&path)?.finish(&table.finish()?)?)
-        };
-        match write() {
-            Ok(()) => {
-                self.console.message(&format!("wrote {}", shown(&path)));
-                self.notice(format!("wrote {}", shown(&path)));
-            }
-            Err(failure) => self.console.failure(&failure),
-        }
-    }
-
     fn copy(&mut self, text: String) {
         if let Some(open) = &mut self.window {
             open.overlay.copy(text);
@@ -547,16 +527,6 @@ impl Viewer<'_> {
             selected.resource.clone()
         }
     }
-
-    /// Writes the shown target to a PNG in the current folder that does not exist yet.
-    fn screenshot(&mut self) -> Result<PathBuf> {
-        let picture = self.session.read_presented()?;
-        let frame = self.session.clock().now().map_or(0, |time| time.index);
-        let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
-        let path = free(&name, "png");
-        output::write_picture(Pending::new(&path)?, &picture)?;
-        Ok(path)
-    }
 }
 
 /// There is no room for another pin.
@@ -567,12 +537,4 @@ fn full() -> String {
 /// A value that is not the file's.
 fn changed(value: Value, default: Value) -> Option<Value> {
     (value != default).then_some(value)
-}
-
-/// A file of that name and extension in the current folder that does not exist yet.
-fn free(name: &str, extension: &str) -> PathBuf {
-    let plain = |c: char| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' };
-    let name: String = name.chars().map(plain).collect();
-    let numbered = |n| if n == 1 { format!("{name}.{extension}") } else { format!("{name}-{n}.{extension}") };
-    (1..10_000).map(numbered).map(PathBuf::from).find(|path| !path.exists()).unwrap_or_default()
 }

@@ -46,6 +46,25 @@ struct Copying {
     shown: ReadTicket<Texels>,
 }
 
+impl Copying {
+    /// Whether both are there. A copy that was lost with its device is reported by [`Self::figures`].
+    fn has_arrived(&self) -> bool {
+        [&self.live, &self.shown].into_iter().all(|ticket| ticket.has_arrived().unwrap_or(true))
+    }
+
+    fn figures(self) -> Figures {
+        let texels = |ticket: &ReadTicket<Texels>| match ticket.poll() {
+            Ok(Some(texels)) => Ok(texels),
+            Ok(None) => Err("the target was not copied".to_owned()),
+            Err(error) => Err(error.to_string()),
+        };
+        match texels(&self.live).and_then(|live| Ok((live, texels(&self.shown)?))) {
+            Ok((live, shown)) => figures(&Pixels::Texels(live.into()), self.of, &shown, &VALUES),
+            Err(error) => Figures::Refused(error),
+        }
+    }
+}
+
 /// A reference on its way to a device. Its thread ends before this does: a driver that is still at work when the process ends may crash, since its own
 /// ends run then.
 struct Uploading {
@@ -104,6 +123,8 @@ impl Default for Comparing {
 impl Comparing {
     /// Compares with this from now on.
     pub fn keep(&mut self, kept: Kept) {
+        // A file that is still being read would replace it.
+        self.loading = None;
         (self.picture, self.missing) = (Some(Held { kept, on_device: None }), None);
         (self.uploading, self.measuring, self.copying, self.figures) = (None, None, None, Figures::None);
         if self.mode == CompareMode::Off {
@@ -229,7 +250,6 @@ impl Comparing {
             Ok(Ok(kept)) => {
                 let said = format!("compares with {}", kept.name);
                 self.keep(kept);
-                self.loading = None;
                 Some(said)
             }
             Ok(Err(error)) => {
@@ -274,10 +294,10 @@ impl Comparing {
     }
 
     /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
-    pub fn measure(&mut self, name: &str, texels: Texels, display: Display) {
+    pub fn measure(&mut self, name: &str, texels: Arc<Texels>, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = self.kept() else { return };
-        let pixels = pixels.clone();
-        self.find_figures(pixels, name.to_owned(), texels, display);
+        let (pixels, name) = (pixels.clone(), name.to_owned());
+        self.find_figures(move || figures(&pixels, name, &texels, &display));
     }
 
     /// Asks the device for the live target and for the shown one, of this name, as the last frame left both: [`Self::update`] finds how far
@@ -292,28 +312,19 @@ impl Comparing {
         true
     }
 
-    /// Takes the copies of [`Self::measure_live`], once they are there.
+    /// Measures the copies of [`Self::measure_live`], once both are there.
     fn take_copies(&mut self) {
-        let Some(copying) = self.copying.take() else { return };
-        // The device takes the live target first.
-        let both = match copying.shown.poll() {
-            Ok(Some(shown)) => copying.live.poll().map(|live| live.map(|live| (shown, live))),
-            Ok(None) => Ok(None),
-            Err(error) => Err(error),
-        };
-        match both {
-            Ok(Some((shown, live))) => self.find_figures(Pixels::Texels(Arc::new(live)), copying.of, shown, VALUES),
-            Ok(None) => self.copying = Some(copying),
-            Err(error) => self.figures = Figures::Refused(error.to_string()),
+        if let Some(copying) = self.copying.take_if(|copying| copying.has_arrived()) {
+            self.find_figures(move || copying.figures());
         }
     }
 
-    /// Finds how far texels are from a picture, on a thread of its own.
-    fn find_figures(&mut self, pixels: Pixels, of: String, texels: Texels, display: Display) {
+    /// Finds how far two pictures are apart, on a thread of its own.
+    fn find_figures(&mut self, find: impl FnOnce() -> Figures + Send + 'static) {
         let (send, receive) = channel();
         thread::spawn(move || {
             // A window that was closed does not wait for it.
-            let _ = send.send(figures(&pixels, of, &texels, &display));
+            let _ = send.send(find());
         });
         self.measuring = Some(receive);
     }
@@ -486,5 +497,9 @@ mod tests {
         };
         assert!(said.starts_with("`note.png` cannot be loaded: it is not a PNG"), "{said}");
         assert!(comparing.kept().is_some_and(|kept| kept.name == "color, 1 × 1"));
+        // Nor does a file come later in the place of what was kept meanwhile.
+        comparing.load(&path, "note.png");
+        comparing.keep(Kept::copy("depth", texels(&[1.0])));
+        assert!(comparing.loading.is_none());
     }
 }

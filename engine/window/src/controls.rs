@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use raxel_control::FLY_SPEEDS;
 use raxel_runtime::camera::{FlyInput, FlySpeed};
 use winit::keyboard::{Key, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
@@ -109,9 +110,6 @@ pub struct Controls {
     speed: f64,
 }
 
-/// Speeds that the wheel can set, in voxels a second.
-const SPEEDS: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
-
 impl Default for Controls {
     fn default() -> Self {
         let speed = FlySpeed::default().voxels;
@@ -134,7 +132,7 @@ impl Controls {
     /// Sets the voxels a second.
     pub fn set_speed(&mut self, voxels: f64) {
         if voxels.is_finite() {
-            self.speed = voxels.clamp(*SPEEDS.start(), *SPEEDS.end());
+            self.speed = voxels.clamp(*FLY_SPEEDS.start(), *FLY_SPEEDS.end());
         }
     }
 
@@ -336,7 +334,7 @@ mod tests {
         c.wheel(1e9);
         c.wheel(f64::NAN);
         c.set_speed(f64::INFINITY);
-        assert!(SPEEDS.contains(&c.speed()));
+        assert!(FLY_SPEEDS.contains(&c.speed()));
         c.release_all();
         assert_eq!(c.fly().0, FlyInput::default());
     }

@@ -55,7 +55,7 @@ impl Elements {
         (stride > 0 && !columns.is_empty()).then_some(Elements { first, stride, columns, head })
     }
 
-    fn of_words(stride: u32) -> Elements {
+    pub(super) fn of_words(stride: u32) -> Elements {
         let words = (stride / 4).max(1);
         let column = |word: u32| Column { name: format!("[{word}]"), scalar: Scalar::U32, offset: u64::from(word) * 4 };
         let columns = (0..words).take(COLUMNS).map(column).collect();

@@ -100,6 +100,7 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
+        self.report_written(false);
         let printed = self.session.take_prints();
         self.printed.say(&printed, self.console);
         let said = self.session.take_messages();

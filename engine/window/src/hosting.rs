@@ -1,16 +1,19 @@
 //! The window as a program reaches it: what requests do here as its panels do.
 
-use raxel_control::{CompareMode, Host, InWindow, Next, Restored};
+use raxel_control::{Brush, BrushEffect, BrushShape, CompareMode, Host, InWindow, LARGEST_BRUSH, Next, Restored};
 use raxel_graph::checked::Display;
 use raxel_panels::view::{self, Busy, Map};
 use raxel_runtime::Session;
 use raxel_terminal::session::frame_failure;
 use raxel_workbench::kept::Kept;
 use raxel_workbench::presets::Presets;
+use raxel_workbench::recording::Recorder;
 use raxel_workbench::writes;
 
 use super::Viewer;
 use super::history::Files;
+
+const _: () = assert!(LARGEST_BRUSH == view::Brush::LARGEST);
 
 impl Viewer<'_> {
     /// Answers the requests that have come.
@@ -73,6 +76,10 @@ impl Host for Viewer<'_> {
         self.touched = true;
     }
 
+    fn recorder(&mut self) -> (&mut Session, &mut Recorder) {
+        (&mut self.session, &mut self.recorder)
+    }
+
     fn window(&mut self) -> Option<&mut dyn InWindow> {
         Some(self)
     }
@@ -104,5 +111,57 @@ impl InWindow for Viewer<'_> {
             self.failure.get_or_insert(failure);
         }
         Some(pass)
+    }
+
+    fn fps_cap(&self) -> Option<u32> {
+        self.fps_cap
+    }
+
+    fn set_fps_cap(&mut self, cap: Option<u32>) {
+        (self.fps_cap, self.touched) = (cap, true);
+    }
+
+    fn fly_speed(&self) -> f64 {
+        self.controls.speed()
+    }
+
+    fn set_fly_speed(&mut self, voxels: f64) {
+        self.controls.set_speed(voxels);
+        self.touched = true;
+    }
+
+    fn brush(&self) -> Brush {
+        let view::Brush { shape, effect, size, height, material } = self.brush;
+        let effect = match effect {
+            view::Effect::Add => BrushEffect::Add,
+            view::Effect::Subtract => BrushEffect::Subtract,
+            view::Effect::Paint => BrushEffect::Paint,
+            view::Effect::Pick => BrushEffect::Pick,
+        };
+        let shape = match shape {
+            view::Shape::Voxel => BrushShape::Voxel,
+            view::Shape::Box => BrushShape::Box,
+            view::Shape::Sphere => BrushShape::Sphere,
+            view::Shape::Cylinder => BrushShape::Cylinder,
+        };
+        Brush { effect, shape, size, height, material }
+    }
+
+    fn set_brush(&mut self, brush: Brush) {
+        let Brush { effect, shape, size, height, material } = brush;
+        let effect = match effect {
+            BrushEffect::Add => view::Effect::Add,
+            BrushEffect::Subtract => view::Effect::Subtract,
+            BrushEffect::Paint => view::Effect::Paint,
+            BrushEffect::Pick => view::Effect::Pick,
+        };
+        let shape = match shape {
+            BrushShape::Voxel => view::Shape::Voxel,
+            BrushShape::Box => view::Shape::Box,
+            BrushShape::Sphere => view::Shape::Sphere,
+            BrushShape::Cylinder => view::Shape::Cylinder,
+        };
+        self.brush = view::Brush { shape, effect, size, height, material };
+        self.touched = true;
     }
 }

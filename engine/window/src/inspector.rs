@@ -1,5 +1,6 @@
 //! Reads the shown target, without stalling a frame: its distribution, the texel under the cursor, the rows of a buffer.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_execute::{Captured, FrameReport, ReadTicket, Region, Texels, TracedTexel, display_of};
@@ -13,6 +14,7 @@ use super::finding::{Ended, Finding, Wanted};
 use super::numbers::{self, Done, Job, Numberer, Numbers, Taken};
 use super::pins::{Pin, Pins, Pressed};
 use super::texel_history::TexelHistory;
+use super::writing::Whole;
 use super::{locate, panel_data};
 
 /// Shortest time between two copies of something that changes.
@@ -80,16 +82,6 @@ pub struct Inspector {
     seen: Inspected,
 }
 
-/// The contents of a buffer as a table.
-pub struct WholeBuffer {
-    /// Name of the buffer.
-    pub resource: String,
-    /// Names of the columns.
-    pub columns: Vec<String>,
-    /// The texts of each row.
-    pub rows: Vec<Vec<String>>,
-}
-
 /// The purpose of a copy of the shown target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedFor {
@@ -106,7 +98,7 @@ pub struct Copy {
     /// The copied target.
     pub shown: Shown,
     /// Its texels and the way they are shown; `None` of a buffer.
-    pub texels: Option<(Texels, Display)>,
+    pub texels: Option<(Arc<Texels>, Display)>,
 }
 
 impl Inspector {
@@ -168,6 +160,8 @@ impl Inspector {
         let new = self.of.as_ref() != Some(&shown);
         if new {
             (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
+            // Another buffer was asked for.
+            self.writing = false;
         }
         let due = self.asked.is_none_or(|asked| asked.elapsed() >= EVERY.max(self.cost * 8));
         if self.on_its_way.is_some() || !(new || (self.stale && due)) {
@@ -296,7 +290,7 @@ impl Inspector {
     }
 
     /// The picture that was copied last.
-    fn picture(&self) -> Option<&Texels> {
+    fn picture(&self) -> Option<&Arc<Texels>> {
         match &*self.found.as_ref()?.captured {
             Captured::Texels(texels) => Some(texels),
             Captured::Bytes { .. } => None,
@@ -310,13 +304,13 @@ impl Inspector {
 
     /// Pins a texel of the shown target; it stays while other resources and passes are shown. False when there are too many pins.
     pub fn pin(&mut self, at: [u32; 2]) -> bool {
-        let extent = self.picture().map(extent_of);
+        let extent = self.picture().map(|texels| extent_of(texels));
         extent.is_none_or(|extent| self.pins.add(at, extent))
     }
 
     /// Puts a pin on another texel of the shown target.
     pub(crate) fn move_pin(&mut self, number: u32, at: [u32; 2]) {
-        if let Some(extent) = self.picture().map(extent_of) {
+        if let Some(extent) = self.picture().map(|texels| extent_of(texels)) {
             self.pins.go(number, at, extent);
         }
     }
@@ -393,7 +387,7 @@ impl Inspector {
     }
 
     /// The whole buffer, once it is there after [`Self::write`].
-    pub fn whole(&mut self, graph: &Graph) -> Option<WholeBuffer> {
+    pub fn whole(&mut self, graph: &Graph) -> Option<Whole> {
         let found = self.found.as_ref().filter(|_| self.writing)?;
         let Captured::Bytes { start: 0, total, bytes } = &*found.captured else { return None };
         if (bytes.len() as u64) < *total & !3 {
@@ -401,8 +395,7 @@ impl Inspector {
         }
         self.writing = false;
         let elements = Elements::of(graph, &found.shown.resource)?;
-        let rows = (0..elements.count(*total)).map(|row| elements.row(bytes, 0, row)).collect();
-        Some(WholeBuffer { resource: found.shown.resource.clone(), columns: elements.names(), rows })
+        Some(Whole { name: found.shown.resource.clone(), elements, captured: found.captured.clone() })
     }
 
     /// The channel and range that a map reads, automatic ones found from the percentiles.
@@ -442,7 +435,7 @@ impl Inspector {
             Captured::Texels(texels) => {
                 let size = graph
                     .find_resource(&found.shown.resource)
-                    .and_then(|id| session.plan().map(|plan| plan.sizes[id.0 as usize]));
+                    .and_then(|id| session.plan()?.sizes.get(id.0 as usize).copied());
                 if let Some(size) = size {
                     seen.mips = size.mips();
                     seen.layers = size.texels(found.shown.mip).map_or(1, |[_, _, layers]| layers);
@@ -585,7 +578,7 @@ mod tests {
         let picture = |width, values: &[f32]| {
             let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
             let texels = Texels { format: Format::R32f, width, height: 2, bytes };
-            let captured = Captured::Texels(texels).into();
+            let captured = Captured::Texels(texels.into()).into();
             Some(Taken { shown: Shown::default(), captured, number: 1, read: Instant::now() })
         };
         let mut inspector = Inspector { found: picture(2, &[1.0, 2.0, f32::NAN, 4.0]), ..Inspector::default() };

@@ -41,6 +41,7 @@ mod title;
 mod undoing;
 mod waiting;
 mod worker;
+mod writing;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -80,13 +81,14 @@ use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures};
 use self::reload_log::ReloadLog;
 use self::title::Title;
+use self::writing::Writings;
 use raxel_control::{Control, Drive};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::prints::PrintLog;
 use raxel_terminal::session::{open_failure, print_log, print_validation, validated};
 use raxel_workbench::presets::Presets;
-use raxel_workbench::recording::{self, Recorder};
+use raxel_workbench::recording::Recorder;
 use raxel_workbench::{demo_keys, write_back};
 
 /// Wakes the window: an edit is ready.
@@ -239,6 +241,8 @@ struct Viewer<'a> {
     /// Which part of the picture fills the window.
     magnifier: Magnifier,
     comparing: Comparing,
+    /// Files that are being written.
+    writings: Writings,
     problems: Vec<Problem>,
     /// Files of the project, as they were listed last.
     files: Vec<ProjectFile>,
@@ -441,6 +445,7 @@ impl<'a> Viewer<'a> {
             inspector: Inspector::default(),
             magnifier: Magnifier::default(),
             comparing: Comparing::default(),
+            writings: Writings::default(),
             notice: None,
             before_peek: None,
             written: Vec::new(),
@@ -509,6 +514,7 @@ impl<'a> Viewer<'a> {
     /// Says how it went.
     fn finish(mut self) -> Result {
         self.look_at_log();
+        self.report_written(true);
         let unmended = self.session.is_waiting();
         if !unmended {
             self.keep_layout(LayoutFile::write);

@@ -83,7 +83,9 @@ impl Magnifier {
         let place = self.to_picture(at);
         let most = (0..2).map(|axis| LARGEST * f64::from(picture[axis]) / f64::from(window[axis].max(1)));
         let zoom = (self.zoom() * factor).clamp(1.0, most.fold(f64::INFINITY, f64::min).max(1.0));
-        self.put(place, at, 1.0 / zoom);
+        if zoom.is_finite() {
+            self.put(place, at, 1.0 / zoom);
+        }
     }
 
     /// Moves the picture with the cursor, by shares of the window.
@@ -160,6 +162,8 @@ mod tests {
         let mut small = Magnifier::default();
         small.zoom_about([0.5; 2], 4.0, Extents { picture: [2, 1], ..EXTENTS });
         assert!(!small.is_on(), "its texels are larger already");
+        small.zoom_about([0.5; 2], f64::NAN, EXTENTS);
+        assert!(!small.is_on(), "a device of the system may give anything");
     }
 
     #[test]

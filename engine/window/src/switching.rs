@@ -41,6 +41,7 @@ impl Viewer<'_> {
         self.home = *self.session.camera();
         (self.before_peek, self.looped, self.refused, self.painting) = (None, None, None, None);
         self.written.clear();
+        self.recorder.forget();
         self.history.forget_session();
     }
 }

@@ -1,19 +1,15 @@
 //! Undo and redo of the window's changes, and keys of params that are recorded.
 
-use std::sync::Arc;
-
 use raxel_control::Restored;
 use raxel_graph::checked::Value;
-use raxel_output::{demo_path, take_name};
-use raxel_runtime::reload::ProjectFile;
-use raxel_runtime::timeline::Demo;
-use raxel_workbench::demo;
+use raxel_workbench::demo::{self, Changed};
+use raxel_workbench::recording::Recording;
+use raxel_workbench::tracks;
 use raxel_workbench::writes::set_again;
 
+use super::Viewer;
 use super::history::{Change, Files, Pose, Step};
-use super::recording::Recording;
 use super::write_back::Written;
-use super::{Viewer, demo_keys, write_back};
 
 /// The direction of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +100,7 @@ impl Viewer<'_> {
         }
         let read = self.presets.read();
         self.said(read);
-        self.leave_demo();
+        demo::leave_if_gone(&mut self.session);
         (back, refused)
     }
 
@@ -179,68 +175,36 @@ impl Viewer<'_> {
         refused.into_iter().for_each(|error| self.warn(error));
     }
 
-    /// Goes on without the demo where its file is gone: undo has taken back that it was made.
-    fn leave_demo(&mut self) {
-        let project = self.session.project();
-        if self.session.demo().is_some_and(|demo| !project.on_disk(&demo.file).exists()) {
-            let graph = self.session.graph_path().to_owned();
-            self.session.open_file(ProjectFile::Graph(graph));
-        }
-    }
-
-    /// Notes that a param is moved, if that is recorded. A demo that drives the param must not change it meanwhile; its camera and its other
-    /// tracks go on.
-    pub(super) fn record_param(&mut self, name: &str, before: Value, numbers: &[f64]) {
-        if !self.recorder.is_on() {
-            return;
-        }
-        let tracked = |demo: &Arc<Demo>| demo.tracks.iter().any(|track| track.param.value == name);
-        if self.session.demo_drives() && self.session.demo().is_some_and(tracked) {
-            self.session.release_param(Some(name));
-            self.recorder.release();
-        }
-        let time = demo::seconds(&self.session);
-        if let Some(recording) = self.recorder.moved(name, before, time, numbers) {
-            self.write_keys(&recording);
-        }
-    }
-
-    /// Before a frame: writes the recording, once the param is released.
+    /// Before a frame: writes the recordings of params that have ended.
     pub(super) fn record_frame(&mut self) {
-        let (time, held) = (demo::seconds(&self.session), self.is_held());
-        if let Some(recording) = self.recorder.frame(time, held) {
-            self.write_keys(&recording);
+        let held = self.is_held();
+        let ended = tracks::frame(&self.session, &mut self.recorder, held);
+        if !ended.is_empty() {
+            self.write_recordings(&ended);
         }
     }
 
     /// Writes keys into the demo, or makes one that plays them.
-    fn write_keys(&mut self, recording: &Recording) {
-        let keys = recording.keys().len();
-        let done = format!("recorded {keys} {} of `{}`", if keys == 1 { "key" } else { "keys" }, recording.param);
-        if self.session.demo().is_some() {
-            self.write_demo(&done, |text, _, _| demo_keys::with_param_keys(text, recording));
-        } else {
-            match self.new_demo(recording) {
-                Ok(file) => {
-                    self.notice(format!("{done}, in {file}, which plays now"));
-                    self.session.open_file(ProjectFile::Demo(file));
-                }
-                Err(error) => self.warn(error),
+    fn write_recordings(&mut self, recordings: &[Recording]) {
+        let plays = self.session.demo().is_none();
+        match tracks::write(&mut self.session, recordings) {
+            Ok(Changed { file, written }) => {
+                self.note_write(written);
+                let made: Vec<String> = recordings.iter().map(recorded).collect();
+                self.notice(format!(
+                    "recorded {}, in {file}{}",
+                    made.join(", "),
+                    if plays { ", which plays now" } else { "" }
+                ));
             }
+            Err(error) => self.warn(error),
         }
-        if self.recorder.gives_back() {
-            self.session.release_param(None);
-        }
+        tracks::give_back(&mut self.session, &mut self.recorder);
     }
+}
 
-    /// Makes a demo of the running files with the keys of a recording, and returns its project path.
-    fn new_demo(&mut self, recording: &Recording) -> Result<String, String> {
-        let world = self.session.world().path.as_deref().ok_or("a demo needs a world: `--world` names one")?;
-        let text = demo_keys::new_demo(self.session.graph_path(), world, recording, self.session.camera())?;
-        let project = self.session.project();
-        let file = demo_path(&take_name(project, None).map_err(|error| error.message)?);
-        let written = write_back::create(project, &file, &text)?;
-        self.note_write([written]);
-        Ok(file)
-    }
+/// A recording in words.
+fn recorded(recording: &Recording) -> String {
+    let keys = recording.keys().len();
+    format!("{keys} {} of `{}`", if keys == 1 { "key" } else { "keys" }, recording.param)
 }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use raxel_execute::moment::Moment;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
+use raxel_runtime::reload::ProjectFile;
 use raxel_runtime::timeline::Demo;
 
 use super::write_back::{self, Written};
@@ -116,6 +117,15 @@ pub fn turn(session: &mut Session, looped: Option<bool>) {
     } else if ended && !session.clock().paused() {
         session.seek(duration * (1.0 - 1e-9));
         session.pause(true);
+    }
+}
+
+/// Goes on without the demo where its file is gone: undo has taken back that it was made.
+pub fn leave_if_gone(session: &mut Session) {
+    let project = session.project();
+    if session.demo().is_some_and(|demo| !project.on_disk(&demo.file).exists()) {
+        let graph = session.graph_path().to_owned();
+        session.open_file(ProjectFile::Graph(graph));
     }
 }
 

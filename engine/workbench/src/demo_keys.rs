@@ -157,19 +157,25 @@ pub fn with_param_keys(text: &str, recording: &Recording) -> Result<String, Stri
     Ok(document.to_string())
 }
 
-/// The text of a demo of a graph and a world, by their project paths, with the keys of a recording and the camera as it is.
-pub fn new_demo(graph: &str, world: &str, recording: &Recording, camera: &Camera) -> Result<String, String> {
+/// The text of a demo with the keys of recordings, in their order.
+pub fn with_recordings(text: &str, recordings: &[Recording]) -> Result<String, String> {
+    recordings.iter().try_fold(text.to_owned(), |text, recording| with_param_keys(&text, recording))
+}
+
+/// The text of a demo of a graph and a world, by their project paths, with the keys of recordings and the camera as it is.
+pub fn new_demo(graph: &str, world: &str, recordings: &[Recording], camera: &Camera) -> Result<String, String> {
     let inside = |path: &str, folder: &str| {
         let inside = path.strip_prefix(folder).and_then(|path| path.strip_prefix('/')).map(str::to_owned);
         inside.ok_or_else(|| format!("a demo plays only files in `{folder}`, and `{path}` is not"))
     };
     let (graph, world) = (inside(graph, "graphs")?, inside(world, "worlds")?);
-    let duration = recording.keys().last().map_or(1.0, |key| key.0.ceil().max(1.0));
+    let ends = recordings.iter().filter_map(Recording::last);
+    let duration = ends.fold(1.0, |most: f64, last| most.max(last.ceil()));
     let mut document = DocumentMut::new();
     for (key, item) in [("world", value(world)), ("graph", value(graph)), ("duration", value(duration))] {
         document.insert(key, item);
     }
-    with_param_keys(&with_camera_key(&document.to_string(), 0.0, camera)?, recording)
+    with_recordings(&with_camera_key(&document.to_string(), 0.0, camera)?, recordings)
 }
 
 /// Whether a key of a track may move to a time: it stays in order, and within the demo.
@@ -317,7 +323,7 @@ mod tests {
         for (time, value) in samples {
             recorder.moved(param, checked::Value::F32(0.5), *time, &[*value]);
         }
-        recorder.frame(9.0, false).unwrap()
+        recorder.frame(9.0, false).remove(0)
     }
 
     #[test]
@@ -345,7 +351,7 @@ mod tests {
 
     #[test]
     fn a_new_demo_plays_what_was_recorded() {
-        let recording = recorded("fog", &[(0.5, 1.0), (2.25, 4.0)]);
+        let recording = [recorded("fog", &[(0.5, 1.0), (2.25, 4.0)])];
         let camera = Camera::at([7.5, 8.0, -9.25]);
         let text = new_demo("graphs/more/a.toml", "worlds/b.toml", &recording, &camera).unwrap();
         assert!(

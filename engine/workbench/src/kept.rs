@@ -56,9 +56,10 @@ pub struct Figures {
 
 impl Kept {
     /// A copy of a target.
-    pub fn copy(name: &str, texels: Texels) -> Self {
+    pub fn copy(name: &str, texels: impl Into<Arc<Texels>>) -> Self {
+        let texels = texels.into();
         let name = format!("{name}, {} × {}", texels.width, texels.height);
-        Self { name, what: What::Still(Pixels::Texels(Arc::new(texels))) }
+        Self { name, what: What::Still(Pixels::Texels(texels)) }
     }
 
     /// A target as it goes on.
@@ -66,11 +67,15 @@ impl Kept {
         Self { name: format!("{target}, live"), what: What::Live(target) }
     }
 
-    /// The picture in a file, which a person calls `name`.
+    /// The picture in a file, which a person calls `name`. Takes as long as the disk and the decoder do.
     ///
     /// # Errors
     /// Why it cannot be read, in one line.
     pub fn read(path: &Path, name: &str) -> Result<Self, String> {
+        // To read a pipe would wait for its writer.
+        if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            return Err(format!("`{name}` cannot be read: it is not a file"));
+        }
         let picture = raxel_picture::read(path, None).map_err(|error| format!("`{name}` cannot be loaded: {error}"))?;
         let name = format!("{name}, {} × {}", picture.width, picture.height);
         Ok(Self { name, what: What::Still(Pixels::File(Arc::new(picture))) })

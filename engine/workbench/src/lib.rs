@@ -12,5 +12,6 @@ pub mod files;
 pub mod kept;
 pub mod presets;
 pub mod recording;
+pub mod tracks;
 pub mod write_back;
 pub mod writes;

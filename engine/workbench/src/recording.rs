@@ -9,6 +9,9 @@ const STEP: f64 = 0.01;
 /// The part of the range of a recording's values that a key less may change.
 const TOLERANCE: f64 = 0.01;
 
+/// Most samples of a recording: [`Recording::keys`] may take time with their square. A longer motion becomes several recordings.
+const MOST_SAMPLES: usize = 16_384;
+
 /// A param that is being moved, with its values over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
@@ -23,24 +26,62 @@ pub struct Recording {
 /// A key of a track.
 pub type Key = (f64, Value);
 
+/// How long a param counts as being moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Records {
+    /// Nothing is recorded.
+    #[default]
+    Nothing,
+    /// As long as a panel's widget is held.
+    WhileHeld,
+    /// Until a program ends the recording.
+    UntilEnd,
+}
+
 /// Records params, while it is on.
 #[derive(Debug, Default)]
 pub struct Recorder {
-    on: bool,
-    recording: Option<Recording>,
-    /// The demo does not drive the param meanwhile.
+    records: Records,
+    /// Params that are being moved.
+    moving: Vec<Recording>,
+    /// Motions that have ended, and that nobody has taken yet.
+    ended: Vec<Recording>,
+    /// The demo does not drive the params meanwhile.
     released: bool,
 }
 
 impl Recorder {
     /// Whether it records.
     pub fn is_on(&self) -> bool {
-        self.on
+        self.records != Records::Nothing
     }
 
-    /// Begins, or ends.
+    /// Begins, or ends: a param is recorded while it is held.
     pub fn turn(&mut self, on: bool) {
-        self.on = on;
+        self.records = if on { Records::WhileHeld } else { Records::Nothing };
+    }
+
+    /// Begins to record for a program: each param that is moved is recorded until [`Self::end`].
+    pub fn begin(&mut self) {
+        self.records = Records::UntilEnd;
+    }
+
+    /// Ends, and gives all recordings, in the order of their ends.
+    pub fn end(&mut self) -> Vec<Recording> {
+        self.records = Records::Nothing;
+        self.ended.append(&mut self.moving);
+        std::mem::take(&mut self.ended)
+    }
+
+    /// Goes on with recordings that [`Self::end`] gave, for a program.
+    pub fn go_on(&mut self, recordings: Vec<Recording>) {
+        self.records = Records::UntilEnd;
+        self.ended = recordings;
+    }
+
+    /// Forgets what was recorded: other files run.
+    pub fn forget(&mut self) {
+        *self = Self { records: self.records, ..Self::default() };
     }
 
     /// The demo drives the param, and must not until it is released.
@@ -48,35 +89,32 @@ impl Recorder {
         self.released = true;
     }
 
-    /// Whether the demo is to drive the param again. Says so once.
+    /// Whether the demo is to drive the params again. Says so once.
     pub fn gives_back(&mut self) -> bool {
         std::mem::take(&mut self.released)
     }
 
-    /// A param was moved at a time, and had a value before. Gives the recording of another param, which has ended.
-    pub fn moved(&mut self, param: &str, before: Value, time: f64, value: &[f64]) -> Option<Recording> {
-        if !self.on {
-            return None;
+    /// A param was moved at a time, and had a value before.
+    pub fn moved(&mut self, param: &str, before: Value, time: f64, value: &[f64]) {
+        if !self.is_on() {
+            return;
         }
-        let ended = self.recording.take_if(|recording| recording.param != param);
-        let recording =
-            self.recording.get_or_insert_with(|| Recording { param: param.to_owned(), before, samples: Vec::new() });
-        recording.add(time, value.to_vec());
-        ended
+        self.ended.extend(self.moving.extract_if(.., |recording| recording.param == param && recording.is_over(time)));
+        if let Some(recording) = self.moving.iter_mut().find(|recording| recording.param == param) {
+            recording.add(time, value.to_vec());
+        } else {
+            let samples = vec![(time, value.to_vec())];
+            self.moving.push(Recording { param: param.to_owned(), before, samples });
+        }
     }
 
-    /// A frame at a time, in which the param may rest. Returns the recording when it has ended: no param is held any more, or the demo has
-    /// started over.
-    pub fn frame(&mut self, time: f64, held: bool) -> Option<Recording> {
-        let recording = self.recording.as_mut()?;
-        let anew = recording.samples.last().is_some_and(|(last, _)| time < *last);
-        if !held || anew {
-            return self.recording.take();
-        }
-        if let Some((_, value)) = recording.samples.last().cloned() {
-            recording.add(time, value);
-        }
-        None
+    /// A frame at a time, in which params may rest. Returns the recordings that have ended: no param is held any more, or the demo has started
+    /// over. A program has them from [`Self::end`] instead.
+    pub fn frame(&mut self, time: f64, held: bool) -> Vec<Recording> {
+        let held = held || self.records == Records::UntilEnd;
+        self.ended.extend(self.moving.extract_if(.., |recording| !held || recording.is_over(time)));
+        self.moving.iter_mut().for_each(|recording| recording.rest(time));
+        if self.records == Records::UntilEnd { Vec::new() } else { std::mem::take(&mut self.ended) }
     }
 }
 
@@ -87,10 +125,29 @@ impl Recording {
     }
 
     fn add(&mut self, time: f64, value: Vec<f64>) {
-        match self.samples.last_mut() {
-            Some((last, known)) if time < *last + STEP => *known = value,
+        match self.samples.as_mut_slice() {
+            // Two samples are enough of a param that rests.
+            [.., (_, first), (last, second)] if *first == value && *second == value => *last = time,
+            [.., (last, known)] if time < *last + STEP => *known = value,
             _ => self.samples.push((time, value)),
         }
+    }
+
+    /// The param has the same value at another time.
+    fn rest(&mut self, time: f64) {
+        if let Some((_, value)) = self.samples.last().cloned() {
+            self.add(time, value);
+        }
+    }
+
+    /// Whether a sample of this time belongs to another recording: the demo has started over, or this one is full.
+    fn is_over(&self, time: f64) -> bool {
+        self.samples.len() >= MOST_SAMPLES || self.samples.last().is_some_and(|(last, _)| time < *last)
+    }
+
+    /// The time of its last sample.
+    pub fn last(&self) -> Option<f64> {
+        self.samples.last().map(|(time, _)| *time)
     }
 
     /// Its keys: as few as come close to the seen values. Whole numbers and switches have one where they change.
@@ -120,19 +177,22 @@ impl Recording {
     }
 
     /// Keeps both ends of a part, and the point farthest from the line between them, as long as that is too far (Douglas and Peucker).
-    fn thin(&self, [from, to]: [usize; 2], tolerance: f64, kept: &mut [bool]) {
-        let (Some((t0, a)), Some((t1, b))) = (self.samples.get(from), self.samples.get(to)) else { return };
-        (kept[from], kept[to]) = (true, true);
-        let error = |index: &usize| {
-            let (time, value) = &self.samples[*index];
-            let share = (time - t0) / (t1 - t0).max(STEP);
-            let apart = |axis: usize| (a[axis] + (b[axis] - a[axis]) * share - value[axis]).abs();
-            (0..value.len()).map(apart).fold(0.0, f64::max)
-        };
-        let farthest = (from + 1..to).max_by(|x, y| error(x).total_cmp(&error(y)));
-        if let Some(index) = farthest.filter(|index| error(index) > tolerance) {
-            self.thin([from, index], tolerance, kept);
-            self.thin([index, to], tolerance, kept);
+    fn thin(&self, whole: [usize; 2], tolerance: f64, kept: &mut [bool]) {
+        // Parts that are left, in place of a recursion, which may be as deep as there are samples.
+        let mut parts = vec![whole];
+        while let Some([from, to]) = parts.pop() {
+            let (Some((t0, a)), Some((t1, b))) = (self.samples.get(from), self.samples.get(to)) else { continue };
+            (kept[from], kept[to]) = (true, true);
+            let error = |index: &usize| {
+                let (time, value) = &self.samples[*index];
+                let share = (time - t0) / (t1 - t0).max(STEP);
+                let apart = |axis: usize| (a[axis] + (b[axis] - a[axis]) * share - value[axis]).abs();
+                (0..value.len()).map(apart).fold(0.0, f64::max)
+            };
+            let farthest = (from + 1..to).max_by(|x, y| error(x).total_cmp(&error(y)));
+            if let Some(index) = farthest.filter(|index| error(index) > tolerance) {
+                parts.extend([[from, index], [index, to]]);
+            }
         }
     }
 }
@@ -150,35 +210,89 @@ mod tests {
     fn a_gesture_becomes_few_keys() {
         let mut recorder = Recorder::default();
         let before = Value::F32(0.0);
-        assert_eq!(recorder.moved("fog", before, 1.0, &[0.0]), None);
-        assert_eq!(recorder.frame(1.1, false), None, "it does not record");
+        recorder.moved("fog", before, 1.0, &[0.0]);
+        assert_eq!(recorder.frame(1.1, false), [], "it does not record");
         recorder.turn(true);
         // Up in a second, at rest for another, and down at once.
         for step in 0..=60 {
             let time = 1.0 + f64::from(step) / 60.0;
             recorder.moved("fog", before, time, &[f64::from(step) / 60.0]);
-            assert_eq!(recorder.frame(time, true), None);
+            assert_eq!(recorder.frame(time, true), []);
         }
         for step in 1..=60 {
-            assert_eq!(recorder.frame(2.0 + f64::from(step) / 60.0, true), None);
+            assert_eq!(recorder.frame(2.0 + f64::from(step) / 60.0, true), []);
         }
         recorder.moved("fog", before, 3.02, &[0.25]);
-        let recording = recorder.frame(3.03, false).unwrap();
-        assert_eq!(keys(&recording), [(100, 0.0), (200, 1.0), (300, 1.0), (302, 0.25)]);
-        assert_eq!(recorder.frame(4.0, false), None, "it has ended");
+        let recording = &recorder.frame(3.03, false)[0];
+        assert_eq!(keys(recording), [(100, 0.0), (200, 1.0), (300, 1.0), (302, 0.25)]);
+        assert_eq!(recorder.frame(4.0, false), [], "it has ended");
+    }
+
+    /// The params of recordings, each with its keys.
+    fn all(recordings: &[Recording]) -> Vec<(&str, Vec<(i32, f32)>)> {
+        recordings.iter().map(|recording| (recording.param.as_str(), keys(recording))).collect()
     }
 
     #[test]
-    fn a_take_ends_with_another_param_and_where_the_demo_begins_anew() {
+    fn a_motion_ends_where_the_demo_begins_anew() {
         let mut recorder = Recorder::default();
         recorder.turn(true);
         let before = Value::F32(0.5);
         recorder.moved("fog", before, 1.0, &[1.0]);
         // While the clock stands still, the last value counts.
         recorder.moved("fog", before, 1.0, &[2.0]);
-        let recording = recorder.moved("sun", before, 1.0, &[3.0]).unwrap();
-        assert_eq!((recording.param.as_str(), keys(&recording), recording.before), ("fog", vec![(100, 2.0)], before));
-        assert_eq!(recorder.frame(0.2, true).map(|recording| keys(&recording)), Some(vec![(100, 3.0)]));
+        recorder.moved("sun", before, 1.0, &[3.0]);
+        let ended = recorder.frame(0.2, true);
+        assert_eq!(all(&ended), [("fog", vec![(100, 2.0)]), ("sun", vec![(100, 3.0)])]);
+        assert_eq!(ended[0].before, before);
+    }
+
+    #[test]
+    fn a_program_has_all_motions_at_the_end() {
+        let mut recorder = Recorder::default();
+        recorder.begin();
+        let before = Value::F32(0.5);
+        recorder.moved("fog", before, 1.0, &[1.0]);
+        recorder.moved("sun", before, 1.0, &[3.0]);
+        assert_eq!(recorder.frame(1.5, false), [], "a program holds nothing, and has not ended it");
+        recorder.moved("fog", before, 2.0, &[2.0]);
+        // The demo begins anew between two frames.
+        recorder.moved("fog", before, 0.5, &[4.0]);
+        let ended = recorder.end();
+        let expected = [
+            ("fog", vec![(100, 1.0), (150, 1.0), (200, 2.0)]),
+            ("sun", vec![(100, 3.0), (150, 3.0)]),
+            ("fog", vec![(50, 4.0)]),
+        ];
+        assert_eq!(all(&ended), expected);
+        assert!(!recorder.is_on());
+        recorder.go_on(ended);
+        recorder.moved("fog", before, 3.0, &[2.0]);
+        assert_eq!(all(&recorder.end()).len(), 4);
+        recorder.begin();
+        recorder.moved("fog", before, 1.0, &[1.0]);
+        recorder.forget();
+        assert_eq!((recorder.is_on(), recorder.end()), (true, Vec::new()));
+    }
+
+    /// Such a motion divides into a part with one sample and one with all others, again and again.
+    #[test]
+    fn a_long_motion_overflows_no_stack_and_no_memory() {
+        let mut recorder = Recorder::default();
+        recorder.begin();
+        let before = Value::F32(0.0);
+        for step in 0..40_000 {
+            let swing = if step % 2 == 0 { -f64::from(step) } else { f64::from(step) };
+            recorder.moved("fog", before, f64::from(step), &[swing]);
+        }
+        // And a rest of a day.
+        for frame in 0..100_000 {
+            recorder.frame(40_000.0 + f64::from(frame), false);
+        }
+        let ended = recorder.end();
+        let samples: Vec<usize> = ended.iter().map(|recording| recording.samples.len()).collect();
+        assert_eq!(samples, [MOST_SAMPLES, MOST_SAMPLES, 40_000 - 2 * MOST_SAMPLES + 1]);
+        assert!(ended[2].keys().len() > 1000);
     }
 
     #[test]
@@ -188,7 +302,7 @@ mod tests {
         for (time, value) in [(0.0, 3.0), (0.5, 3.0), (1.0, 4.0), (1.5, 4.0), (2.0, 3.0)] {
             recorder.moved("steps", Value::I32(3), time, &[value]);
         }
-        let recording = recorder.frame(2.1, false).unwrap();
+        let recording = &recorder.frame(2.1, false)[0];
         assert!(recording.steps());
         assert_eq!(recording.keys(), [(0.0, Value::I32(3)), (1.0, Value::I32(4)), (2.0, Value::I32(3))]);
     }

@@ -1,7 +1,7 @@
 //! Problems, and what the bar says.
 
 use egui_kittest::kittest::Queryable as _;
-use raxel_panels::view::{Compiling, FirstPicture, PassState, Problem};
+use raxel_panels::view::{Busy, Compiling, FirstPicture, PassState, Problem};
 use raxel_panels::{Action, Panel};
 
 use crate::click;

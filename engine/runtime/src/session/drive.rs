@@ -361,9 +361,15 @@ impl Session {
         self.renderer.plans.stale = true;
     }
 
-    /// Keeps the demo from driving a param, until it drives this one again with `None`. Camera and other tracks go on.
+    /// Keeps the demo from driving a param, besides those that were released before. With `None`, the demo drives all of them again. Camera and
+    /// other tracks go on.
     pub fn release_param(&mut self, name: Option<&str>) {
-        self.playback.demo.released = name.map(str::to_owned);
+        let released = &mut self.playback.demo.released;
+        match name {
+            Some(name) if released.iter().all(|known| known != name) => released.push(name.to_owned()),
+            Some(_) => {}
+            None => released.clear(),
+        }
     }
 
     /// Whether the session follows a demo.

@@ -61,8 +61,8 @@ pub(super) struct DemoPlayback {
     pub target: Option<DebugTarget>,
     /// It does not change the shown target.
     pub target_held: bool,
-    /// The param that it does not drive at the moment: somebody moves it.
-    pub released: Option<String>,
+    /// The params that it does not drive at the moment: somebody moves them.
+    pub released: Vec<String>,
 }
 
 /// The changes that a demo makes from one frame to the next, besides camera and params.
@@ -88,7 +88,7 @@ impl Playback {
                 members: BTreeMap::new(),
                 overrides: Vec::new(),
             },
-            demo: DemoPlayback { demo, taken_over: false, target: None, target_held: false, released: None },
+            demo: DemoPlayback { demo, taken_over: false, target: None, target_held: false, released: Vec::new() },
             take: None,
         }
     }
@@ -101,7 +101,7 @@ impl Playback {
         if let Some(camera) = demo.camera(time) {
             self.view.camera = camera;
         }
-        let released = |id: ParamId| self.demo.released.as_ref() == Some(&graph.params[id.0 as usize].name);
+        let released = |id: ParamId| self.demo.released.contains(&graph.params[id.0 as usize].name);
         for (id, value) in demo.params(time, graph).filter(|(id, _)| !released(*id)) {
             self.params.shown[id.0 as usize] = value;
         }
