@@ -164,6 +164,23 @@ fn mistakes_are_told_as_they_are_typed_and_taken_back() {
     assert!(editor.child.finish().success());
 }
 
+/// TOML has single quotes, too.
+#[test]
+fn a_shader_is_checked_with_a_graph_that_names_it_in_single_quotes() {
+    let project = Project::empty();
+    let graph = "name = 'one'\npresent = 'color'\n[targets.color]\nformat = 'rgba8'\n[[passes]]\nname = 'fill'\n\
+                 shader = 'fill.comp'\ndispatch = { threads = 'color' }\nbind = { color = 'color' }\n";
+    project.write("graphs/one.toml", graph);
+    let shader = project.path("shaders/fill.comp");
+    let text = "#version 460\nlayout(local_size_x = 8) in;\nlayout(rgba8) uniform writeonly image2D color;\n\
+                void main() { imageStore(color, ivec2(0), vec3(1)); }\n";
+    project.write("shaders/fill.comp", text);
+    let mut editor = Editor::start(&project);
+    editor.open(&shader, text);
+    let found = editor.diagnostics(&shader);
+    assert!(found[0]["message"].as_str().unwrap().contains("imageStore"), "{found:?}");
+}
+
 #[test]
 fn names_are_completed_and_explained() {
     let project = Project::shipped();
