@@ -93,3 +93,28 @@ formats! {
     R16ui = "r16ui", 2, 1, Uint;
     R8ui = "r8ui", 1, 1, Uint;
 }
+
+/// What every device can do with images of a format (Vulkan specification, "Required Format Support").
+impl Format {
+    /// Shaders can load from and store to such images without `shaderStorageImageExtendedFormats`.
+    pub const fn is_stored_everywhere(self) -> bool {
+        use Format::*;
+        let of_8_bits = matches!(self, Rgba8 | Rgba8Snorm | Rgba8i | Rgba8ui);
+        let of_16_bits = matches!(self, Rgba16f | Rgba16i | Rgba16ui);
+        let of_32_bits = matches!(self, R32f | R32i | R32ui | Rg32f | Rg32i | Rg32ui | Rgba32f | Rgba32i | Rgba32ui);
+        of_8_bits || of_16_bits || of_32_bits
+    }
+
+    /// Shaders can read such images.
+    pub const fn is_sampled_everywhere(self) -> bool {
+        use Format::*;
+        !matches!(self, R16 | R16Snorm | Rg16 | Rg16Snorm | Rgba16 | Rgba16Snorm)
+    }
+
+    /// Samplers can filter between their texels.
+    pub const fn is_filtered_everywhere(self) -> bool {
+        use Format::*;
+        let is_float = matches!(self.scalar(), ScalarKind::Float);
+        is_float && self.is_sampled_everywhere() && !matches!(self, R32f | Rg32f | Rgba32f)
+    }
+}
