@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::Duration;
 
-use common::{CALLS, Fault, Faults, Project, Run, Running, Said, command, line, read_all};
+use common::{CALLS, Fault, Faults, Project, Run, Running, Said, chosen, command, line, read_all};
 use serde_json::{Value, json};
 use wait_timeout::ChildExt;
 
@@ -324,21 +324,6 @@ fn try_each(first: Stage, cases: Vec<Case>, whole: &BTreeMap<&'static str, Resul
     let missed = ends.get("not reached").copied().unwrap_or(0);
     assert!(wrong.is_empty(), "{} are wrong\n{}", wrong.len(), wrong.join("\n"));
     assert!(10 * missed < count, "{missed} of {count} calls were not made");
-}
-
-/// As many of the cases, in an order that follows from the seed alone.
-fn chosen(cases: Vec<Case>, most: usize) -> Vec<Case> {
-    let seed = std::env::var("RAXEL_FAULTS_SEED").map_or(1, |seed| seed.parse().expect("a number"));
-    // SplitMix64 (Steele, Lea, Flood 2014).
-    let mix = |mut z: u64| {
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    let mut keyed: Vec<(u64, Case)> =
-        (1u64..).map(|i| mix(seed ^ i.wrapping_mul(0x9e37_79b9_7f4a_7c15))).zip(cases).collect();
-    keyed.sort_by_key(|(key, _)| *key);
-    keyed.into_iter().take(most).map(|(_, case)| case).collect()
 }
 
 /// The rays of one row that a run of `raxel stress` has printed, and how many of them were wrong; none if it has printed no row.

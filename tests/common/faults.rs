@@ -127,6 +127,21 @@ pub const CALLS: &[(&str, &[Fault])] = &[
     ("vkQueuePresentKHR", &[OutOfDate, SurfaceLost, Suboptimal, DeviceLost, HostMemory, DeviceMemory, Unknown]),
 ];
 
+/// As many of the cases, in an order that follows from the seed `RAXEL_FAULTS_SEED` alone.
+pub fn chosen<Case>(cases: Vec<Case>, most: usize) -> Vec<Case> {
+    let seed = std::env::var("RAXEL_FAULTS_SEED").map_or(1, |seed| seed.parse().expect("a number"));
+    // SplitMix64 (Steele, Lea, Flood 2014).
+    let mix = |mut z: u64| {
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let mut keyed: Vec<(u64, Case)> =
+        (1u64..).map(|i| mix(seed ^ i.wrapping_mul(0x9e37_79b9_7f4a_7c15))).zip(cases).collect();
+    keyed.sort_by_key(|(key, _)| *key);
+    keyed.into_iter().take(most).map(|(_, case)| case).collect()
+}
+
 /// The library. Every call of the table goes through `call`, which looks at the file `order`: a number, the name of a call, how many of them
 /// are let through, what the next one answers, and whether all later ones do so, too. All words of a call have the size of a pointer in the calling conventions that this runs on.
 const LIBRARY: &str = include_str!("faults.c");

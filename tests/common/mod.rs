@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 pub use disk::FullDisk;
-pub use faults::{CALLS, Fault, Faults};
+pub use faults::{CALLS, Fault, Faults, chosen};
 pub use lesser::*;
 pub use raxel_testing::{
     Display, Folder, LIMIT, Project, Running, Said, copy, eventually, files, line, output, read_all, repository,

@@ -37,6 +37,20 @@ fn mistakes_are_told_as_they_are_typed_and_taken_back() {
     assert!(editor.child.finish().success());
 }
 
+/// TOML has single quotes, too.
+#[test]
+fn a_shader_is_checked_with_a_graph_that_names_it_in_single_quotes() {
+    let project = Project::empty();
+    project.write("graphs/one.toml", include_str!("../fixtures/lsp/single_quotes.toml"));
+    let shader = project.path("shaders/fill.comp");
+    let text = include_str!("../fixtures/lsp/single_quotes.comp");
+    project.write("shaders/fill.comp", text);
+    let mut editor = Editor::start(&project);
+    editor.open(&shader, text);
+    let found = editor.diagnostics(&shader);
+    assert!(found[0]["message"].as_str().unwrap().contains("imageStore"), "{found:?}");
+}
+
 #[test]
 fn requests_are_answered_while_every_shader_is_compiled() {
     let project = Project::shipped();

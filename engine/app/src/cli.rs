@@ -181,6 +181,7 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    /// `raxel check --device` names one that need not be here.
     #[test]
     fn only_verbs_that_open_a_device_have_its_options() {
         let mut with: Vec<String> = Vec::new();

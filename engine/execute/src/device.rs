@@ -3,18 +3,18 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use raxel_gpu::{BufferInfo, ClearColor, Device, DeviceKind, Image, ImageInfo, Location, Scope, vk};
+use raxel_gpu::{BufferInfo, Capabilities, ClearColor, Device, DeviceKind, Image, ImageInfo, Location, Scope, vk};
 use raxel_graph::checked::Clear;
 use raxel_graph::plan::{
     self, AccessMask, BindingLimits, BufferDesc, DeviceLimits, ImageDesc, ImageUsage, MemoryModel, Requirements, Stages,
 };
 use raxel_shader::format::Format;
 
-use super::fit;
+use super::fit::Abilities as _;
 
 /// The limits of a device that a plan is checked against.
-pub fn limits(device: &Device) -> DeviceLimits {
-    let limits = &device.capabilities().limits;
+pub fn limits(capabilities: &Capabilities) -> DeviceLimits {
+    let limits = &capabilities.limits;
     DeviceLimits {
         image_2d: limits.max_image_dimension2_d,
         image_3d: limits.max_image_dimension3_d,
@@ -45,7 +45,7 @@ pub struct DeviceMemory(pub Arc<Device>);
 impl MemoryModel for DeviceMemory {
     fn image(&self, image: &ImageDesc) -> Requirements {
         // A driver is asked only of images that it can make; a plan with another one is refused before anything is made (`unfit`).
-        if matches!(fit::image(&self.0, "", image), Ok(Some(_))) {
+        if matches!(self.0.can_make(image), Ok(false)) {
             return Requirements { size: 1, alignment: 1, type_bits: u32::MAX };
         }
         requirements(Image::requirements(&self.0, &image_info(&self.0, image)))
@@ -180,7 +180,8 @@ pub(super) fn pattern(clear: Clear) -> u32 {
     }
 }
 
-pub(super) fn vulkan_format(format: Format) -> vk::Format {
+/// Vulkan's format of that name.
+pub fn vulkan_format(format: Format) -> vk::Format {
     match format {
         Format::Rgba32f => vk::Format::R32G32B32A32_SFLOAT,
         Format::Rgba16f => vk::Format::R16G16B16A16_SFLOAT,

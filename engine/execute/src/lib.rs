@@ -48,11 +48,11 @@ mod writers;
 
 pub use capture::Captured;
 pub use counters::CounterReading;
-pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image};
+pub use device::{DeviceMemory, Texture, largest_image, limits, upload_image, vulkan_format};
 pub use display::display_of;
 pub use error::{ExecuteError, Suspect};
 pub use executor::{Executor, ExecutorOptions, FramePicture, Histories, Progress};
-pub use fit::unfit;
+pub use fit::{Abilities, OnPaper, unfit};
 pub use inputs::{Builtins, FrameInputs, Override};
 pub use lens::{Comparison, Mismatch, Reference, ReferenceValues, Region};
 pub use making::{Compiling, watched};

@@ -80,6 +80,13 @@ pub struct Capabilities {
     pub validated: bool,
 }
 
+impl Capabilities {
+    /// The first SPIR-V capability that a module declares and the device lacks.
+    pub fn lacks(&self, spirv: &[u32]) -> Option<String> {
+        crate::modules::lacking(&self.shaders, spirv)
+    }
+}
+
 /// An open device. Everything made on it holds an `Arc` of it.
 pub struct Device {
     pub(crate) raw: ash::Device,
@@ -211,11 +218,6 @@ impl Device {
             self.lost.store(true, Ordering::Relaxed);
         }
         result
-    }
-
-    /// The first SPIR-V capability that a module declares and the device lacks.
-    pub fn lacks(&self, spirv: &[u32]) -> Option<String> {
-        crate::modules::lacking(&self.capabilities.shaders, spirv)
     }
 
     /// The SPIR-V capabilities that a module declares beyond those of every device, and whether this device has each.

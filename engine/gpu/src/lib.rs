@@ -23,6 +23,7 @@ mod device;
 mod heap;
 mod image;
 mod instance;
+pub mod known;
 mod last_use;
 mod log;
 mod memory;

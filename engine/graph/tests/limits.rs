@@ -122,6 +122,27 @@ fn what_many_devices_lack_is_a_warning_unless_the_pass_asks_for_it() {
     assert!(said(&hand).contains("Int64"));
 }
 
+/// Vulkan guarantees images of some formats, and stores to fewer ("Required Format Support").
+#[test]
+fn a_format_that_not_every_device_has_is_a_warning() {
+    let mut hand = Hand::new("formats");
+    for (name, format) in [("a", Format::R8ui), ("c", Format::Rgba16f), ("d", Format::R16)] {
+        hand.target(name, format, |_, _| {});
+    }
+    hand.target("color", Format::R32f, |_, _| {});
+    hand.pass("store", &["w a", "w c", "w d"]);
+    hand.pass("sum", &["s a", "s c", "s d", "w color"]);
+    let found = raxel_graph::rarely_met(&hand.plan("color").unwrap());
+    let said: Vec<&str> = found.iter().map(|warning| warning.message.as_str()).collect();
+    assert_eq!(
+        said,
+        [
+            "target `a` has the format `r8ui`, and not every device stores to images of it",
+            "target `d` has the format `r16`, and not every device has images of it"
+        ]
+    );
+}
+
 #[test]
 fn specialization_sizes_the_dispatch() {
     let mut hand = Hand::new("specialized");

@@ -9,7 +9,7 @@ use super::documents::{Document, Documents, range};
 use super::indexed_text::{IndexedText, NamePlace};
 use super::project_texts::{ProjectText, declared_in, graphs, library_name, shader, shader_of_pass, worlds};
 use super::scopes::{Local, local_at};
-use super::toml_place::header_at;
+use super::toml_place::{header_at, quoted};
 use super::{address, library_files, member_access};
 
 /// The tables of a graph that declare a name: `targets`, `buffers`, `params`, …
@@ -41,9 +41,9 @@ pub(super) fn named_passes(text: &str) -> Vec<(&str, Range<usize>)> {
         if trimmed.starts_with('[') {
             in_pass = trimmed.starts_with("[[passes]]");
         } else if let Some(value) = trimmed.strip_prefix("name").map(str::trim_start).filter(|_| in_pass)
-            && let Some(name) = value.strip_prefix('=').and_then(|rest| rest.split('"').nth(1))
+            && let Some(name) = value.strip_prefix('=').and_then(quoted)
         {
-            let at = start + line.find(&format!("\"{name}\"")).map_or(0, |at| at + 1);
+            let at = start + line.find(&['"', '\''][..]).map_or(0, |at| at + 1);
             found.push((name, at..at + name.len()));
         }
         start += line.len();
@@ -109,7 +109,7 @@ pub(super) fn keys_of<'t>(text: &'t str, table: &str) -> Vec<(&'t str, Range<usi
                 .and_then(|rest| rest.strip_prefix(table))
                 .is_some_and(|rest| rest.starts_with(']'));
         } else if let Some((key, _)) = line.split_once('=').filter(|_| inside && !trimmed.starts_with('#')) {
-            let name = key.trim().trim_matches('"');
+            let name = key.trim().trim_matches(['"', '\'']);
             let at = start + line.find(name).unwrap_or(0);
             found.push((name, at..at + name.len()));
         }

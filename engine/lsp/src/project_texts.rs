@@ -14,6 +14,7 @@ use raxel_terminal::offline::FileKind;
 use super::documents::{Document, Documents};
 use super::glsl::Declaration;
 use super::indexed_text::IndexedText;
+use super::toml_place::quoted;
 
 /// Files that are followed from one document, at most.
 const MOST_FILES: usize = 64;
@@ -71,7 +72,7 @@ pub(super) fn worlds(documents: &Documents, document: &Document) -> Vec<ProjectT
 /// Paths of the files that lines `key = "file"` of a text name, relative to a folder.
 fn named(text: &str, key: &str, folder: &str) -> Vec<String> {
     let values = text.lines().filter_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix('='));
-    values.filter_map(|value| join(folder, value.split('"').nth(1)?)).collect()
+    values.filter_map(|value| join(folder, quoted(value)?)).collect()
 }
 
 /// A shader and what it includes, the shader first.
@@ -192,7 +193,7 @@ pub(super) fn pass_at(text: &str, at: usize) -> Option<Range<usize>> {
 
 /// The value of a line `key = "value"` of a pass.
 fn value_of<'t>(pass: &'t str, key: &str) -> Option<&'t str> {
-    let line = |line: &'t str| line.trim().strip_prefix(key)?.trim_start().strip_prefix('=')?.split('"').nth(1);
+    let line = |line: &'t str| quoted(line.trim().strip_prefix(key)?.trim_start().strip_prefix('=')?);
     pass.lines().find_map(line)
 }
 

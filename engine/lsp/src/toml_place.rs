@@ -128,10 +128,14 @@ pub(super) fn header_at(text: &str, at: usize) -> Option<Vec<String>> {
 /// The key and the text of a line `key = "text"`.
 fn written(line: &str) -> Option<(String, String)> {
     let (key, value) = line.split_once('=')?;
-    let value = value.trim();
+    Some((key.trim().to_owned(), quoted(value)?.to_owned()))
+}
+
+/// The text of a value that is one, in quotes of either kind.
+pub(super) fn quoted(value: &str) -> Option<&str> {
+    let value = value.trim_start();
     let quote = value.chars().next().filter(|letter| matches!(letter, '"' | '\''))?;
-    let text = value[1..].split(quote).next()?;
-    Some((key.trim().to_owned(), text.to_owned()))
+    value[1..].split(quote).next()
 }
 
 /// The names of a line that is a header.

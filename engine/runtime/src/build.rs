@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, Span, codes};
 use raxel_execute::{self as execute, ExecuteError, Executor};
+use raxel_gpu::Capabilities;
 use raxel_graph::checked::{Fact, Graph, ParamId, ResourceId, Rounds, count_of};
 use raxel_graph::plan::{DeviceLimits, Observe, Plan, PlanInput, Present, SourceSize};
 use raxel_layouts::Layout;
@@ -37,20 +38,27 @@ pub struct Selection {
 }
 
 /// The facts that the passes of a graph ask for, and whether they hold on a device.
-pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &raxel_gpu::Device) -> Vec<(Fact, bool)> {
+pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &Capabilities) -> Vec<(Fact, bool)> {
     let mut facts: Vec<(Fact, bool)> = Vec::new();
     for condition in graph.passes.iter().flat_map(|pass| &pass.when) {
         if facts.iter().all(|(fact, _)| *fact != condition.fact) {
             let holds = match condition.fact {
-                Fact::DevicePackets => device.capabilities().traces_packets() && suits_packets(graph, world),
-                Fact::DeviceBallots => device.capabilities().has_plain_ballots(),
                 Fact::Param(id) => params.get(id) == raxel_graph::checked::Value::Bool(true),
-                _ => world.holds(&condition.fact),
+                _ => holds_on(device, graph, world, &condition.fact),
             };
             facts.push((condition.fact.clone(), holds));
         }
     }
     facts
+}
+
+/// Whether a fact, which is no param, holds for a graph over a world on a device.
+pub fn holds_on(device: &Capabilities, graph: &Graph, world: &SessionWorld, fact: &Fact) -> bool {
+    match fact {
+        Fact::DevicePackets => device.traces_packets() && suits_packets(graph, world),
+        Fact::DeviceBallots => device.has_plain_ballots(),
+        _ => world.holds(fact),
+    }
 }
 
 /// Voxels along each axis of the largest world that packets trace: half of their reach, since a tree grows by fours.
@@ -102,7 +110,7 @@ impl DeviceContext {
         Self {
             builder: executor.builder(),
             memory: Arc::new(execute::DeviceMemory(device.clone())),
-            limits: execute::limits(device),
+            limits: execute::limits(device.capabilities()),
             sources: Arc::new(OnDevice::new(live)),
         }
     }
@@ -128,7 +136,7 @@ pub fn assemble(
     let _span = tracing::debug_span!("plan").entered();
     let sizes = context.sources.sizes(world);
     let plan = make_plan(graph, world, &sizes, selection, context)?;
-    fits(&plan, context)?;
+    fits(&plan, context.builder.device())?;
     // Only the plan knows which layouts a live pass binds; a world's other layouts are never made. The driver compiles on this thread,
     // which stays from edit to edit. Otherwise, the driver's kept memory would be scattered over the heaps of ended threads.
     let (pipelined, sources) = std::thread::scope(|scope| {
@@ -198,8 +206,8 @@ pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::
 }
 
 /// Refuses a plan that the device cannot run, and lists everything that the device lacks.
-fn fits(plan: &Plan, context: &DeviceContext) -> Result<(), BuildError> {
-    let unfit = execute::unfit(context.builder.device(), plan).map_err(|error| refusal(error, &plan.graph))?;
+pub fn fits(plan: &Plan, device: &dyn execute::Abilities) -> Result<(), BuildError> {
+    let unfit = execute::unfit(device, plan).map_err(|error| refusal(error, &plan.graph))?;
     let mut found: Vec<Diagnostic> = Vec::new();
     for error in unfit {
         for new in refusal(error, &plan.graph).into_diagnostics() {

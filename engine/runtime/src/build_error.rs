@@ -14,7 +14,7 @@ pub enum BuildError {
 
 impl BuildError {
     /// The error as a diagnostic for the author.
-    pub(crate) fn into_diagnostics(self) -> Vec<Diagnostic> {
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         match self {
             Self::Diagnosed(diagnostics) => diagnostics,
             Self::Device(error) => vec![Diagnostic::error(codes::session::DEVICE_REFUSES, error.to_string())],

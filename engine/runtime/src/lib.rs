@@ -36,6 +36,7 @@ pub mod session;
 pub mod sources;
 pub mod world;
 
+pub use build::{fits, holds_on};
 pub use build_error::BuildError;
 pub use editing::{SavedWorld, Saves};
 pub use raxel_graph::plan::Observe;

@@ -51,7 +51,7 @@ impl GraphRunner {
             present: Present::of(graph.present),
             pinned: setup.pinned,
             observe: Observe::Shown,
-            facts: build::facts(graph, world, params, self.executor.device()),
+            facts: build::facts(graph, world, params, self.executor.device().capabilities()),
             counts: build::counts(graph, params),
             alias: setup.alias,
         };

@@ -93,3 +93,30 @@ formats! {
     R16ui = "r16ui", 2, 1, Uint;
     R8ui = "r8ui", 1, 1, Uint;
 }
+
+/// What every device can do with images of a format (Vulkan specification, "Required Format Support").
+impl Format {
+    /// Shaders can load from and store to such images without `shaderStorageImageExtendedFormats`.
+    pub const fn is_stored_everywhere(self) -> bool {
+        let of_8_bits = matches!(self, Self::Rgba8 | Self::Rgba8Snorm | Self::Rgba8i | Self::Rgba8ui);
+        let of_16_bits = matches!(self, Self::Rgba16f | Self::Rgba16i | Self::Rgba16ui);
+        let floats = matches!(self, Self::R32f | Self::Rg32f | Self::Rgba32f);
+        let signed = matches!(self, Self::R32i | Self::Rg32i | Self::Rgba32i);
+        let unsigned = matches!(self, Self::R32ui | Self::Rg32ui | Self::Rgba32ui);
+        of_8_bits || of_16_bits || floats || signed || unsigned
+    }
+
+    /// Shaders can read such images.
+    pub const fn is_sampled_everywhere(self) -> bool {
+        let normalized = matches!(self, Self::R16 | Self::Rg16 | Self::Rgba16);
+        let signed = matches!(self, Self::R16Snorm | Self::Rg16Snorm | Self::Rgba16Snorm);
+        !normalized && !signed
+    }
+
+    /// Samplers can filter between their texels.
+    pub const fn is_filtered_everywhere(self) -> bool {
+        let is_float = matches!(self.scalar(), ScalarKind::Float);
+        let is_wide = matches!(self, Self::R32f | Self::Rg32f | Self::Rgba32f);
+        is_float && self.is_sampled_everywhere() && !is_wide
+    }
+}

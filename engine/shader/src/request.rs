@@ -1,8 +1,10 @@
 //! The compiler's requests and results: the contract between the graph compiler and the shader compiler.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
+use raxel_spirv::Module;
 use serde::{Deserialize, Serialize};
 
 use crate::interface::Interface;
@@ -47,6 +49,18 @@ pub struct Shader {
     /// BLAKE3 of the driver's input: the module and the name of its entry point. Texts that differ in comments, in functions that nothing
     /// calls, or in defines that change nothing have the same one.
     pub module: [u8; 32],
+}
+
+impl Shader {
+    /// Bytes of `shared` variables, with these bits of specialization constants by their id.
+    pub fn shared_bytes(&self, specialized: &HashMap<u32, u32>) -> u64 {
+        let default = self.interface.shared_bytes;
+        if default == 0 || specialized.is_empty() {
+            return default;
+        }
+        let module = Module::new(&self.spirv, &self.interface.entry);
+        module.map_or(default, |module| module.memory_with(specialized).shared)
+    }
 }
 
 /// Compiles shaders. The graph compiler is given one of these and does not care where modules come from.

@@ -109,6 +109,24 @@ void main() {{ int large[{private}]; large[o[0]] = o[1]; pool[o[2]].b.x = 1; o[3
     assert!(found[0].message.contains("take 40000000"), "{}", found[0].message);
 }
 
+/// Bytes that an array of `uint` shares, whose length is an expression of `N` (9 by default, number 3).
+#[test]
+fn shared_arrays_have_the_length_that_constants_give_them() {
+    let bytes = |length: &str, set: &[(u32, u32)]| {
+        let text = format!(
+            "#version 460\nlayout(constant_id = 3) const uint N = 9;\n\
+             const uint LENGTH = {length};\nshared uint s[LENGTH];\n\
+             buffer Out {{ uint o[]; }};\nvoid main() {{ s[o[0] % LENGTH] = 1; o[1] = s[o[2] % LENGTH]; }}\n"
+        );
+        good("shaders/a.comp", text).shared_bytes(&set.iter().copied().collect())
+    };
+    assert_eq!(bytes("N", &[]), 36);
+    assert_eq!(bytes("N", &[(3, 5000)]), 20_000);
+    assert_eq!(bytes("N", &[(4, 0)]), 36);
+    assert_eq!(bytes("N * N - 1", &[(3, 8)]), 252);
+    assert_eq!(bytes("(N << 2u) / 3u + (N & 6u)", &[]), 48);
+}
+
 #[test]
 fn bindings_have_places_of_their_own() {
     let shared = r"#version 460

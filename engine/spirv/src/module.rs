@@ -51,7 +51,7 @@ impl<'w> Module<'w> {
         check::functions(&instructions)?;
         check::types(&instructions)?;
         let entry = check::find_entry(&instructions, entry)?;
-        let memory = memory(&instructions);
+        let memory = memory(&instructions, &HashMap::new());
         if memory.private > MAX_PRIVATE {
             return Err(ModuleError::TooMuch { bytes: memory.private, limit: MAX_PRIVATE });
         }
@@ -102,9 +102,14 @@ impl<'w> Module<'w> {
         names.into_iter().collect()
     }
 
-    /// The memory of the variables.
+    /// The memory of the variables, with the defaults of specialization constants.
     pub fn memory(&self) -> Memory {
         self.memory
+    }
+
+    /// The memory of the variables, with these bits of specialization constants by their number.
+    pub fn memory_with(&self, specialized: &HashMap<u32, u32>) -> Memory {
+        memory(&self.instructions, specialized)
     }
 
     /// Workgroup size: three literals, or three ids of constants.

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use raxel_diagnostics::files::read_text;
 use raxel_diagnostics::{Diagnostic, Severity, SourceMap, codes};
+use raxel_execute::{Abilities as _, OnPaper};
 use raxel_generate::Reach;
+use raxel_gpu::known::KnownDevice;
 use raxel_graph::Phase;
-use raxel_graph::checked::{Fact, Graph, ResourceId, Value};
+use raxel_graph::checked::{Fact, Graph, Pass, ResourceId, Value};
 use raxel_graph::plan::{BindingLimits, DeviceLimits, Plan, PlanInput, Present, SourceSize, WorldInput};
 use raxel_runtime::load::{LoadOutcome, Loader};
 use raxel_runtime::manifest;
@@ -97,6 +99,8 @@ pub struct OfflineProject {
     pub project: Project,
     /// The reader of its files.
     pub loader: Loader,
+    /// The device that graphs are checked for; none by default.
+    device: Option<OnPaper>,
     /// Worlds that graphs were planned over, by path: each is built once.
     worlds: RefCell<BTreeMap<String, LoadOutcome<SessionWorld>>>,
 }
@@ -145,12 +149,14 @@ impl PlannedOver {
 }
 
 /// Which conditions of passes hold on paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Conditions {
+#[derive(Clone, Copy, Debug)]
+pub enum Conditions<'a> {
     /// Every one: each pass is checked.
     All,
     /// Those that hold when the graph starts over the world.
     AtStart,
+    /// Those that hold when the graph starts on this device, whose limits count.
+    OnDevice(&'a OnPaper),
 }
 
 /// The result of checking one file.
@@ -164,6 +170,8 @@ pub struct Checked {
     pub over: Option<PlannedOver>,
     /// The reach of the operations of a world that was read and not built.
     pub unbuilt: Option<Reach>,
+    /// Name of the device that graphs were checked for, if any was.
+    pub device: Option<String>,
 }
 
 impl Checked {
@@ -196,7 +204,7 @@ impl OfflineProject {
 
     /// A project whose files are loaded by `loader`.
     pub fn new(project: Project, loader: Loader) -> Self {
-        Self { project, loader, worlds: RefCell::default() }
+        Self { project, loader, device: None, worlds: RefCell::default() }
     }
 
     /// The same, but worlds of more than `CHECKED_CHUNKS` are read and not built: for verbs that check files.
@@ -204,6 +212,12 @@ impl OfflineProject {
     pub fn for_checks(self) -> Self {
         let loader = self.loader.with_effort(Effort::UpTo(CHECKED_CHUNKS));
         Self { loader, ..self }
+    }
+
+    /// The same, but graphs are checked for a device, if one is named.
+    #[must_use]
+    pub fn for_device(self, device: Option<&KnownDevice>) -> Self {
+        Self { device: device.map(OnPaper::of), ..self }
     }
 
     /// Forgets the worlds whose files have changed since they were built.
@@ -353,15 +367,23 @@ impl OfflineProject {
         let part = self.loader.graph(path);
         checked.add(&part);
         let graph = part.result.ok()?;
-        let over = self.planned_over(world.cloned(), graph.is_sized_by_world());
+        let asks = |pass: &Pass| pass.when.iter().any(|when| !matches!(when.fact, Fact::Param(_)));
+        let needed = graph.is_sized_by_world() || self.device.is_some() && graph.passes.iter().any(asks);
+        let over = self.planned_over(world.cloned(), needed);
         let paper = Paper {
             output: [1280, 720],
             present: Present::of(graph.present),
             over: &over,
             conditions: Conditions::All,
         };
-        match paper.plan(&graph) {
-            Ok(plan) => {
+        match (paper.plan(&graph), &self.device) {
+            (Ok(_), Some(device)) => {
+                // What other devices lack does not matter.
+                checked.found.retain(|found| found.code != codes::graph::NOT_PORTABLE);
+                checked.found.extend(refused(device, &graph, &paper));
+                checked.device = Some(device.capabilities().name.clone());
+            }
+            (Ok(plan), None) => {
                 checked.found.extend(raxel_graph::rarely_met(&plan));
                 // Where every condition holds, no pass of `!…` runs. Most of them run as the graph starts on a device without packets.
                 let at_start = Paper { conditions: Conditions::AtStart, ..paper }.plan(&graph);
@@ -371,7 +393,7 @@ impl OfflineProject {
                     }
                 }
             }
-            Err(errors) => checked.found.extend(errors),
+            (Err(errors), _) => checked.found.extend(errors),
         }
         checked.over = Some(over);
         Some(graph)
@@ -411,7 +433,17 @@ pub struct Paper<'a> {
     /// The world.
     pub over: &'a PlannedOver,
     /// Which passes run.
-    pub conditions: Conditions,
+    pub conditions: Conditions<'a>,
+}
+
+/// The errors with which the start of a graph on a device ends.
+fn refused(device: &OnPaper, graph: &Arc<Graph>, paper: &Paper<'_>) -> Vec<Diagnostic> {
+    let planned = Paper { conditions: Conditions::OnDevice(device), ..*paper }.plan(graph);
+    match planned.map(|plan| raxel_runtime::fits(&plan, device)) {
+        Ok(Ok(())) => Vec::new(),
+        Ok(Err(refusal)) => refusal.into_diagnostics(),
+        Err(errors) => errors,
+    }
 }
 
 impl Paper<'_> {
@@ -437,9 +469,14 @@ impl Paper<'_> {
 
     fn holds(&self, graph: &Graph, fact: &Fact) -> bool {
         match (self.conditions, fact, self.over.world()) {
-            (Conditions::AtStart, Fact::Param(param), _) => graph.params[param.0 as usize].default == Value::Bool(true),
-            // Without a device nothing is known of it; every device does without packets and their ballots.
-            (Conditions::AtStart, Fact::DevicePackets | Fact::DeviceBallots, _) => false,
+            (Conditions::All, ..) => true,
+            (_, Fact::Param(param), _) => graph.params[param.0 as usize].default == Value::Bool(true),
+            (Conditions::OnDevice(device), _, Some(world)) => {
+                raxel_runtime::holds_on(device.capabilities(), graph, world, fact)
+            }
+            // Of packets nothing is known without a device, and every device does without; a world may be too large for them.
+            (_, Fact::DevicePackets, _) | (Conditions::AtStart, Fact::DeviceBallots, _) => false,
+            (Conditions::OnDevice(device), Fact::DeviceBallots, None) => device.capabilities().has_plain_ballots(),
             (Conditions::AtStart, _, Some(world)) => world.holds(fact),
             _ => true,
         }
@@ -447,14 +484,18 @@ impl Paper<'_> {
 }
 
 fn on_paper<T>(graph: &Graph, paper: &Paper<'_>, make: impl FnOnce(&PlanInput<'_>) -> T) -> T {
-    let Paper { output, present, over, .. } = *paper;
+    let Paper { output, present, over, conditions } = *paper;
+    let limits = match conditions {
+        Conditions::OnDevice(device) => raxel_execute::limits(device.capabilities()),
+        Conditions::All | Conditions::AtStart => LARGEST,
+    };
     // How large they are is known once they are on a device.
     let sources = graph.source_names().into_iter().map(|name| (name.to_owned(), SourceSize::default())).collect();
     make(&PlanInput {
         present,
         facts: &|fact| paper.holds(graph, fact),
         world: over.world().map_or(WorldInput::ON_PAPER, SessionWorld::input),
-        limits: LARGEST,
+        limits,
         ..PlanInput::on_paper(graph, output, &sources)
     })
 }

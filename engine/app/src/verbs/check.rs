@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use raxel_diagnostics::{Code, Diagnostic, Span};
+use raxel_gpu::known::{self, KnownDevice};
 use raxel_runtime::manifest;
 use raxel_terminal::args::{Messages, each_once};
 use raxel_terminal::console::{self, Console, Format, To};
@@ -15,7 +16,7 @@ use serde_json::json;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Diagnostics go to stdout; with --format json one object a line, and one with \"reason\":\"checked\" \
-                        after each file.\n\nExample: raxel check graphs/*.toml --format json"
+                        after each file.\n\nExamples:\n  raxel check graphs/*.toml --format json\n  raxel check --device \"Raspberry Pi 5\""
 )]
 pub(crate) struct Args {
     /// Graphs, worlds, demos and manifests; all of the project's by default.
@@ -26,6 +27,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WORLD")]
     world: Option<PathBuf>,
 
+    /// Also refuse what this device cannot run, by its name or a part of it. It need not be here, and its memory is not known. An unknown name
+    /// lists the known ones.
+    #[arg(id = "known_device", long = "device", value_name = "NAME")]
+    device: Option<String>,
+
     #[command(flatten)]
     pub messages: Messages,
 }
@@ -34,9 +40,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     let mut bad = 0;
     let total;
     let mut told = Told::default();
+    let device = args.device.as_deref().map(known).transpose()?;
     if args.files.is_empty() {
-        let offline =
-            OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?.for_checks();
+        let offline = OfflineProject::around(Path::new(".")).map_err(|diagnostic| console.stop(&[*diagnostic]))?;
+        let offline = offline.for_checks().for_device(device);
         let project = &offline.project;
         let manifest = project.on_disk(manifest::PATH).exists().then(|| manifest::PATH.to_owned());
         let all: Vec<String> =
@@ -50,7 +57,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
         total = files.len();
         let mut offline: Option<OfflineProject> = None;
         for named in &files {
-            bad += u32::from(!check_named(&mut offline, named, args.world.as_deref(), (&mut told, console))?);
+            bad += u32::from(!check_named((&mut offline, device), named, args.world.as_deref(), (&mut told, console))?);
         }
     }
     if total == 0 {
@@ -65,17 +72,33 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
     Err(Failure::printed(Exit::Project))
 }
 
+/// The known device that somebody means.
+fn known(name: &str) -> Result<&'static KnownDevice> {
+    let found = known::named(name);
+    let lines = |devices: &[&KnownDevice]| {
+        devices.iter().fold(String::new(), |lines, device| format!("{lines}\n  {}", device.name))
+    };
+    match found[..] {
+        [device] => Ok(device),
+        [] => {
+            let all = lines(&known::DEVICES.iter().collect::<Vec<_>>());
+            Err(Failure::usage(format!("raxel knows no device `{name}`; it knows{all}")))
+        }
+        _ => Err(Failure::usage(format!("`{name}` is in the names of several devices:{}", lines(&found)))),
+    }
+}
+
 /// Checks one file that the command line names; a project is opened again only when the file is in another one. True when it has
 /// no error.
 fn check_named(
-    offline: &mut Option<OfflineProject>,
+    (offline, device): (&mut Option<OfflineProject>, Option<&KnownDevice>),
     named: &Path,
     world: Option<&Path>,
     (told, console): (&mut Told, &Console),
 ) -> Result<bool> {
     let opened = match offline.take() {
         Some(offline) if offline.project.path_of(named).is_ok() => Ok(offline),
-        _ => OfflineProject::around(named).map(OfflineProject::for_checks),
+        _ => OfflineProject::around(named).map(|opened| opened.for_checks().for_device(device)),
     };
     match opened.and_then(|opened| Ok((opened.project.path_of(named)?, opened))) {
         Ok((path, opened)) => check(offline.insert(opened), &path, world, (told, console)),
@@ -128,7 +151,8 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
         let kind = kind.map(|kind| ("kind", json!(kind.name())));
         let world = over.and_then(PlannedOver::path).map(|world| ("world", json!(world)));
         let unbuilt = unbuilt.map(|chunks| ("unbuilt_chunks", json!(chunks)));
-        for (key, value) in [kind, world, unbuilt].into_iter().flatten() {
+        let device = checked.device.as_ref().map(|device| ("device", json!(device)));
+        for (key, value) in [kind, world, unbuilt, device].into_iter().flatten() {
             summary[key] = value;
         }
         console::json(&summary);
@@ -141,6 +165,7 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
         (_, 0) => count(errors, "error"),
         _ => format!("{}, {}", count(errors, "error"), count(warnings, "warning")),
     };
+    let device = checked.device.as_ref().map_or(String::new(), |device| format!(" on {device}"));
     let assumed = over.and_then(PlannedOver::assumed).map_or(String::new(), |assumed| format!(" ({assumed})"));
     let above = if repeated { ", shown above" } else { "" };
     let unbuilt = unbuilt.map_or(String::new(), |chunks| {
@@ -148,5 +173,5 @@ fn summary(path: &str, kind: Option<FileKind>, (checked, repeated): (&Checked, b
             "; its {chunks} chunks were not built: `raxel world info` builds them, and says how much memory they take"
         )
     });
-    console.message(&format!("{path}: {result}{above}{assumed}{unbuilt}"));
+    console.message(&format!("{path}: {result}{device}{above}{assumed}{unbuilt}"));
 }

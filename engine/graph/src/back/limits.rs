@@ -339,7 +339,7 @@ fn dispatch(
             }
         }
     }
-    let (shared, limit) = (pass.shader.interface.shared_bytes, limits.shared_memory);
+    let (shared, limit) = (needs::shared_bytes(pass, constants), limits.shared_memory);
     if shared > limit.into() {
         found.push(
             Diagnostic::error(

@@ -51,7 +51,7 @@ pub(crate) fn needs_of(pass: &Pass, specialization: &[(u32, Value)], limits: &De
         ("workgroup threads", local.iter().map(|&side| u64::from(side)).product(), {
             ("maxComputeWorkGroupInvocations", u64::from(limits.workgroup_invocations))
         }),
-        ("shared bytes", pass.shader.interface.shared_bytes, {
+        ("shared bytes", shared_bytes(pass, specialization), {
             ("maxComputeSharedMemorySize", u64::from(limits.shared_memory))
         }),
         ("pushed bytes", pass.shader.interface.push.as_ref().map_or(0, |block| block.size.into()), {
@@ -60,6 +60,16 @@ pub(crate) fn needs_of(pass: &Pass, specialization: &[(u32, Value)], limits: &De
     ];
     let of_pass = |(what, needs, (limit, has))| Need { what, limit, needs, has, pass: pass.name.clone() };
     bindings(pass, &limits.bindings).into_iter().chain(of_workgroups).map(of_pass).collect()
+}
+
+/// Bytes that a workgroup of a pass shares, with its specialization constants.
+pub(crate) fn shared_bytes(pass: &Pass, specialization: &[(u32, Value)]) -> u64 {
+    let bits = |value: &Value| match value {
+        Value::U32(value) => Some(*value),
+        Value::I32(value) => Some(value.cast_unsigned()),
+        _ => None,
+    };
+    pass.shader.shared_bytes(&specialization.iter().filter_map(|(id, value)| Some((*id, bits(value)?))).collect())
 }
 
 /// A kind of binding, how many a pass has, and the limit: Vulkan's name and the device's number.

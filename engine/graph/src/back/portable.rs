@@ -1,10 +1,10 @@
-//! Warnings of what only some devices have: limits that a pass exceeds, and capabilities of its shader.
+//! Warnings of what only some devices have: limits that a pass exceeds, capabilities of its shader, and formats of targets.
 
-use raxel_diagnostics::{Diagnostic, codes};
+use raxel_diagnostics::{Diagnostic, Span, codes};
 
 use crate::back::needs::needs_of;
 use crate::ir::checked::{Fact, Pass};
-use crate::ir::plan::{BindingLimits, DeviceLimits, Plan};
+use crate::ir::plan::{BindingLimits, DeviceLimits, Plan, ResourceDesc};
 
 /// Limits that many devices do not exceed, a Raspberry Pi 5 among them. docs/promises.md has them, too.
 const COMMON: DeviceLimits = DeviceLimits {
@@ -30,9 +30,9 @@ const RARER: [&str; 10] = [
 /// Those that a device has if `device.packets` or `device.ballots` holds.
 const OF_BALLOTS: [&str; 3] = ["Int64", "SubgroupBallotKHR", "SubgroupVoteKHR"];
 
-/// A warning for each need of a live pass that many devices do not meet. A capability that the pass's `when` asks the device for is none.
+/// A warning for each need of a plan that many devices do not meet. A capability that the pass's `when` asks the device for is none.
 pub fn rarely_met(plan: &Plan) -> Vec<Diagnostic> {
-    let mut found: Vec<Diagnostic> = Vec::new();
+    let mut found: Vec<Diagnostic> = formats(plan).collect();
     for planned in &plan.passes {
         let pass = plan.graph.pass(planned.pass);
         let name = plan.graph.declared_name(planned.pass);
@@ -40,11 +40,11 @@ pub fn rarely_met(plan: &Plan) -> Vec<Diagnostic> {
         let over_limits = limits.map(|need| {
             let message =
                 format!("pass `{name}` needs {} {}, and many devices have {}", need.needs, need.what, need.has);
-            warning(pass, message, "this pass").note(format!("the limit is `{}`", need.limit))
+            warning(&pass.place, message, "this pass").note(format!("the limit is `{}`", need.limit))
         });
         let rarer = capabilities(pass).map(|capability| {
             let message = format!("pass `{name}` needs `{capability}`, which not every device has");
-            warning(pass, message, "declared by the compiled shader")
+            warning(&pass.place, message, "declared by the compiled shader")
         });
         for new in over_limits.chain(rarer) {
             // The rounds of a loop and the variants of a pass stand at one place.
@@ -56,9 +56,27 @@ pub fn rarely_met(plan: &Plan) -> Vec<Diagnostic> {
     found
 }
 
-fn warning(pass: &Pass, message: String, label: &str) -> Diagnostic {
+/// A warning for each target whose images not every device can make (`Format::is_stored_everywhere`).
+fn formats(plan: &Plan) -> impl Iterator<Item = Diagnostic> {
+    plan.resources.iter().filter_map(|planned| {
+        let (ResourceDesc::Image(desc) | ResourceDesc::SourceImage(_, desc)) = &planned.desc else { return None };
+        let used = match desc.usage.storage {
+            _ if !desc.format.is_sampled_everywhere() => "has images of",
+            true if !desc.format.is_stored_everywhere() => "stores to images of",
+            _ => return None,
+        };
+        let (target, format) = (plan.graph.resource(planned.resource), desc.format.name());
+        let message = format!("target `{}` has the format `{format}`, and not every device {used} it", target.name);
+        Some(
+            warning(&target.place, message, "this target")
+                .help("`raxel explain RX0410` lists the formats of every device"),
+        )
+    })
+}
+
+fn warning(place: &Span, message: String, label: &str) -> Diagnostic {
     Diagnostic::warning(codes::graph::NOT_PORTABLE, message)
-        .label(pass.place.clone(), label)
+        .label(place.clone(), label)
         .help("`raxel doctor --graph` compares the graph with a device")
 }
 

@@ -242,7 +242,7 @@ impl BuildSettings {
             present: present.unwrap_or(raxel_graph::plan::Present::of(graph.present)),
             pinned: self.pinned.iter().filter_map(|name| graph.find_resource(name)).collect(),
             observe: self.observe,
-            facts: build::facts(graph, world, &params, self.context.builder.device()),
+            facts: build::facts(graph, world, &params, self.context.builder.device().capabilities()),
             counts: build::counts(graph, &params),
             alias: self.alias,
         }

@@ -50,7 +50,7 @@ pub(super) fn judge(
             (plan, Err(failure))
         }
     };
-    for need in needs(&planned, &raxel_execute::limits(device)) {
+    for need in needs(&planned, &raxel_execute::limits(device.capabilities())) {
         let grade = if need.is_met() { Grade::Good } else { Grade::Bad };
         let finding = format!("{} in pass `{}`; the device has {} ({})", need.needs, need.pass, need.has, need.limit);
         report.line(grade, need.what, &finding);

@@ -1,11 +1,11 @@
-//! The devices by name, from public reports. A limit that the device below does not reach stays as it is there.
+//! The devices by name, from public reports.
 
-use raxel_gpu::vk::SubgroupFeatureFlags as Operations;
+use ash::vk::SubgroupFeatureFlags as Operations;
 
-use super::{Feature, Lesser, Subgroups};
+use super::{Feature, KnownDevice, Subgroups};
 
 /// As much as every device of Vulkan 1.3 has ("Required Limits", "Feature Requirements").
-pub const LEAST: Lesser = Lesser {
+pub const LEAST: KnownDevice = KnownDevice {
     name: "the least of Vulkan 1.3",
     storage_buffers: 4,
     storage_images: 4,
@@ -32,11 +32,10 @@ pub const LEAST: Lesser = Lesser {
     swapchain: true,
     extensions: false,
     minor: 3,
-    pipeline_milliseconds: 0,
 };
 
 /// A device without limits of its own. The other devices are differences from it.
-const WHOLE: Lesser = Lesser {
+const WHOLE: KnownDevice = KnownDevice {
     name: "a device as large as it may be",
     storage_buffers: u32::MAX,
     storage_images: u32::MAX,
@@ -63,7 +62,6 @@ const WHOLE: Lesser = Lesser {
     swapchain: true,
     extensions: true,
     minor: 3,
-    pipeline_milliseconds: 0,
 };
 
 /// Votes and ballots, and no other operation.
@@ -72,7 +70,7 @@ const VOTES: Operations =
 
 /// Raspberry Pi 5 under Mesa (V3DV): `vulkaninfo` in <https://github.com/bevyengine/bevy/issues/18867>, and
 /// `get_features` of `src/broadcom/vulkan/v3dv_device.c`.
-pub const SMALL: Lesser = Lesser {
+pub const SMALL: KnownDevice = KnownDevice {
     name: "Raspberry Pi 5 (V3DV)",
     storage_buffers: 8,
     samplers: 24,
@@ -105,7 +103,7 @@ pub const SMALL: Lesser = Lesser {
 
 /// Apple M1 under MoltenVK: `vulkaninfo` in <https://github.com/hanatos/vkdt/pull/87> and <https://github.com/gfx-rs/wgpu/issues/5551>. It
 /// has no floats of 64 bits, no atomics of 64 bits, and not the older ballots.
-pub const METAL: Lesser = Lesser {
+pub const METAL: KnownDevice = KnownDevice {
     name: "Apple M1 (MoltenVK)",
     storage_buffers: 31,
     storage_images: 8,
@@ -123,18 +121,9 @@ pub const METAL: Lesser = Lesser {
     ..WHOLE
 };
 
-/// The same over a driver of Vulkan 1.2.
-pub const METAL_12: Lesser = Lesser { name: "Apple M1 (MoltenVK of Vulkan 1.2)", minor: 2, ..METAL };
-
-/// The same with a driver that knows no windows.
-pub const WINDOWLESS: Lesser = Lesser { name: "a device without windows", swapchain: false, ..METAL };
-
-/// The same with a driver that is slow at compiling.
-pub const SLOW_DRIVER: Lesser = Lesser { name: "a device with a slow driver", pipeline_milliseconds: 1600, ..METAL };
-
 /// Intel UHD 620 under Mesa (ANV): `vulkaninfo` in <https://github.com/ValveSoftware/gamescope/issues/361>, that of the same generation in
 /// <https://github.com/KhronosGroup/Vulkan-Tools/issues/491>, and `get_properties` of `src/intel/vulkan/anv_physical_device.c`.
-pub const INTEL_MESA: Lesser = Lesser {
+pub const INTEL_MESA: KnownDevice = KnownDevice {
     name: "Intel UHD 620 (Mesa)",
     storage_buffers: 65535,
     storage_images: 65535,
@@ -152,7 +141,7 @@ pub const INTEL_MESA: Lesser = Lesser {
 
 /// Intel UHD 620 under Windows, driver of Intel: the limits that `wgpu` printed on that driver (16 storage images, 200 storage buffers, 64 samplers,
 /// 1024 × 1024 × 64 invocations, ranges below 2³⁰ and 2²⁷ bytes). Its sizes of subgroups are those under Mesa.
-pub const INTEL_WINDOWS: Lesser = Lesser {
+pub const INTEL_WINDOWS: KnownDevice = KnownDevice {
     name: "Intel UHD 620 (Windows)",
     storage_buffers: 200,
     storage_images: 16,
@@ -168,7 +157,7 @@ pub const INTEL_WINDOWS: Lesser = Lesser {
 
 /// AMD RDNA 2 under Mesa (RADV): `radv_get_physical_device_properties` of `src/amd/vulkan/radv_physical_device.c`, and a Radeon 6500 XT in
 /// <https://github.com/KomputeProject/kompute/issues/275>. Subgroups of 64, and of 32 if a pipeline asks.
-pub const RDNA2: Lesser = Lesser {
+pub const RDNA2: KnownDevice = KnownDevice {
     name: "AMD RDNA 2 (RADV)",
     alignment: 4,
     subgroups: Some(Subgroups { usual: 64, range: [32, 64], in_workgroup: u32::MAX, asked: true }),
@@ -176,14 +165,14 @@ pub const RDNA2: Lesser = Lesser {
 };
 
 /// AMD before RDNA under Mesa: the same file. Subgroups of 64, and no other.
-pub const VEGA: Lesser = Lesser {
+pub const VEGA: KnownDevice = KnownDevice {
     name: "AMD Vega (RADV)",
     subgroups: Some(Subgroups { usual: 64, range: [64, 64], in_workgroup: u32::MAX, asked: false }),
     ..RDNA2
 };
 
 /// NVIDIA GTX 10 (Pascal): `vulkaninfo` of a 1050 Ti in <https://github.com/KhronosGroup/Vulkan-Tools/pull/106>. No floats of 16 bits.
-pub const PASCAL: Lesser = Lesser {
+pub const PASCAL: KnownDevice = KnownDevice {
     name: "NVIDIA GTX 10",
     storage_buffers: 1 << 20,
     storage_images: 1 << 20,
@@ -201,7 +190,7 @@ pub const PASCAL: Lesser = Lesser {
 
 /// Adreno 740 (a Galaxy S23 Ultra), driver of Qualcomm: `vulkaninfo` in <https://github.com/termux-user-repository/tur/issues/530>, and the
 /// sizes of subgroups in <https://github.com/gfx-rs/wgpu/issues/8801>. Features that are unknown there are missing here.
-pub const ADRENO_7: Lesser = Lesser {
+pub const ADRENO_7: KnownDevice = KnownDevice {
     name: "Adreno 740 (Qualcomm)",
     workgroup: [1024, 1024, 64],
     uniform_range: 65536,
@@ -213,7 +202,7 @@ pub const ADRENO_7: Lesser = Lesser {
 
 /// Adreno 6xx under Mesa (Turnip): `tu_get_features` and `tu_get_properties` of `src/freedreno/vulkan/tu_device.cc`. Subgroups of 64 and 128, and no
 /// bytes in storage buffers.
-pub const ADRENO_6: Lesser = Lesser {
+pub const ADRENO_6: KnownDevice = KnownDevice {
     name: "Adreno 6xx (Turnip)",
     buffer_range: 1 << 27,
     uniform_range: 65536,
@@ -224,11 +213,8 @@ pub const ADRENO_6: Lesser = Lesser {
     ..WHOLE
 };
 
-/// Adreno 620, driver of Qualcomm: Vulkan 1.1 (<https://github.com/termux/termux-packages/pull/7165>).
-pub const ADRENO_OLD: Lesser = Lesser { name: "Adreno 620 (Qualcomm, Vulkan 1.1)", minor: 1, ..ADRENO_7 };
-
 /// Mali-G78 with a driver of Arm that has Vulkan 1.3: the limits of that driver in <https://github.com/termux/termux-packages/issues/19460>.
-pub const MALI: Lesser = Lesser {
+pub const MALI: KnownDevice = KnownDevice {
     name: "Mali-G78 (Arm)",
     storage_buffers: 35,
     storage_images: 21,
@@ -244,12 +230,9 @@ pub const MALI: Lesser = Lesser {
     ..WHOLE
 };
 
-/// Mali-G78 with the driver that many phones still have: Vulkan 1.1 (<https://github.com/strato-emu/compat-list/issues/1450>).
-pub const MALI_OLD: Lesser = Lesser { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
-
 /// Raspberry Pi 4 under Mesa (V3DV), with a driver of Vulkan 1.2: `get_features` and `get_properties` of `src/broadcom/vulkan/v3dv_device.c` for
 /// version 4.2 of the hardware, and `vulkaninfo` in <https://github.com/DTolm/VkFFT/issues/19>. Its subgroups can only elect.
-pub const RASPBERRY_4: Lesser = Lesser {
+pub const RASPBERRY_4: KnownDevice = KnownDevice {
     name: "Raspberry Pi 4 (V3DV of Vulkan 1.2)",
     image_sides: [4096, 4096],
     image_layers: 2048,
@@ -261,7 +244,7 @@ pub const RASPBERRY_4: Lesser = Lesser {
 
 /// Intel Iris Xe (Tiger Lake) under Mesa (ANV): `get_features`, `get_properties` and the queues of `src/intel/vulkan/anv_physical_device.c`. No floats
 /// of 64 bits, and a clock of 36.
-pub const INTEL_XE: Lesser = Lesser {
+pub const INTEL_XE: KnownDevice = KnownDevice {
     name: "Intel Iris Xe (Mesa)",
     buffer_range: u32::MAX,
     granularity: 1,
@@ -274,7 +257,7 @@ pub const INTEL_XE: Lesser = Lesser {
 /// Mali-G52 with a driver of Arm that has Vulkan 1.3 (<https://github.com/FreshROMs/android_kernel_samsung_exynos9610_mint/issues/42>): workgroups of
 /// 384 (<https://github.com/ARM-software/ComputeLibrary/issues/999>). Its subgroups of 8, alignments and missing clock are those of
 /// `src/panfrost/vulkan/panvk_physical_device.c` for Bifrost.
-pub const MALI_G52: Lesser = Lesser {
+pub const MALI_G52: KnownDevice = KnownDevice {
     name: "Mali-G52 (Arm)",
     invocations: 384,
     workgroup: [384; 3],
@@ -288,7 +271,7 @@ pub const MALI_G52: Lesser = Lesser {
 /// `PowerVR` BXE-4-32 (a `VisionFive` 2), driver of Imagination: `vulkaninfo` in <https://github.com/meta-flutter/meta-flutter/issues/454>,
 /// and the operations of subgroups in <https://github.com/geerlingguy/sbc-reviews/issues/65>. Limits that are unknown there are as low as
 /// Vulkan allows.
-pub const POWERVR: Lesser = Lesser {
+pub const POWERVR: KnownDevice = KnownDevice {
     name: "PowerVR BXE-4-32 (Imagination)",
     invocations: 512,
     workgroup: [512, 512, 64],
@@ -299,10 +282,10 @@ pub const POWERVR: Lesser = Lesser {
 
 /// An accelerator whose queues compute and do not draw, as AMD's CDNA under Mesa (`radv_get_physical_device_queue_family_properties` of
 /// `src/amd/vulkan/radv_physical_device.c`).
-pub const ACCELERATOR: Lesser = Lesser { name: "an accelerator that does not draw", graphics: false, ..VEGA };
+pub const ACCELERATOR: KnownDevice = KnownDevice { name: "an accelerator that does not draw", graphics: false, ..VEGA };
 
-/// The devices that graphs run on, or are refused by.
-pub const DEVICES: [Lesser; 16] = [
+/// All of them.
+pub const DEVICES: [KnownDevice; 16] = [
     LEAST,
     SMALL,
     METAL,
@@ -320,6 +303,3 @@ pub const DEVICES: [Lesser; 16] = [
     POWERVR,
     ACCELERATOR,
 ];
-
-/// The devices that raxel does not open.
-pub const TOO_OLD: [Lesser; 2] = [ADRENO_OLD, MALI_OLD];
