@@ -65,7 +65,7 @@ fn plan(device: &Arc<Device>) -> Arc<Plan> {
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let (sources, memory) = (BTreeMap::new(), DeviceMemory(device.clone()));
     let paper = PlanInput::on_paper(&graph, [EXTENT, EXTENT], &sources);
-    let input = PlanInput { memory: &memory, limits: limits(device), ..paper };
+    let input = PlanInput { memory: &memory, limits: limits(device.capabilities()), ..paper };
     let plan = raxel_graph::plan(Arc::new(graph), &input).unwrap_or_else(|errors| panic!("{errors:#?}"));
     assert_eq!(plan.passes.len(), PASSES);
     Arc::new(plan)

@@ -75,8 +75,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> Result {
 /// The known device that somebody means.
 fn known(name: &str) -> Result<&'static KnownDevice> {
     let found = known::named(name);
-    let lines =
-        |devices: &[&KnownDevice]| devices.iter().map(|device| format!("\n  {}", device.name)).collect::<String>();
+    let lines = |devices: &[&KnownDevice]| {
+        devices.iter().fold(String::new(), |lines, device| format!("{lines}\n  {}", device.name))
+    };
     match found[..] {
         [device] => Ok(device),
         [] => {

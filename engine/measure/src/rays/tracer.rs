@@ -242,6 +242,7 @@ impl Tracer {
 }
 
 /// The names of a pipeline that is being made.
+#[derive(Clone, Copy)]
 pub(super) struct Named<'a> {
     /// As errors say it.
     pub pipeline: &'a str,
