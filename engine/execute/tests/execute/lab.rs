@@ -83,7 +83,7 @@ impl Lab {
             memory: &DeviceMemory(self.device.clone()),
             alias: how.alias,
             poison: how.poison,
-            limits: limits(&self.device),
+            limits: limits(self.device.capabilities()),
         };
         Arc::new(plan(graph.clone(), &input).unwrap_or_else(|errors| panic!("{errors:#?}")))
     }
