@@ -7,6 +7,7 @@ mod common;
 mod scenes;
 
 use common::Project;
+use raxel::world::{Material, World, vox};
 use raxel::{DebugTarget, Options, Session, Validation, Value};
 use scenes::{cuboid, frames, open};
 
@@ -247,7 +248,9 @@ tree = { file = \"models/tree.vox\" }";
 fn instances_are_seen_through_water() {
     let project = Project::shipped();
     let gloss = |models: &str| {
-        basin(&project, models, [16.0, 40.0, 27.0], [16.0, 4.0, 12.0]);
+        // An instance far away, so that the same shaders run in all of these worlds.
+        let away = "[[instances]]\nposition = [1000, 2, 10]\nmodel = \"tree\"\n";
+        basin(&project, &format!("{models}{away}"), [16.0, 40.0, 27.0], [16.0, 4.0, 12.0]);
         let mut session = open(&project, "graphs/beauty.toml", SIZE, &[("clouds", 0.0)]);
         session.pin("gloss").unwrap();
         frames(&mut session, 4);
@@ -280,6 +283,153 @@ fn the_tracer_of_glass_shows_instances_in_water() {
         error(&moving, &built),
         error(&empty, &built)
     );
+}
+
+/// A block of one material as a model.
+fn block(project: &Project, name: &str, size: [i32; 3], material: Material) {
+    let [x, y, z] = size;
+    let voxels = (0..x * y * z).map(|i| (glam::IVec3::new(i % x, i / x % y, i / (x * y)), 1));
+    let world = World::from_voxels(vec![Material::air(), material], voxels);
+    project.write(format!("worlds/models/{name}.vox").as_str(), vox::export(&world).unwrap());
+}
+
+/// A floor and a wall of glass of five voxels, and models: a red post and a pane of green glass.
+fn glass_wall(project: &Project, models: &str) {
+    block(project, "post", [3, 10, 3], Material::matt("red", [0.7, 0.1, 0.05]));
+    let green = Material { roughness: 0.02, transparency: 0.9, ..Material::matt("green", [0.4, 0.9, 0.5]) };
+    block(project, "pane", [14, 12, 3], green);
+    let build =
+        [cuboid("floor", [0, 0, 0], [40, 2, 40], ""), cuboid("glass", [2, 2, 18], [38, 18, 23], ""), models.to_owned()];
+    let materials = "floor = { albedo = [0.6, 0.6, 0.55] }
+glass = { albedo = [0.95, 0.8, 0.5], roughness = 0.02, transparency = 0.9 }
+[models]
+post = { file = \"models/post.vox\" }
+pane = { file = \"models/pane.vox\" }";
+    scenes::world(project, materials, &build, [20.2, 12.4, 46.3], [19.9, 6.1, 10.2], 50.0);
+}
+
+/// The kinds of models: as an instance, and in the world's voxels.
+const KINDS: [&str; 2] = ["[[instances]]\nposition", "[[build]]\nop = \"model\"\norigin"];
+
+/// Whether two texels have the same colours but for this part of them.
+fn near(a: &[f32; 4], b: &[f32; 4], off: f32) -> bool {
+    (0..3).all(|c| (a[c] - b[c]).abs() <= off * b[c].abs() + 1e-4)
+}
+
+/// The target `gloss` of a graph after some frames.
+fn gloss(project: &Project, graph: &str) -> Vec<[f32; 4]> {
+    let mut session = open(project, graph, SIZE, &[("clouds", 0.0)]);
+    session.pin("gloss").unwrap();
+    frames(&mut session, 4);
+    session.read_target("gloss").unwrap().floats()
+}
+
+/// Behind a pane of the world, in it and before it, an instance is seen as the same voxels would be.
+#[test]
+fn instances_are_seen_behind_panes_and_in_them() {
+    let project = Project::shipped();
+    for place in [[12, 2, 10], [20, 2, 20], [28, 2, 30]] {
+        let [moving, built, empty] = [KINDS[0], KINDS[1], ""].map(|kind| {
+            let model = if kind.is_empty() { String::new() } else { format!("{kind} = {place:?}\nmodel = \"post\"\n") };
+            glass_wall(&project, &model);
+            gloss(&project, "graphs/beauty_glass.toml")
+        });
+        let alike = moving.iter().zip(&built).filter(|(a, b)| near(a, b, 0.05)).count();
+        let seen = moving.iter().zip(&empty).filter(|(a, b)| !near(a, b, 0.1)).count();
+        eprintln!("{place:?}: {alike} of {} alike, {seen} other than without", moving.len());
+        assert!(alike > moving.len() * 9 / 10 && seen > moving.len() / 50, "{place:?}: {alike} alike, {seen} seen");
+    }
+}
+
+/// Clear voxels of an instance let light through as those of the world do: what is behind them, and sunlight with their colours.
+#[test]
+fn panes_of_instances_let_light_through() {
+    let project = Project::shipped();
+    let of = |kind: &str, graph: &str, target: &str| {
+        glass_wall(&project, &format!("{kind} = [20, 2, 32]\nmodel = \"pane\"\n"));
+        let sun = [("clouds", 0.0), ("sun_azimuth", 110.0), ("sun_elevation", 60.0)];
+        let mut session = open(&project, graph, SIZE, &sun);
+        session.pin(target).unwrap();
+        frames(&mut session, 4);
+        session.read_target(target).unwrap().floats()
+    };
+    for (graph, target) in [("beauty", "gloss"), ("beauty_glass", "gloss"), ("beauty_glass", "stained")] {
+        let [moving, built] = KINDS.map(|kind| of(kind, &format!("graphs/{graph}.toml"), target));
+        let off = error(&moving, &built);
+        eprintln!("{graph}, {target}: {off} off");
+        assert!(off < 0.1, "{graph}, {target}: {off} off");
+        // Green light.
+        let lit = moving.iter().filter(|texel| texel[1] > 1.2 * texel[0] && texel[1] > 0.02).count();
+        assert!(graph == "beauty" || lit > 10, "{graph}, {target}: {lit} pixels have green light");
+    }
+}
+
+/// The path tracer of glass shows panes of instances as those of the world, also where they are turned by a hair.
+#[test]
+fn the_tracer_of_glass_passes_panes_of_instances() {
+    let project = Project::shipped();
+    let light = |models: &str| {
+        glass_wall(&project, models);
+        frames(&mut open(&project, "graphs/light/views/glass.toml", SIZE, &[("sun_azimuth", 190.0)]), 48)
+    };
+    let built = light(&format!("{} = [20, 2, 32]\nmodel = \"pane\"\n", KINDS[1]));
+    let empty = light("");
+    for more in ["", "yaw = 0.01\n"] {
+        let moving = light(&format!("{} = [20, 2, 32]\nmodel = \"pane\"\n{more}", KINDS[0]));
+        let (off, without) = (error(&moving, &built), error(&empty, &built));
+        eprintln!("{more:?}: {off} off, {without} without");
+        assert!(off < 0.05 && without > 0.1, "{more:?}: {off} off, {without} without");
+    }
+}
+
+/// A beam of the sun is bent by the surface of water, and so is the edge of a shadow on its bed: `beauty` has it where the path tracer has it.
+#[test]
+fn shadows_of_instances_go_on_below_the_surface_of_water() {
+    let project = Project::shipped();
+    block(&project, "board", [10, 1, 10], Material::matt("red", [0.7, 0.1, 0.05]));
+    let light = |models: &str, graph: &str, target: &str, count: u32| {
+        let build = [
+            cuboid("wall", [0, 0, 0], [64, 14, 64], ""),
+            cuboid("water", [2, 2, 2], [62, 12, 62], ""),
+            "[[build]]\nop = \"box\"\nmode = \"subtract\"\nmin = [2, 12, 2]\nmax = [62, 14, 62]\n".to_owned(),
+            models.to_owned(),
+        ];
+        let materials = "wall = { albedo = [0.6, 0.6, 0.6] }
+water = { albedo = [0.9, 0.95, 0.97], roughness = 0.02, transparency = 0.95 }
+[models]
+board = { file = \"models/board.vox\" }";
+        scenes::world(&project, materials, &build, [32.2, 52.4, 32.3], [32.1, 2.0, 32.0], 32.0);
+        let params =
+            [("clouds", 0.0), ("mist", 0.0), ("sky_strength", 0.1), ("sun_azimuth", 90.0), ("sun_elevation", 35.0)];
+        let params: Vec<_> =
+            params.into_iter().filter(|(name, _)| graph.contains("beauty") || name.starts_with('s')).collect();
+        let mut session = open(&project, graph, SIZE, &params);
+        session.pin(target).unwrap();
+        frames(&mut session, count);
+        session.read_target(target).unwrap().floats()
+    };
+    // An instance far away, so that the same shaders run.
+    let away = format!("{} = [1000, 8, 32]\nmodel = \"board\"\n", KINDS[0]);
+    let runs = [("graphs/beauty.toml", "average", 24), ("graphs/light/views/glass.toml", "radiance", 48)];
+    let without = runs.map(|(graph, target, count)| light(&away, graph, target, count));
+    // Above the water beside the view, and in the water.
+    for place in [[55, 30, 32], [36, 8, 32]] {
+        let model = format!("{} = {place:?}\nmodel = \"board\"\n", KINDS[0]);
+        // Not the board itself, which has little blue.
+        let dark = |a: &[f32; 4], b: &[f32; 4]| a[2] < 0.62 * b[2] && a[2] > 0.45 * a[0];
+        let [found, truth] = [0, 1].map(|i| -> Vec<bool> {
+            let (graph, target, count) = runs[i];
+            let with = light(&model, graph, target, count);
+            with.iter().zip(&without[i]).map(|(a, b)| dark(a, b)).collect()
+        });
+        let count = |of: &dyn Fn(bool, bool) -> bool| found.iter().zip(&truth).filter(|(a, b)| of(**a, **b)).count();
+        let (both, either) = (count(&|a, b| a && b), count(&|a, b| a || b));
+        eprintln!("{place:?}: {both} of {either}");
+        assert!(
+            both > 60 && 10 * both > 7 * either,
+            "{place:?}: {both} of {either} pixels in either shadow are in both"
+        );
+    }
 }
 
 /// A world without instances runs no pass and binds no buffer for them.

@@ -4,7 +4,7 @@
 // value there counts only for the same face of the same voxel. With JITTER, whose frames are averaged, pixels in doubt share the results of
 // their rays, and more of them are in doubt. With ONE_RAY, no pixel gets more than one: for graphs that average whole pictures. With SUN_TEXELS,
 // a face that has texels (unwrapped.glsl) knows its sunlight by itself. With PANES, rays go through clear bodies of at most PANES
-// voxels, with one ray a pixel, too. Their light is kept apart, with its colours and without a history.
+// voxels, with one ray a pixel, too. Their light is kept apart, with its colours. Its mean is of some frames in motion, too.
 #version 460
 #if defined(PANES) && !defined(ONE_RAY)
 #define ONE_RAY 1
@@ -25,7 +25,9 @@ uniform sampler2D sunBefore;
 layout(rg32f) uniform writeonly image2D outSun;
 #ifdef PANES
 #include <raxel/light/body.glsl>
-layout(rgba16f) uniform writeonly image2D outStained;   // share of the sun times the cosine
+layout(rgba32f) uniform writeonly image2D outStained;   // share of the sun times the cosine; frames in the mean
+uniform sampler2D stainedBefore;
+const float MOST_STAINED = 8.0;                         // of earlier frames in motion
 #endif
 #ifdef SUN_TEXELS
 layout(r32ui) uniform readonly uimage2D slots;
@@ -63,6 +65,10 @@ shared uint doubts;
 shared uint asked_for;              // whether any pixel asks for the sun
 #endif
 
+#ifdef PANES
+vec4 stained_before = vec4(0.0);   // that of earlier frames
+#endif
+
 // The result of earlier frames: share of the sun times the cosine, samples.
 vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
     vec2 at;
@@ -83,8 +89,14 @@ vec2 before(ivec2 pixel, ivec2 size, ivec4 hit, vec3 place) {
         if (texelFetch(hitsBefore, tap, 0) != hit) continue;
         float w = ((i & 1) != 0 ? part.x : 1.0 - part.x) * ((i >> 1) != 0 ? part.y : 1.0 - part.y);
         old += w * texelFetch(sunBefore, tap, 0).xy;
+#ifdef PANES
+        stained_before += w * texelFetch(stainedBefore, tap, 0);
+#endif
         weight += w;
     }
+#ifdef PANES
+    stained_before = weight > 1e-3 ? stained_before / weight : vec4(0.0);
+#endif
     return weight > 1e-3 ? old / weight : vec2(0.0);
 }
 
@@ -175,10 +187,10 @@ void main() {
         asks = false;
     }
 #endif
-#ifdef ONE_RAY
+#if defined(ONE_RAY) && !defined(PANES)
     bool remembers = push.history > 0 || frame.still > 0u;
 #else
-    const bool remembers = true;   // the last frame decides whether a pixel is in doubt
+    const bool remembers = true;   // the last frame decides whether a pixel is in doubt; light through panes has a mean in motion
 #endif
     vec2 old = asks && remembers ? before(pixel, size, hit, place.xyz) : vec2(0.0);
 
@@ -251,6 +263,9 @@ void main() {
 #endif
     imageStore(outSun, pixel, vec4(result, 0.0, 0.0));
 #ifdef PANES
-    imageStore(outStained, pixel, vec4(stained, 0.0));
+    float most = MOST_STAINED + float(frame.still);
+    if (state.changed != 0u) most = min(most, state.cap);
+    float kept = min(stained_before.w, most);
+    imageStore(outStained, pixel, asks ? vec4(mix(stained_before.rgb, stained, 1.0 / (kept + 1.0)), kept + 1.0) : vec4(0.0));
 #endif
 }

@@ -1,7 +1,7 @@
 // Temporal anti-aliasing: each frame looks through another place of each pixel, and the pixel's earlier light goes into a mean. In motion,
 // the earlier light follows the light around the pixel, and must lie within its present range; at rest, the mean is of all frames. With
 // WAVES, water that moves has a short memory, and everything else stays as it is after 512 frames at rest, when the passes that find first
-// hits have stopped. A place on an instance is followed as the instance moves.
+// hits have stopped. A place on an instance is followed as the instance moves. With PANES, a pane is followed by what it shows.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
@@ -21,6 +21,9 @@ layout(rgba32f) uniform readonly image2D places;
 #endif
 uniform sampler2D seen;
 uniform sampler2D before;   // light, frames
+#ifdef PANES
+uniform sampler2D gloss;
+#endif
 layout(rgba32f) uniform writeonly image2D outAverage;
 layout(rgba16f) uniform writeonly image2D outPicture;
 layout(push_constant) uniform Push { mat4 world_to_view; ivec3 cell; vec3 frac; } push;
@@ -117,11 +120,17 @@ void main() {
     } else {
         ivec4 hit = imageLoad(hits, pixel);
         float depth = imageLoad(places, pixel).z;
+        bool behind = false;   // a pane shows something farther away
+#ifdef PANES
+        float share = texelFetch(gloss, pixel, 0).a;
+        behind = share < 0.0;
+        if (behind) depth = -share;
+#endif
         vec3 dir = pixel_direction(pixel, size);
         // The centre of the pixel is followed, not the place that this frame has looked through.
         vec3 way = depth == 0.0 && hit.w < 0 ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + depth * dir;
 #ifdef RX_BINDS_Poses
-        if (hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
+        if (!behind && hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
 #endif
         vec2 at;
         if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {

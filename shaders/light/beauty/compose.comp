@@ -36,7 +36,7 @@ void main() {
         }
     } else {
         vec4 coat = texelFetch(gloss, pixel, 0);
-        color = color * coat.a + coat.rgb;
+        color = color * max(coat.a, 0.0) + coat.rgb;
         float slice = slice_of(depth) - 0.5 / 32.0;
         vec4 before = textureLod(air, vec3((vec2(pixel) + 0.5) / vec2(size), slice), 0.0);
         // Before the centre of the first slice there is proportionally less.

@@ -1,5 +1,6 @@
 // Smooth surfaces mirror their surroundings, and clear ones show the ground below them. The mirrored ray reads the light that faces keep.
-// Leaves light to add, and the share of the surface's own light that stays.
+// Leaves light to add, and the share of the surface's own light that stays. For a pane that shows something, which has no light of its own, this
+// number is how far away that is, negative.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -109,12 +110,14 @@ vec3 facet_normal(Surface on) {
 }
 
 const uint MIRRORED = 0u, BEHIND = 1u;
+const float FARTHEST = 60000.0;   // what half floats hold
 
-// Light along the mirrored ray and, for a pane, along `behind`, which goes on through it. Each ray that hits a surface is followed by one from there to the
-// sun. All of them take turns in one loop, because each call of the tracer is compiled into the shader.
-void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun, out vec3 light_of[2]) {
+// Light along the mirrored ray and, for a pane, along `behind`, which goes on through it and through panes behind it. Each ray that hits a surface is followed
+// by one from there to the sun. All of them take turns in one loop, because each call of the tracer is compiled into the shader.
+void trace_gloss(Surface on, vec3 mirrored, bool pane, RxSceneRay behind, vec3 to_sun, out vec3 light_of[2], out float far_behind) {
+    far_behind = FARTHEST;
     light_of = vec3[2](vec3(0.0), vec3(0.0));
-    vec3 waiting = vec3(0.0);
+    vec3 waiting = vec3(0.0), through = vec3(1.0);
     RxSceneRay ray = rx_ray_from_place(on.voxel, on.face, on.place.xy, mirrored);
     bool sunward = false;
     uint way = MIRRORED;
@@ -122,7 +125,12 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun
         RxHit hit;
         bool found = rx_trace_places(ray, hit);
 #ifdef PANES
-        if (found && sunward && rx_pass_panes(hit, PANES, ray, waiting)) continue;
+        vec3 left = vec3(1.0);
+        if (found && (sunward || way == BEHIND) && rx_pass_panes(hit, PANES, ray, left)) {
+            if (sunward) waiting *= left;
+            else through *= left;
+            continue;
+        }
 #endif
         if (sunward) {
             if (!found) light_of[way] += waiting;
@@ -132,6 +140,7 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun
             if (on.clear && way == MIRRORED) light_of[way] += sun_irradiance(to_sun) * sun_through_clouds(pixel_world(on.pixel, on.size, on.place.z)) * 60.0 * pow(max(dot(mirrored, to_sun), 0.0), 600.0);
         } else if (hit.face != RX_FACE_INSIDE) {
             RxMaterial other = rx_material_properties(hit.material);
+            if (way == BEHIND) far_behind = dot(vec3(RX_RAY(ray).cell - frame.camera_cell) + RX_RAY(ray).frac - frame.camera_frac, on.dir) + hit.t;
             light_of[way] = other.albedo * (frame.lamp_strength * other.emission + kept(hit, to_sun));
             float cosine = dot(rx_place_normal(hit.voxel, hit.face), to_sun);
             if (cosine > 0.0) {
@@ -145,36 +154,70 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxRay behind, vec3 to_sun
         if (way == BEHIND || !pane) break;
         way = BEHIND;
         sunward = false;
-        ray = rx_scene_ray(behind);
+        ray = behind;
     }
+    light_of[BEHIND] *= through;
 }
 
+#ifdef RX_BINDS_instances
+// Whether the sun reaches a place in a body: 1 or 0. The beam is refracted by the level surface. Instances in the body and above it throw shadows.
+float sun_below(RxSceneRay from, uint body, vec3 to_sun, uint seed) {
+    vec3 to = rx_sun_point(to_sun, rx_sobol(frame.index, 2u, seed));
+    vec3 up = -refract(-to, vec3(0.0, 1.0, 0.0), 1.0 / ETA);
+    if (to.y <= 0.0) return 0.0;
+    RX_RAY(from).dir = up;
+    RxBodyEnd end;
+    RxHit above;
+    bool ends = rx_walk_body(RX_RAY(from).cell, RX_RAY(from).frac, up, body, DEEPEST, end);
+    if (rx_instance_in_body(from, end.t, above) || (ends && end.material != 0u)) return 0.0;
+    return ends && rx_meets_places(rx_scene_ray(rx_ray_from_face(end.inside, end.face ^ 1u, end.uv, to))) ? 0.0 : 1.0;
+}
+#endif
+
 // Light that comes up through a clear body, times the share that is not mirrored. It went straight down and
-// back, less the body's loss.
+// back, less the body's loss. Where instances are bound, the sun's part came by the refracted beam.
 vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
     vec3 inward = refract(on.dir, on.normal, 1.0 / ETA);
     RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
     uint axis = rx_face_axis(on.face);
     from.frac[axis] = 1.0 - from.frac[axis];
+    from.cell = on.voxel;
     RxBodyEnd end;
-    bool ground = rx_walk_body(on.voxel, from.frac, inward, on.index, DEEPEST, end) && end.material != 0u;
+    RxHit standing;
+    bool ground, stands = false;
+    if (rx_is_on_instance(on.face)) {
+        ground = rx_walk_instance_body(on.voxel, on.face, on.place.xy, inward, on.index, DEEPEST, end);
+        // Where its model ends, the world may begin.
+        if (ground && end.material == 0u) end.material = rx_material(RX_RAY(rx_ray_from_place(end.inside, end.face ^ 1u, end.uv, inward)).cell);
+    } else {
+        ground = rx_walk_body(on.voxel, from.frac, inward, on.index, DEEPEST, end);
+        // An instance that stands in the body is nearer than its end.
+        stands = rx_instance_in_body(rx_scene_ray(from), end.t, standing);
+    }
+    ground = ground && end.material != 0u;
     uint bed = end.material;
     float deep = end.t;
-    // An instance that stands in the body is nearer than its end.
-    RxHit standing;
-    from.cell = on.voxel;
-    if (rx_instance_in_body(rx_scene_ray(from), end.t, standing)) {
+    if (stands) {
         ground = true;
         bed = standing.material;
         deep = standing.t;
     }
     uint slot = imageLoad(slots, on.pixel).x;
-    vec3 on_surface = (slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb) + sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(on.pixel, on.size, on.place.z)) * texelFetch(sun, on.pixel, 0).x / RX_PI);
+    vec3 kept_here = slot == RX_NO_FACE ? vec3(0.0) : light[slot].rgb;
+    vec3 sunlight = sun_irradiance(to_sun) * (sun_through_clouds(pixel_world(on.pixel, on.size, on.place.z)) / RX_PI);
+    float sun_here = texelFetch(sun, on.pixel, 0).x, sun_there = sun_here;
+#ifdef RX_BINDS_instances
+    if (ground && on.face == RX_FACE_POS_Y && to_sun.y > 0.0 && frame.sun_strength > 0.0) {
+        RxSceneRay start = rx_scene_ray(rx_ray_from_face(end.beyond, end.face, end.uv, -inward));
+        if (stands) start = rx_ray_from_place(standing.voxel, standing.face, standing.uv, -inward);
+        sun_there = to_sun.y * sun_below(start, on.index, to_sun, scene_seed(uint(on.pixel.x) + rx_hash(uint(on.pixel.y))));
+    }
+#endif
     vec3 way = exp(-rx_body_loss(on.material) * (ground ? 2.0 * deep : 80.0));
     vec3 below = ground ? rx_material_properties(bed).albedo : vec3(0.0);
     // The body itself scatters some light back.
     vec3 body = on.material.albedo * 0.22 * (1.0 - way);
-    return (1.0 - share) * on_surface * (below * way * 0.9 + body);
+    return (1.0 - share) * ((kept_here + sun_there * sunlight) * below * way * 0.9 + (kept_here + sun_here * sunlight) * body);
 }
 
 // Light that a pixel mirrors or shows, and the share of the surface's own light that stays. `alike` is 0 unless the surface mirrors a wide cone; else it is
@@ -195,7 +238,15 @@ vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
     on.place = imageLoad(places, pixel);
     on.dir = pixel_direction(pixel, size);
     on.plane = rx_place_normal(seen.xyz, on.face);
-    on.clear = on.material.transparency > 0.0 && !rx_is_on_instance(on.face);
+    on.clear = on.material.transparency > 0.0;
+    bool pane = false;
+    RxSceneRay behind = rx_scene_ray(rx_ray(seen.xyz, vec3(0.5), on.dir));
+#ifdef PANES
+    // A pane shows the things behind it.
+    vec3 clearly = vec3(0.96);
+    RxHit surface = RxHit(seen.xyz, on.face, on.index, 0.0, on.place.xy, 0u);
+    pane = on.clear && on.face != RX_FACE_POS_Y && rx_pass_panes(surface, PANES, behind, clearly);
+#endif
     on.normal = facet_normal(on);
     if (!on.clear && on.material.roughness >= ROUGH && !rx_is_on_instance(on.face)) alike = max(rx_hash(uint(seen.w) + rx_hash(uint(seen[rx_face_axis(on.face)]))), 1u);
 
@@ -204,20 +255,12 @@ vec4 gloss_of(ivec2 pixel, ivec2 size, out uint alike) {
     vec3 share = on.clear ? vec3(rx_fresnel_dielectric(clamp(-dot(on.dir, on.normal), 0.02, 1.0), ETA))
                           : rx_fresnel(mix(vec3(0.04), on.material.albedo, on.material.metallic), clamp(-dot(on.dir, on.normal), 0.0, 1.0));
 
-    bool pane = false;
-    RxRay behind = rx_ray(seen.xyz, vec3(0.5), on.dir);
-#ifdef PANES
-    // A pane shows the things behind it.
-    vec3 clearly = vec3(0.96);
-    RxHit surface = RxHit(seen.xyz, on.face, on.index, 0.0, on.place.xy, 0u);
-    pane = on.clear && on.face != RX_FACE_POS_Y && rx_pass_body(surface, PANES, behind, clearly);
-#endif
-
     vec3 light_of[2];
-    trace_gloss(on, mirrored, pane, behind, to_sun, light_of);
+    float far_behind;
+    trace_gloss(on, mirrored, pane, behind, to_sun, light_of, far_behind);
     vec4 result = vec4(share * light_of[MIRRORED], (1.0 - share.y) * (on.clear ? 1.0 : 1.0 - on.material.metallic));
 #ifdef PANES
-    if (pane) result = vec4(result.rgb + (1.0 - share) * clearly * light_of[BEHIND], 0.0);
+    if (pane) result = vec4(result.rgb + (1.0 - share) * clearly * light_of[BEHIND], -min(far_behind, FARTHEST));
 #endif
     if (on.clear && !pane) {
         result.rgb += light_from_below(on, share, to_sun);

@@ -1,7 +1,7 @@
 // A path tracer for materials. At each surface it draws one way for the light: a mirror image in a coat or a metal (GGX), or
 // light from inside (matt). At a clear body, Fresnel's law chooses between a mirror image and the way through. Inside a body the
-// way goes from boundary to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies; clear
-// ones are matt here, and no lamp is drawn on them.
+// way goes from boundary to boundary; light is taken away by its colour. Instances are seen everywhere, also in bodies of the world.
+// A body may be one of an instance: the way follows its model, and nothing else in it is seen. No lamp is drawn on instances.
 #version 460
 #include <raxel/scene.glsl>
 #include "../scene.glsl"
@@ -46,6 +46,7 @@ struct Path {
     vec3 share;          // of light at the path's end that comes back to the camera
     RxSceneRay ray;      // in work
     bool within;         // it is in a body:
+    RxHit inner;         // of an instance, if this place is on one. The way goes on from there, in the direction of the ray,
     uint body;           // its material,
     vec3 loss;           // and its loss a voxel
     uint depth;          // surfaces that the path has met
@@ -62,6 +63,11 @@ const uint MEETS = 0u, GOES_ON = 1u, ENDS = 2u;   // the outcome of a ray: it me
 
 // Sends the path through a face of a voxel, into that voxel.
 void pass_face(inout Path path, ivec3 voxel, uint face, vec2 uv, vec3 dir) {
+    path.inner = RxHit(voxel, face, 0u, 0.0, uv, 0u);
+    if (rx_is_on_instance(face)) {
+        RX_RAY(path.ray).dir = dir;
+        return;
+    }
     uint axis = rx_face_axis(face);
     RxRay from = rx_ray_from_face(voxel, face, uv, dir);
     from.cell = voxel;
@@ -79,20 +85,29 @@ void enter_body(inout Path path, uint body) {
 uint cross_body(inout Path path, out RxHit hit) {
     RxBodyEnd end;
     RxRay on = RX_RAY(path.ray);
-    bool ended = rx_walk_body(on.cell, on.frac, on.dir, path.body, DEEPEST, end), stands = rx_instance_in_body(path.ray, end.t, hit);
+    bool moves = rx_is_on_instance(path.inner.face), ended, stands = false;
+    if (moves) {
+        ended = rx_walk_instance_body(path.inner.voxel, path.inner.face, path.inner.uv, on.dir, path.body, DEEPEST, end);
+    } else {
+        ended = rx_walk_body(on.cell, on.frac, on.dir, path.body, DEEPEST, end);
+        stands = rx_instance_in_body(path.ray, end.t, hit);
+    }
     if (!ended && !stands) return ENDS;
     path.share *= exp(-path.loss * (stands ? hit.t : end.t));
     ++path.depth;
     if (!stands && (end.material == 0u || rx_material_properties(end.material).transparency > 0.0)) {
         // Back into the air (another clear body counts as air): through, or mirrored inside.
-        vec3 normal = rx_normal(end.face);
+        vec3 normal = rx_place_normal(end.inside, end.face);
         float cosine = -dot(on.dir, normal), bent = rx_fresnel_dielectric(cosine, 1.0 / push.index);
         if (rx_next(path.numbers) < bent) {
             vec3 turned = reflect(on.dir, normal);
             // The same place, seen from inside.
-            path.ray = rx_scene_ray(rx_ray_from_face(end.beyond, end.face, end.uv, turned));
+            if (moves) pass_face(path, end.inside, end.face ^ 1u, end.uv, turned);
+            else path.ray = rx_scene_ray(rx_ray_from_face(end.beyond, end.face, end.uv, turned));
         } else {
-            pass_face(path, end.beyond, end.face, end.uv, refract(on.dir, normal, push.index));
+            vec3 outward = refract(on.dir, normal, push.index);
+            pass_face(path, end.beyond, end.face, end.uv, outward);
+            if (moves) path.ray = rx_ray_from_place(end.inside, end.face ^ 1u, end.uv, outward);
             path.within = false;
             path.mirrored = true;
             if (end.material != 0u) enter_body(path, end.material);
@@ -100,6 +115,7 @@ uint cross_body(inout Path path, out RxHit hit) {
         return GOES_ON;
     }
     if (!stands) hit = RxHit(end.beyond, end.face, end.material, end.t, end.uv, 0u);
+    if (moves) path.inner = RxHit(end.inside, end.face ^ 1u, 0u, 0.0, end.uv, 0u);
     return MEETS;
 }
 
@@ -171,7 +187,9 @@ void meet_matt(inout Path path, RxHit hit, RxMaterial material, vec3 normal, vec
     RxRay from = RX_RAY(start);
     path.mirrored = false;
     path.shadow_share = path.share;
-    if (path.within) {
+    if (path.within && rx_is_on_instance(path.inner.face)) {
+        path.shadow = false;   // sunlight in bodies of instances is left out
+    } else if (path.within) {
         RxRay upward;
         path.waiting = sun_below(start, normal, sun, path.body, path.loss, upward);
         path.shadow = path.waiting != vec3(0.0);
@@ -211,6 +229,7 @@ vec3 path_light(ivec2 pixel, ivec2 size) {
     path.shadow = path.within = path.below = false;
     path.mirrored = true;
     path.body = path.depth = 0u;
+    path.inner = RxHit(ivec3(0), RX_FACE_INSIDE, 0u, 0.0, vec2(0.0), 0u);
     for (uint turn = 0u; turn < 200u && path.depth < 48u; ++turn) {
         RxHit hit;
         uint done = path.within ? cross_body(path, hit) : cross_air(path, sun, hit);
@@ -226,7 +245,7 @@ vec3 path_light(ivec2 pixel, ivec2 size) {
             path.share /= on;
         }
         vec3 v = -RX_RAY(path.ray).dir;
-        if (!path.within && material.transparency > 0.0 && !rx_is_on_instance(hit.face)) meet_clear(path, hit, normal, v);
+        if (!path.within && material.transparency > 0.0) meet_clear(path, hit, normal, v);
         else if (!meet_mirror(path, hit, material, normal, v, sun)) meet_matt(path, hit, material, normal, sun);
     }
     return path.light;

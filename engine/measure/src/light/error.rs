@@ -5,6 +5,7 @@
 //! * error = mean over both T of w (T − R1)(T − R2)
 //! * bias² = mean of w (T1 − R1)(T2 − R2), and the same with R1 and R2 exchanged
 //! * noise = ½ mean of w (T1 − T2)²
+//! * gain = mean of T − Rm over mean of Rm: the share of all light that is too much, or lost if it is negative
 //!
 //! The noise of the references cancels on average, and error = bias² + noise holds exactly. Bias² may come out below 0 by about its standard
 //! error, which is taken over tiles.
@@ -57,6 +58,10 @@ pub struct Judged {
     pub bias2_se: f64,
     /// Relative variance of a run.
     pub noise: f64,
+    /// Mean light of the runs over that of the references, less 1: above 0 they have too much, below 0 they lose some. 0 where the references are black.
+    pub gain: f64,
+    /// Its standard error.
+    pub gain_se: f64,
     /// The 99th percentile of pixels by w (T − Rm)²: fireflies.
     pub p99: f64,
     /// Texels of the runs that are infinite or no number; they count as black.
@@ -85,6 +90,8 @@ pub fn judge(runs: [&Picture; 2], references: [&Picture; 2], epsilon: f64) -> Ju
             let middle = f64::midpoint(r1, r2);
             let weight = 1.0 / (middle * middle + epsilon) / 3.0;
             tile.error += weight * 0.5 * ((t1 - r1) * (t1 - r2) + (t2 - r1) * (t2 - r2));
+            tile.gain += (f64::midpoint(t1, t2) - middle) / 3.0;
+            tile.light += middle / 3.0;
             tile.bias2 += weight * 0.5 * ((t1 - r1) * (t2 - r2) + (t1 - r2) * (t2 - r1));
             noise += weight * 0.5 * (t1 - t2) * (t1 - t2);
             square += weight * 0.5 * ((t1 - middle).powi(2) + (t2 - middle).powi(2));
@@ -96,7 +103,8 @@ pub fn judge(runs: [&Picture; 2], references: [&Picture; 2], epsilon: f64) -> Ju
     let p99 = if squares.is_empty() { 0.0 } else { *squares.select_nth_unstable_by(rank, f64::total_cmp).1 };
     let (error, error_se) = mean(&tiles, pixels, |tile| tile.error);
     let (bias2, bias2_se) = mean(&tiles, pixels, |tile| tile.bias2);
-    Judged { error, error_se, bias2, bias2_se, noise: noise / pixels, p99, not_finite }
+    let (gain, gain_se) = gain(&tiles);
+    Judged { error, error_se, bias2, bias2_se, noise: noise / pixels, gain, gain_se, p99, not_finite }
 }
 
 /// Sums over a tile of the picture.
@@ -105,6 +113,20 @@ struct Tile {
     pixels: f64,
     error: f64,
     bias2: f64,
+    gain: f64,
+    light: f64,
+}
+
+/// Light that is too much, as a share of all light, and its standard error as a ratio of sums over tiles.
+fn gain(tiles: &[Tile]) -> (f64, f64) {
+    let light: f64 = tiles.iter().map(|tile| tile.light).sum();
+    if light <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let gain = tiles.iter().map(|tile| tile.gain).sum::<f64>() / light;
+    let count = tiles.len() as f64;
+    let spread: f64 = tiles.iter().map(|tile| (tile.gain - gain * tile.light).powi(2)).sum();
+    (gain, if count > 1.0 { (spread * count / (count - 1.0)).sqrt() / light } else { f64::NAN })
 }
 
 /// Mean over pixels, and its standard error as a ratio of sums over tiles, which are nearly independent of each other.
@@ -157,6 +179,10 @@ mod tests {
         assert!((judged.bias2 - 0.01 / 0.26).abs() < 4.0 * judged.bias2_se, "{judged:?}");
         assert!((judged.noise - 0.004 / 0.26).abs() < 5e-4, "{judged:?}");
         assert!(judged.bias2_se > 0.0 && judged.bias2_se < 1e-3, "{judged:?}");
+        // 0.1 of 0.5.
+        assert!((judged.gain - 0.2).abs() < 4.0 * judged.gain_se && judged.gain_se < 5e-3, "{judged:?}");
+        let black = Picture { size: SIZE, texels: vec![[0.0; 3]; (SIZE[0] * SIZE[1]) as usize] };
+        assert_eq!(judge([&runs[0], &runs[1]], [&black, &black], 0.01).gain.to_bits(), 0);
     }
 
     #[test]

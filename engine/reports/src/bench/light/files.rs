@@ -101,6 +101,8 @@ fn csv(all: &[Judgement]) -> Result<Vec<u8>> {
         "bias2",
         "bias2_se",
         "noise",
+        "gain",
+        "gain_se",
         "p99",
         "not_finite",
         "epsilon",
@@ -111,8 +113,17 @@ fn csv(all: &[Judgement]) -> Result<Vec<u8>> {
         for row in &judgement.rows {
             let mut line = |camera: &str, frame: u32, ms: f64, judged: &Judged| {
                 let head = [judgement.scene.name.clone(), row.system.clone(), camera.to_owned(), frame.to_string()];
-                let numbers =
-                    [ms, judged.error, judged.error_se, judged.bias2, judged.bias2_se, judged.noise, judged.p99];
+                let numbers = [
+                    ms,
+                    judged.error,
+                    judged.error_se,
+                    judged.bias2,
+                    judged.bias2_se,
+                    judged.noise,
+                    judged.gain,
+                    judged.gain_se,
+                    judged.p99,
+                ];
                 let numbers = numbers.map(|number| number.to_string());
                 table.row(head.into_iter().chain(numbers).chain([
                     judged.not_finite.to_string(),

@@ -39,7 +39,7 @@ pub(super) fn print_last(judgement: &Judgement, console: &Console) {
     }
     if judgement.rows.len() == 1 {
         console::data(&format!(
-            "{:<18} {:>8} {:>8} {:>9} {:>9} {:>9} {:>19} {:>9} {:>7} {:>9} {:>9} {:>7} {:>17} {:>9} {:>12}\n",
+            "{:<18} {:>8} {:>8} {:>9} {:>9} {:>9} {:>19} {:>9} {:>7} {:>7} {:>9} {:>9} {:>7} {:>17} {:>9} {:>12}\n",
             "",
             "ms/frame",
             "MiB",
@@ -48,6 +48,7 @@ pub(super) fn print_last(judgement: &Judgement, console: &Console) {
             "last",
             "bias²",
             "noise",
+            "light",
             "FLIP",
             "p99",
             "flicker",
@@ -89,7 +90,7 @@ fn line(judgement: &Judgement, row: &Row) -> String {
         count => format!("  {count} texels are not numbers"),
     };
     format!(
-        "{:<18} {:>8} {:>8} {:>9.2e} {:>9} {:>9.2e} {:>9.2e} ± {:>7.1e} {:>9.2e} {:>7} {:>9.2e} {:>9.2e} {:>7} {:>17} {:>9} {:>12}{}\n",
+        "{:<18} {:>8} {:>8} {:>9.2e} {:>9} {:>9.2e} {:>9.2e} ± {:>7.1e} {:>9.2e} {:>+6.1}% {:>7} {:>9.2e} {:>9.2e} {:>7} {:>17} {:>9} {:>12}{}\n",
         row.system,
         three(outcome.frame_ms),
         three(outcome.bytes as f64 / f64::from(1 << 20)),
@@ -99,6 +100,7 @@ fn line(judgement: &Judgement, row: &Row) -> String {
         last.judged.bias2,
         last.judged.bias2_se,
         last.judged.noise,
+        100.0 * last.judged.gain,
         flip,
         last.judged.p99,
         outcome.flicker,
