@@ -95,6 +95,7 @@ fn params_that_a_program_sets_become_keys_of_the_demo() {
         stage.ask(json!({ "do": "pause" }));
         stage.pictured("a picture", |_| true);
         let text = stage.read(DEMO);
+        let value = |stage: &mut Stage| stage.ask(json!({ "do": "info" }))["params"][0]["value"].as_f64().unwrap();
         let set =
             |stage: &mut Stage, value: f64| stage.ask(json!({ "do": "set", "param": "sky_depth", "value": value }));
         let nothing = stage.ask(json!({ "do": "record_params", "on": false }));
@@ -115,13 +116,22 @@ fn params_that_a_program_sets_become_keys_of_the_demo() {
         let track = json!({ "track": "tracks.sky_depth", "keys": [0.0, 0.49, 0.5, 1.0, 1.5], "movable": true });
         assert!(keys["tracks"].as_array().unwrap().contains(&track), "{keys}");
         // It plays the motion, without a hand that drives.
-        let value = |stage: &mut Stage| stage.ask(json!({ "do": "info" }))["params"][0]["value"].as_f64().unwrap();
         go_to(&mut stage, 0.75);
         assert!((value(&mut stage) - 20.0).abs() < 1e-3, "{}", value(&mut stage));
         go_to(&mut stage, 1.25);
         assert!((value(&mut stage) - 30.0).abs() < 1e-3, "{}", value(&mut stage));
+        let recorded = stage.read(DEMO);
         stage.write(json!({ "do": "undo_write" }));
         assert_eq!(stage.read(DEMO), text);
+        // A demo that opens drives all of its params, also those that were recorded before.
+        stage.project.write(DEMO, &recorded);
+        stage.ask(json!({ "do": "open", "path": DEMO }));
+        stage.ask(json!({ "do": "record_params" }));
+        set(&mut stage, 7.0);
+        stage.ask(json!({ "do": "open", "path": DEMO }));
+        stage.ask(json!({ "do": "pause" }));
+        go_to(&mut stage, 0.75);
+        assert!((value(&mut stage) - 20.0).abs() < 1e-3, "{}", value(&mut stage));
         stage.ends();
     }
 }

@@ -184,13 +184,13 @@ pub(super) fn answer(
     }
 }
 
-/// Sets a param, which is recorded if a program or a panel records.
+/// Sets a param, which is recorded if a program records.
 fn set(host: &mut dyn Host, param: &str, value: &Value) -> Result<Value, Refusal> {
     let text = text(value)?;
     let (session, recorder) = host.recorder();
     let before = session.param(param)?;
     session.set_param_text(param, &text)?;
-    if recorder.is_on() {
+    if recorder.is_of_program() {
         tracks::moved(session, recorder, param, before);
     } else {
         // A demo that drives the param would win.

@@ -1,6 +1,7 @@
 //! Requests that compare what is shown with a picture that is kept.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread;
 
@@ -56,7 +57,7 @@ impl<T: Send + 'static> Later<T> {
         match self.made.try_recv() {
             Ok(made) => Some(made),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be compared"))),
+            Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be read or compared"))),
         }
     }
 }
@@ -80,11 +81,17 @@ impl<T> Copies<T> {
 }
 
 /// What is to be kept: what is shown, a file, or a target as it goes on.
-pub(super) fn keep(session: &mut Session, wanted: &ToKeep) -> Result<Later<Kept>, Refusal> {
+/// The thread that reads a file has a clone of `reading`.
+pub(super) fn keep(session: &mut Session, wanted: &ToKeep, reading: &Arc<()>) -> Result<Later<Kept>, Refusal> {
     match (&wanted.path, &wanted.target) {
         (Some(path), None) => {
             let (file, name) = (session.project().root().join(Path::new(path)), path.clone());
-            Ok(Later::of(Vec::new(), move |_| Kept::read(&file, &name).map_err(Refusal::new)))
+            let reading = reading.clone();
+            Ok(Later::of(Vec::new(), move |_| {
+                let kept = Kept::read(&file, &name).map_err(Refusal::new);
+                drop(reading);
+                kept
+            }))
         }
         (None, Some(text)) => {
             let target = DebugTarget::parse(text)?;

@@ -20,7 +20,8 @@ mod work;
 mod writers;
 
 use std::io::BufReader;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
@@ -63,8 +64,10 @@ pub struct Control {
     drive: Drive,
     /// A request that is answered later.
     waiting: Option<Waiting>,
-    /// The line after that request, and whether it gives up a picture that is being kept.
-    ahead: Option<(Result<String, Refusal>, bool)>,
+    /// The line after that request.
+    ahead: Option<Ahead>,
+    /// Each thread that reads a picture has a clone.
+    reading: Arc<()>,
     /// The output of a pass within the last frame, if the session shows that instead of the frame's end.
     middle: Option<Middle>,
     /// Diagnostics of the last edit, for the request `diagnostics`.
@@ -73,6 +76,18 @@ pub struct Control {
     /// The generation that runs.
     shown: u64,
 }
+
+/// A line that was read before its turn.
+struct Ahead {
+    line: Result<String, Refusal>,
+    /// It gives up a picture that is being kept.
+    ends_keep: bool,
+    /// It keeps another one.
+    keeps: bool,
+}
+
+/// Threads that read pictures which were given up, so that as many files are not decoded at once as a program can ask for.
+const MOST_GIVEN_UP: usize = 2;
 
 struct Waiting {
     id: Value,
@@ -124,6 +139,7 @@ impl Control {
             drive,
             waiting: None,
             ahead: None,
+            reading: Arc::default(),
             middle: None,
             diagnostics: Vec::new(),
             generation: 0,
@@ -171,8 +187,8 @@ impl Control {
                 self.note_alone(&events, &mut host);
                 self.tire(&mut host);
                 continue;
-            } else if let Some((line, _)) = self.ahead.take() {
-                Ok(line)
+            } else if let Some(ahead) = self.ahead.take() {
+                Ok(ahead.line)
             } else {
                 self.lines.recv_timeout(Duration::from_millis(100))
             };
@@ -287,19 +303,28 @@ impl Control {
 
     /// The line that was read ahead, or the next one.
     fn next_line(&mut self) -> Option<Result<String, Refusal>> {
-        self.ahead.take().map(|(line, _)| line).or_else(|| self.lines.try_recv().ok())
+        self.ahead.take().map(|ahead| ahead.line).or_else(|| self.lines.try_recv().ok())
     }
 
-    /// Whether the next request gives up a picture that is being kept.
+    /// Whether the next request gives up a picture that is being kept. So does the end of the program's requests, but for a window.
     fn ends_keep(&mut self) -> bool {
-        if self.ahead.is_none() {
-            let ends = |line: &str| request::parse(line).1.is_ok_and(|request| request.ends_keep());
-            self.ahead = self.lines.try_recv().ok().map(|line| {
-                let ends = line.as_ref().is_ok_and(|line| ends(line));
-                (line, ends)
-            });
+        while self.ahead.is_none() {
+            let line = match self.lines.try_recv() {
+                Ok(line) => line,
+                Err(TryRecvError::Disconnected) => return self.drive == Drive::Requests,
+                Err(TryRecvError::Empty) => return false,
+            };
+            if line.as_ref().is_ok_and(|line| line.trim().is_empty()) {
+                continue;
+            }
+            let request = line.as_ref().ok().and_then(|line| request::parse(line).1.ok());
+            let is = |what: fn(&Request) -> bool| request.as_ref().is_some_and(what);
+            let (ends_keep, keeps) = (is(Request::ends_keep), is(|request| matches!(request, Request::Keep(_))));
+            self.ahead = Some(Ahead { line, ends_keep, keeps });
         }
-        self.ahead.as_ref().is_some_and(|(_, ends)| *ends)
+        // One clone is that of `self`, and one reads for the request that waits.
+        let given_up = Arc::strong_count(&self.reading).saturating_sub(2);
+        self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (!ahead.keeps || given_up < MOST_GIVEN_UP))
     }
 
     /// Answers with pictures and figures that have come, and gives up waiting for an edit that does not come.
@@ -370,7 +395,7 @@ impl Control {
                 Ok(()) => self.wait(id, seconds, Awaited::Opening(path)),
                 Err(refusal) => self.give(&id, Err(refusal)),
             },
-            Ok(Request::Keep(wanted)) => match compare::keep(host.session(), &wanted) {
+            Ok(Request::Keep(wanted)) => match compare::keep(host.session(), &wanted, &self.reading) {
                 Ok(kept) => {
                     self.wait(id, 0.0, Awaited::Kept { kept, from_file: wanted.path.is_some() });
                     // Its thread starts at once.

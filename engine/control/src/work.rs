@@ -1,5 +1,7 @@
 //! Requests that do what the panels of a window do: presets, values written into files, keys of demos, the display.
 
+use std::collections::BTreeMap;
+
 use raxel_graph::checked::{Display, Param};
 use raxel_runtime::Session;
 use raxel_workbench::demo::{self, Changed, Lane};
@@ -187,8 +189,11 @@ pub(super) fn write_recorded(host: &mut dyn Host) -> Result<Value, Refusal> {
     if recordings.is_empty() {
         return Ok(json!({ "on": false, "path": null, "changed": false, "tracks": [] }));
     }
-    let track = |recording: &Recording| json!({ "track": Lane::Param(recording.param.clone()).to_string(), "keys": recording.keys().len() });
-    let recorded: Vec<Value> = recordings.iter().map(track).collect();
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for recording in &recordings {
+        *counts.entry(Lane::Param(recording.param.clone()).to_string()).or_default() += recording.keys().len();
+    }
+    let recorded: Vec<Value> = counts.iter().map(|(track, keys)| json!({ "track": track, "keys": keys })).collect();
     match tracks::write(session, &recordings) {
         Ok(changed) => {
             tracks::give_back(session, recorder);

@@ -53,13 +53,16 @@ impl Copying {
     }
 
     fn figures(self) -> Figures {
-        let texels = |ticket: &ReadTicket<Texels>| match ticket.poll() {
+        let Self { of, live, shown } = self;
+        // Tickets hold memory of the device, so they end before the pictures are compared.
+        let texels = |ticket: ReadTicket<Texels>| match ticket.poll() {
             Ok(Some(texels)) => Ok(texels),
             Ok(None) => Err("the target was not copied".to_owned()),
             Err(error) => Err(error.to_string()),
         };
-        match texels(&self.live).and_then(|live| Ok((live, texels(&self.shown)?))) {
-            Ok((live, shown)) => figures(&Pixels::Texels(live.into()), self.of, &shown, &VALUES),
+        let copies = (texels(live), texels(shown));
+        match copies.0.and_then(|live| Ok((live, copies.1?))) {
+            Ok((live, shown)) => figures(&Pixels::Texels(live.into()), of, &shown, &VALUES),
             Err(error) => Figures::Refused(error),
         }
     }

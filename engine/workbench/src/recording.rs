@@ -56,6 +56,11 @@ impl Recorder {
         self.records != Records::Nothing
     }
 
+    /// Whether it records for a program.
+    pub fn is_of_program(&self) -> bool {
+        self.records == Records::UntilEnd
+    }
+
     /// Begins, or ends: a param is recorded while it is held.
     pub fn turn(&mut self, on: bool) {
         self.records = if on { Records::WhileHeld } else { Records::Nothing };
@@ -73,10 +78,15 @@ impl Recorder {
         std::mem::take(&mut self.ended)
     }
 
-    /// Goes on with recordings that [`Self::end`] gave, for a program.
+    /// Goes on with recordings that [`Self::end`] gave, for a program. The last one of each param is the one that goes on.
     pub fn go_on(&mut self, recordings: Vec<Recording>) {
         self.records = Records::UntilEnd;
-        self.ended = recordings;
+        for recording in recordings.into_iter().rev() {
+            let goes_on = self.moving.iter().all(|moving| moving.param != recording.param);
+            if goes_on { &mut self.moving } else { &mut self.ended }.push(recording);
+        }
+        self.moving.reverse();
+        self.ended.reverse();
     }
 
     /// Forgets what was recorded: other files run.
@@ -105,6 +115,15 @@ impl Recorder {
         } else {
             let samples = vec![(time, value.to_vec())];
             self.moving.push(Recording { param: param.to_owned(), before, samples });
+        }
+    }
+
+    /// Notes the values that params have at a time, whoever has set them: `of` gives that of a name.
+    pub fn note(&mut self, time: f64, of: impl Fn(&str) -> Option<Vec<f64>>) {
+        for recording in self.moving.iter_mut().filter(|recording| !recording.is_over(time)) {
+            if let Some(value) = of(&recording.param) {
+                recording.add(time, value);
+            }
         }
     }
 
@@ -266,9 +285,16 @@ mod tests {
         ];
         assert_eq!(all(&ended), expected);
         assert!(!recorder.is_on());
+        // Those that moved last go on, with what a param was set to otherwise.
         recorder.go_on(ended);
-        recorder.moved("fog", before, 3.0, &[2.0]);
-        assert_eq!(all(&recorder.end()).len(), 4);
+        recorder.note(2.0, |param| (param == "fog").then(|| vec![5.0]));
+        assert_eq!(recorder.frame(3.0, false), []);
+        let expected = [
+            ("fog", vec![(100, 1.0), (150, 1.0), (200, 2.0)]),
+            ("sun", vec![(100, 3.0), (300, 3.0)]),
+            ("fog", vec![(50, 4.0), (200, 5.0), (300, 5.0)]),
+        ];
+        assert_eq!(all(&recorder.end()), expected);
         recorder.begin();
         recorder.moved("fog", before, 1.0, &[1.0]);
         recorder.forget();

@@ -25,7 +25,9 @@ pub fn moved(session: &mut Session, recorder: &mut Recorder, name: &str, before:
 
 /// Before a frame: gives the recordings that have ended. `held` says whether a widget is held.
 pub fn frame(session: &Session, recorder: &mut Recorder, held: bool) -> Vec<Recording> {
-    recorder.frame(demo::seconds(session), held)
+    let time = demo::seconds(session);
+    recorder.note(time, |param| session.param(param).ok().map(|value| components(&value)));
+    recorder.frame(time, held)
 }
 
 /// Why recordings could not be written, in one line, before there are any.

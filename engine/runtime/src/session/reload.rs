@@ -179,6 +179,7 @@ impl Session {
         }
         let demo = &mut self.playback.demo;
         (demo.taken_over, demo.target, demo.target_held) = (false, None, false);
+        demo.released.clear();
         self.reset();
     }
 }
