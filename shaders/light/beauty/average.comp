@@ -1,7 +1,7 @@
 // Temporal anti-aliasing: each frame looks through another place of each pixel, and the pixel's earlier light goes into a mean. In motion,
 // the earlier light follows the light around the pixel, and must lie within its present range; at rest, the mean is of all frames. With
 // WAVES, water that moves has a short memory, and everything else stays as it is after 512 frames at rest, when the passes that find first
-// hits have stopped. A place on an instance is followed as the instance moves. With PANES, a pane is followed by what it shows.
+// hits have stopped. A place on an instance is followed as the instance moves. With PANES, what a pane shows is followed.
 #version 460
 #ifdef WAVES
 #include <raxel/world.glsl>
@@ -89,6 +89,23 @@ vec3 change_around(vec2 at, ivec2 size, vec3 low, vec3 high) {
     return change * (change * change / max(change * change + chance * chance, vec3(1e-20)));
 }
 
+#ifdef PANES
+// Follows what a pane shows, at `way` from the last camera, if the same pane was before it there; else the pane, whose place is in `at` if it was `there`.
+// The pane's colours move with the pane: a pixel lies as far beside this one now as both places lay apart.
+bool follow_behind(ivec2 pixel, ivec2 size, ivec4 hit, vec3 way, inout vec2 at, bool there) {
+    vec2 behind;
+    if (!there || !rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), behind)) return there;
+    vec2 apart = behind - at;
+    ivec2 from = pixel + ivec2(floor(apart)), to = pixel + ivec2(ceil(apart));
+    for (int i = 0; i < 4; ++i) {
+        ivec2 other = ivec2((i & 1) != 0 ? to.x : from.x, (i >> 1) != 0 ? to.y : from.y);
+        if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, size)) || imageLoad(hits, other).w != hit.w) return there;
+    }
+    at = behind;
+    return true;
+}
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(outAverage);
     if (any(greaterThanEqual(pixel, size))) return;
@@ -120,20 +137,21 @@ void main() {
     } else {
         ivec4 hit = imageLoad(hits, pixel);
         float depth = imageLoad(places, pixel).z;
-        bool behind = false;   // a pane shows something farther away
-#ifdef PANES
-        float share = texelFetch(gloss, pixel, 0).a;
-        behind = share < 0.0;
-        if (behind) depth = -share;
-#endif
         vec3 dir = pixel_direction(pixel, size);
         // The centre of the pixel is followed, not the place that this frame has looked through.
-        vec3 way = depth == 0.0 && hit.w < 0 ? 1e5 * dir : vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac) + depth * dir;
+        vec3 camera = vec3(frame.camera_cell - push.cell) + (frame.camera_frac - push.frac);
+        vec3 way = depth == 0.0 && hit.w < 0 ? 1e5 * dir : camera + depth * dir;
 #ifdef RX_BINDS_Poses
-        if (!behind && hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
+        if (hit.w >= 0 && rx_is_on_instance(hit_face(hit.w))) way = moved_from(hit.xyz, hit_face(hit.w), imageLoad(places, pixel).xy, push.cell, push.frac);
 #endif
         vec2 at;
-        if (rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at)) {
+        bool there = rx_reproject(way, mat3(push.world_to_view), frame.tan_half_fov, vec2(size), at);
+#ifdef PANES
+        // A pane shows something farther away.
+        float share = texelFetch(gloss, pixel, 0).a;
+        if (share < 0.0) there = follow_behind(pixel, size, hit, camera - share * dir, at, there);
+#endif
+        if (there) {
             vec2 seen_at = at;
             at -= pixel_place(pixel) - (vec2(pixel) + 0.5);
             vec3 low, high;
