@@ -128,6 +128,7 @@ fn params_that_a_program_sets_become_keys_of_the_demo() {
         stage.ask(json!({ "do": "open", "path": DEMO }));
         stage.ask(json!({ "do": "record_params" }));
         set(&mut stage, 7.0);
+        stage.ask(json!({ "do": "open", "path": "worlds/menger.toml" }));
         stage.ask(json!({ "do": "open", "path": DEMO }));
         stage.ask(json!({ "do": "pause" }));
         go_to(&mut stage, 0.75);
