@@ -30,6 +30,7 @@ struct RxGridWalk {
     uint axis;    // of that plane
 };
 
+// A walk from cell to cell that begins in a cell, at `frac` in it.
 RxGridWalk rx_grid_walk(ivec3 cell, vec3 frac, vec3 dir) {
     vec3 each = 1.0 / max(abs(dir), vec3(1e-9));
     bvec3 up = greaterThan(dir, vec3(0.0));
