@@ -178,10 +178,6 @@ float sun_below(RxSceneRay from, uint body, vec3 to_sun, uint seed) {
 // back, less the body's loss. Where instances are bound, the sun's part came by the refracted beam.
 vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
     vec3 inward = refract(on.dir, on.normal, 1.0 / ETA);
-    RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
-    uint axis = rx_face_axis(on.face);
-    from.frac[axis] = 1.0 - from.frac[axis];
-    from.cell = on.voxel;
     RxBodyEnd end;
     RxHit standing;
     bool ground, stands = false;
@@ -190,6 +186,10 @@ vec3 light_from_below(Surface on, vec3 share, vec3 to_sun) {
         // Where its model ends, the world may begin.
         if (ground && end.material == 0u) end.material = rx_material(RX_RAY(rx_ray_from_place(end.inside, end.face ^ 1u, end.uv, inward)).cell);
     } else {
+        RxRay from = rx_ray_from_face(on.voxel, on.face, on.place.xy, inward);
+        uint axis = rx_face_axis(on.face);
+        from.frac[axis] = 1.0 - from.frac[axis];
+        from.cell = on.voxel;
         ground = rx_walk_body(on.voxel, from.frac, inward, on.index, DEEPEST, end);
         // An instance that stands in the body is nearer than its end.
         stands = rx_instance_in_body(rx_scene_ray(from), end.t, standing);
