@@ -187,12 +187,18 @@ void main() {
         asks = false;
     }
 #endif
-#if defined(ONE_RAY) && !defined(PANES)
+#ifdef ONE_RAY
     bool remembers = push.history > 0 || frame.still > 0u;
 #else
-    const bool remembers = true;   // the last frame decides whether a pixel is in doubt; light through panes has a mean in motion
+    const bool remembers = true;   // the last frame decides whether a pixel is in doubt
 #endif
+#ifdef PANES
+    // Light through panes has a mean in motion, too.
+    vec2 old = asks ? before(pixel, size, hit, place.xyz) : vec2(0.0);
+    if (!remembers) old = vec2(0.0);
+#else
     vec2 old = asks && remembers ? before(pixel, size, hit, place.xyz) : vec2(0.0);
+#endif
 
 #ifdef ONE_RAY
     if (asks) result = with_fresh(old, sun_ray(hit.xyz, face, place.xy, sun_place(pixel, sun, frame.index)), 1.0, float(push.history), 1.0);

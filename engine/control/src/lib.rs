@@ -86,7 +86,7 @@ struct Ahead {
     keeps: bool,
 }
 
-/// Threads that read pictures which were given up, so that as many files are not decoded at once as a program can ask for.
+/// Most threads that go on reading pictures that were given up. A program could ask for more files than the machine can decode at once.
 const MOST_GIVEN_UP: usize = 2;
 
 struct Waiting {

@@ -12,7 +12,8 @@ use crate::modules::{self, Enabled};
 use crate::query::QueueClock;
 use crate::subgroups;
 
-/// The limits and features of a device, from reports about it. A limit that no report has is as large as raxel ever asks for.
+/// The limits and features of a device, from reports about it. A limit that no report has is as large as raxel ever asks for, unless the device says
+/// otherwise. A feature that no report has is missing.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is something that a device has or lacks")]
 pub struct KnownDevice {
@@ -190,7 +191,7 @@ impl KnownDevice {
             max_per_stage_resources: self.resources,
             max_compute_work_group_invocations: self.invocations,
             max_compute_work_group_size: self.workgroup,
-            // More is rare.
+            // Every driver has these. Some have more along x.
             max_compute_work_group_count: [65535; 3],
             max_compute_shared_memory_size: self.shared_memory,
             max_push_constants_size: self.push_constants,

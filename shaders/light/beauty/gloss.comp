@@ -121,7 +121,7 @@ void trace_gloss(Surface on, vec3 mirrored, bool pane, RxSceneRay behind, vec3 t
     RxSceneRay ray = rx_ray_from_place(on.voxel, on.face, on.place.xy, mirrored);
     bool sunward = false;
     uint way = MIRRORED;
-    for (int turn = 0; turn < 8; ++turn) {
+    for (int turn = 0; turn < 12; ++turn) {
         RxHit hit;
         bool found = rx_trace_places(ray, hit);
 #ifdef PANES

@@ -64,12 +64,18 @@ const WHOLE: KnownDevice = KnownDevice {
     minor: 3,
 };
 
-/// Votes and ballots, and no other operation.
-const VOTES: Operations =
-    Operations::from_raw(Operations::BASIC.as_raw() | Operations::VOTE.as_raw() | Operations::BALLOT.as_raw());
+/// Votes, ballots, shuffles and quads: no arithmetic, and nothing by clusters.
+const SHUFFLES: Operations = Operations::from_raw(
+    Operations::BASIC.as_raw()
+        | Operations::VOTE.as_raw()
+        | Operations::BALLOT.as_raw()
+        | Operations::SHUFFLE.as_raw()
+        | Operations::SHUFFLE_RELATIVE.as_raw()
+        | Operations::QUAD.as_raw(),
+);
 
 /// Raspberry Pi 5 under Mesa (V3DV): `vulkaninfo` in <https://github.com/bevyengine/bevy/issues/18867>, and
-/// `get_features` of `src/broadcom/vulkan/v3dv_device.c`.
+/// `get_features` and `get_device_properties` of `src/broadcom/vulkan/v3dv_device.c`. Newer drivers also have arithmetic in subgroups.
 pub const SMALL: KnownDevice = KnownDevice {
     name: "Raspberry Pi 5 (V3DV)",
     storage_buffers: 8,
@@ -79,9 +85,11 @@ pub const SMALL: KnownDevice = KnownDevice {
     buffer_range: 1 << 30,
     invocations: 256,
     workgroup: [256, 256, 256],
+    image_sides: [4096, 4096],
+    image_layers: 2048,
     alignment: 32,
     granularity: 256,
-    subgroup_operations: VOTES,
+    subgroup_operations: SHUFFLES,
     subgroups: Some(Subgroups { usual: 16, range: [16, 16], in_workgroup: 16, asked: false }),
     without: &[
         Feature::Int64,
@@ -114,8 +122,8 @@ pub const METAL: KnownDevice = KnownDevice {
     push_constants: 4096,
     alignment: 16,
     granularity: 16,
-    subgroup_operations: VOTES,
-    subgroups: Some(Subgroups { usual: 32, range: [4, 32], in_workgroup: 32, asked: false }),
+    subgroup_operations: Operations::from_raw(SHUFFLES.as_raw() | Operations::ARITHMETIC.as_raw()),
+    subgroups: Some(Subgroups { usual: 32, range: [4, 32], in_workgroup: 256, asked: false }),
     without: &[Feature::Float64, Feature::Int64Atomics],
     extensions: false,
     ..WHOLE
@@ -125,6 +133,7 @@ pub const METAL: KnownDevice = KnownDevice {
 /// <https://github.com/KhronosGroup/Vulkan-Tools/issues/491>, and `get_properties` of `src/intel/vulkan/anv_physical_device.c`.
 pub const INTEL_MESA: KnownDevice = KnownDevice {
     name: "Intel UHD 620 (Mesa)",
+    shared_memory: 65536,
     storage_buffers: 65535,
     storage_images: 65535,
     sampled_images: 65535,
@@ -159,6 +168,7 @@ pub const INTEL_WINDOWS: KnownDevice = KnownDevice {
 /// <https://github.com/KomputeProject/kompute/issues/275>. Subgroups of 64, and of 32 if a pipeline asks.
 pub const RDNA2: KnownDevice = KnownDevice {
     name: "AMD RDNA 2 (RADV)",
+    shared_memory: 65536,
     alignment: 4,
     subgroups: Some(Subgroups { usual: 64, range: [32, 64], in_workgroup: u32::MAX, asked: true }),
     ..WHOLE
@@ -174,6 +184,8 @@ pub const VEGA: KnownDevice = KnownDevice {
 /// NVIDIA GTX 10 (Pascal): `vulkaninfo` of a 1050 Ti in <https://github.com/KhronosGroup/Vulkan-Tools/pull/106>. No floats of 16 bits.
 pub const PASCAL: KnownDevice = KnownDevice {
     name: "NVIDIA GTX 10",
+    shared_memory: 49152,
+    image_sides: [32768, 16384],
     storage_buffers: 1 << 20,
     storage_images: 1 << 20,
     sampled_images: 1 << 20,
@@ -223,6 +235,7 @@ pub const MALI: KnownDevice = KnownDevice {
     uniform_buffers: 36,
     buffer_range: 1 << 28,
     uniform_range: 65536,
+    image_sides: [16384, 16384],
     image_layers: 4096,
     subgroups: Some(Subgroups { usual: 16, range: [16, 16], in_workgroup: 64, asked: true }),
     without: &[Feature::Float64, Feature::Int64Atomics],
@@ -234,8 +247,6 @@ pub const MALI: KnownDevice = KnownDevice {
 /// version 4.2 of the hardware, and `vulkaninfo` in <https://github.com/DTolm/VkFFT/issues/19>. Its subgroups can only elect.
 pub const RASPBERRY_4: KnownDevice = KnownDevice {
     name: "Raspberry Pi 4 (V3DV of Vulkan 1.2)",
-    image_sides: [4096, 4096],
-    image_layers: 2048,
     alignment: 256,
     subgroup_operations: Operations::BASIC,
     minor: 2,

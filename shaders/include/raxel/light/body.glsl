@@ -188,7 +188,8 @@ bool rx_pass_panes(RxHit hit, uint most, inout RxSceneRay ray, inout vec3 share)
     RxRay from = rx_ray_from_face(hit.voxel, hit.face, hit.uv, on.dir);
     float far = dot(vec3(on.cell - from.cell) + (on.frac - from.frac), on.dir) / dot(on.dir, on.dir);
     RxHit standing;
-    if (rx_instance_in_body(rx_scene_ray(from), far, standing)) return false;
+    // One that touches the other side from behind stands behind it.
+    if (rx_instance_in_body(rx_scene_ray(from), max(far - 1e-3 / length(on.dir), 0.0), standing)) return false;
     ray = rx_scene_ray(on);
     share = left;
     return true;
