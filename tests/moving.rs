@@ -228,6 +228,39 @@ fn what_goes_leaves_no_light_and_no_shadow() {
     }
 }
 
+/// An instance that moves hardly changes the light far from it. So faces there keep their samples, and take their turn as rarely as at rest.
+#[test]
+fn faces_far_from_a_mover_keep_their_light() {
+    let project = Project::shipped();
+    let graph = lifted(&project, "light/face_cache.toml", "tree", "");
+    let listed = |z: f64, step: f32| {
+        let files = "floor = { albedo = [0.6, 0.6, 0.55] }\n[models]\ntree = { file = \"models/tree.vox\" }";
+        let tree = "[[instances]]\nmodel = \"tree\"\nposition = [12, 2, 12]\nslide = { param = \"away\", along = [0, 1000, 0] }\n";
+        let build = [
+            cuboid("floor", [0, 0, 0], [32, 2, 240], ""),
+            cuboid("floor", [0, 2, 200], [32, 14, 201], ""),
+            cuboid("floor", [0, 2, 1], [1, 14, 32], ""),
+            tree.to_owned(),
+        ];
+        scenes::world(&project, files, &build, [28.0, 16.0, z + 16.0], [10.0, 4.0, z], 50.0);
+        let mut session = open(&project, graph, SIZE, &[]);
+        session.pin("queue").unwrap();
+        let mut sum = 0;
+        for frame in 0..64_u8 {
+            session.set_param("away", Value::F32(step * f32::from(frame))).unwrap();
+            frames(&mut session, 1);
+            let bytes = session.read_buffer("queue", 0..4).unwrap();
+            sum += if frame < 32 { 0 } else { u32::from_le_bytes(bytes.try_into().unwrap()) };
+        }
+        sum
+    };
+    // A tenth of a voxel in a frame.
+    let [near, near_at_rest] = [1e-4, 0.0].map(|step| listed(12.0, step));
+    let [far, far_at_rest] = [1e-4, 0.0].map(|step| listed(212.0, step));
+    assert!(near > 3 * near_at_rest / 2, "{near} beside the mover, {near_at_rest} at rest");
+    assert!(far <= far_at_rest + far_at_rest / 50, "{far} far from the mover, {far_at_rest} at rest");
+}
+
 /// A basin of water with a model in it, in the world's voxels or as an instance.
 fn basin(project: &Project, model: &str, position: [f64; 3], look_at: [f64; 3]) {
     let build = [

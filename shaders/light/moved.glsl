@@ -1,5 +1,5 @@
 // Finds the positions that places on instances had in the last frame. Needs <raxel/place.glsl>.
-layout(std430) readonly buffer Poses { uint moves; uint leaps; uint unused1; uint unused2; uvec4 poses[]; };
+layout(std430) readonly buffer Poses { uint moves; uint leaps; uint last; uint unused; uvec4 poses[]; };
 
 // From a camera of the last frame to a place on an instance, as it was then, in world space.
 vec3 moved_from(ivec3 voxel, uint face, vec2 uv, ivec3 camera_cell, vec3 camera_frac) {

@@ -11,6 +11,7 @@
 //     #define PATH_DEEP n           from the n-th place on, half of the paths end at each: all wait for the longest
 //     #define PATH_LAMP_LEAST x     rays to lamps whose light, unhidden, would be less than x (luminance): so many are traced as are worth x each
 //     #define PATH_KNOWN_LAMPS      the lamps at the first place are drawn with the help of those that are known there: face_cache/known_lamps.glsl
+//     #define PATH_LAMPS s          also sums the luminance of light from lamps: path_lamps; `s` is their share in what kept() found
 //     #define PATH_PLACES n         also notes what falls on each of the first n places of the path: path_places
 #ifndef LIGHT_PATH_GLSL
 #define LIGHT_PATH_GLSL
@@ -80,6 +81,15 @@ void path_live(float on) {}
 void path_end() {}
 #endif
 
+#ifdef PATH_LAMPS
+float path_lamps = 0.0;
+void path_note_lamps(vec3 light, float part) {
+    path_lamps += part * rx_luminance(light);
+}
+#else
+void path_note_lamps(vec3 light, float part) {}
+#endif
+
 #ifdef PATH_KNOWN_LAMPS
 // Lamps that are drawn from here on are for a place; at the first one with the help of the lists.
 void path_known(ivec3 voxel, uint face, vec2 uv, bool first) {
@@ -118,6 +128,7 @@ void path_meet_lamp(inout Path path, RxHit hit, RxMaterial material) {
 #endif
     radiance *= frame.lamp_strength * weight;
     path.sum += path.share * radiance;
+    path_note_lamps(path.share * radiance, 1.0);
     path_note(path.depth + 1u, radiance);
 }
 
@@ -131,6 +142,9 @@ void path_arrive(inout Path path, RxHit hit, vec3 albedo) {
     vec4 known = kept(hit);
     if (known.w > 0.0) {
         path.sum += path.share * known.rgb;
+#ifdef PATH_LAMPS
+        path_note_lamps(path.share * known.rgb, PATH_LAMPS);
+#endif
         path_note(path.depth, known.rgb);
         path_end();
         path.ends = true;
@@ -206,6 +220,7 @@ vec3 path_light(ivec3 voxel, uint face, vec2 uv, inout RxSampler numbers) {
                     if (kind == LAMP) known_add(known_chosen.voxel, known_chosen.face, known_chosen.light);
 #endif
                     path.sum += path.share * path.waiting;
+                    path_note_lamps(path.share * path.waiting, kind == LAMP ? 1.0 : 0.0);
                     path_note(kind == LAMP ? path.depth + 1u : path.depth, path.waiting);
                 }
             } else {

@@ -1,14 +1,19 @@
 // Keeps the poses of instances in this frame and the last one, for moved.glsl and face_cache/moves.glsl. Counts moved instances, so the count changes
-// after each frame with a move. Notes the count when a lamp goes far in a frame.
+// after each frame with a move. Notes the count when a lamp goes far in a frame. Marks the surroundings of each moved instance (stirred.glsl).
 #version 460
 #include <raxel/instance_frame.glsl>
 
 layout(local_size_x = 64) in;
 // For each instance the eight quads of the last frame, then those of this one.
-layout(std430) buffer Poses { uint moves; uint leaps; uint unused1; uint unused2; uvec4 poses[]; };
+layout(std430) buffer Poses { uint moves; uint leaps; uint last; uint unused; uvec4 poses[]; };
+layout(std430) buffer Stirred { uint stirred[]; };
+#include "stirred.glsl"
+layout(push_constant) uniform Push { uint frame; } push;
 
 const uint QUADS = RX_INSTANCE_QUADS;
-const float LEAP = 1.0;   // voxels in a frame
+const float LEAP = 1.0;         // voxels in a frame
+const float SURROUNDS = 2.0;    // radii of an instance: farther away, it hides little
+const float CELLS_ACROSS = 4.0;
 
 // About the distance that the farthest voxel of an instance has gone.
 float way(RxInstance was, RxInstance now) {
@@ -17,6 +22,28 @@ float way(RxInstance was, RxInstance now) {
     vec3 size = vec3(now.high - now.low);
     bool other = was.shape != now.shape;
     return length(step) + (other ? 1.0 : float(max(turn.x, max(turn.y, turn.z))) / 8388608.0) * max(size.x, max(size.y, size.z));
+}
+
+// Marks the cells around the box of an instance.
+void stir(RxInstance instance) {
+    vec3 middle = 0.5 * vec3(instance.low + instance.high);
+    float reach = SURROUNDS * 0.5 * length(vec3(instance.high - instance.low)) + 1.0;
+    ivec3 from = instance.corner;
+    if (rx_instance_is_free(instance)) {
+        from = instance.cell;
+        middle = rx_direction_from_instance(instance, vec3(instance.corner) + middle) + vec3(instance.fraction) / 16777216.0;
+    }
+    uint level = 0u;
+    while (level + 1u < STIRRED_LEVELS && 2.0 * reach > CELLS_ACROSS * float(1u << stirred_shift(level))) ++level;
+    // Larger instances stir everything that far around their middle.
+    reach = min(reach, CELLS_ACROSS * float(1u << stirred_shift(level)));
+    uint shift = stirred_shift(level);
+    ivec3 first = from + ivec3(floor(middle - reach)) >> shift, end = from + ivec3(floor(middle + reach)) >> shift;
+    for (int z = first.z; z <= end.z; ++z) {
+        for (int y = first.y; y <= end.y; ++y) {
+            for (int x = first.x; x <= end.x; ++x) stirred[stirred_wide_place(ivec3(x, y, z), level)] = push.frame + 1u;
+        }
+    }
 }
 
 void main() {
@@ -40,5 +67,10 @@ void main() {
     }
     if (!moved) return;
     uint move = atomicAdd(moves, 1u) + 1u;
-    if (uintBitsToFloat(after[6].w) > 0.0 && way(rx_instance_of_quads(before), rx_instance_of_quads(after)) > LEAP) atomicMax(leaps, move);
+    last = push.frame + 1u;
+    RxInstance now = rx_instance_of_quads(after), was = now;
+    if (known) was = rx_instance_of_quads(before);
+    stir(was);
+    stir(now);
+    if (uintBitsToFloat(after[6].w) > 0.0 && (!known || way(was, now) > LEAP)) atomicMax(leaps, move);
 }

@@ -133,13 +133,13 @@ pub(crate) fn write(op: Op, operands: &[u32], words: &mut Vec<u32>) {
     Instruction { opcode: op as u32, operands }.write(words);
 }
 
-/// Whether an instruction is a type, constant or global variable: the section that follows the decorations (section 2.4).
+/// Whether an instruction stands in the section that follows the decorations (section 2.4): types, constants and global variables, and what may
+/// stand between them.
 fn is_declaration(instruction: &Instruction<'_>) -> bool {
     let sections =
         [Op::TypeVoid as u32..=Op::TypeForwardPointer as u32, Op::ConstantTrue as u32..=Op::SpecConstantOp as u32];
-    sections.iter().any(|section| section.contains(&instruction.opcode))
-        || instruction.is(Op::Variable)
-        || instruction.is(Op::Undef)
+    let others = [Op::Variable, Op::Undef, Op::Line, Op::NoLine, Op::ExtInst];
+    sections.iter().any(|section| section.contains(&instruction.opcode)) || others.iter().any(|op| instruction.is(*op))
 }
 
 /// The variables that an entry point lists, behind its name.

@@ -13,6 +13,7 @@ layout(std430) readonly buffer Fresh { vec4 fresh[]; };
 layout(push_constant) uniform Push { int history; } push;
 #include "../renew.glsl"
 #ifdef RX_BINDS_Poses
+#include <raxel/random.glsl>
 #include "moves.glsl"
 #endif
 
@@ -33,10 +34,11 @@ void resolve(uint i) {
     uint entry = queue.faces[i], slot = entry_slot(entry), samples = entries_of_face(entry);
     if (entry_number(entry) != 0u) return;
     vec3 sum = vec3(0.0);
-    float square = 0.0, added = float(samples), judged = min(added, JUDGED_MOST), first = 0.0;
+    float square = 0.0, lamps = 0.0, added = float(samples), judged = min(added, JUDGED_MOST), first = 0.0;
     for (uint k = 0u; k < samples; ++k) {
         vec3 one = fresh[i + k].rgb;
         sum += one;
+        lamps += fresh[i + k].w;
         if (k < uint(JUDGED_MOST)) first += luminance(one) / judged;
         square += luminance(one) * luminance(one);
     }
@@ -44,7 +46,6 @@ void resolve(uint i) {
     if (entry_is_late(entry)) old.w = min(old.w, max(LATE_SAMPLES, LATE_TIMES * added));
 #ifdef RX_BINDS_Poses
     old.w = samples_after_moves(slot, old.w);
-    moves_seen[slot] = moves;
 #endif
     if (old.w >= JUDGES_FROM && generation[slot] == state.generation && queue.bright > 0.0) {
         // Samples of one frame are spread evenly, so compare their mean with the kept mean. The variance of a mean of n samples is an n-th of a
@@ -56,6 +57,11 @@ void resolve(uint i) {
     }
     vec4 now = renewed(slot, old, sum, added, float(push.history));
     light[slot] = now;
+#ifdef RX_BINDS_Poses
+    float lit = moves_lamps(moves_seen[slot]) * luminance(old.rgb);
+    lit += (lamps - added * lit) / now.w;
+    moves_seen[slot] = moves_code(lit / max(luminance(now.rgb), 1e-20), float(rx_hash(floatBitsToUint(sum.x)) >> 8) / 16777216.0);
+#endif
     squares[slot] = (square + (now.w - added) * squares[slot]) / now.w;
 }
 

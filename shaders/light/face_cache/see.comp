@@ -76,8 +76,21 @@ bool is_stirred(ivec3 voxel, uint face) {
     return false;
 }
 
-// Whether a face is listed that this frame asks for the first time, and how many entries it has. `before` is the frame that asked last, from 1 on.
-bool is_listed(RxHit hit, uint part, RxFaceKey key, uint slot, uint before, float height, out uint entries, out bool late) {
+#ifdef RX_BINDS_Poses
+// Whether an instance has moved near a place in the world lately.
+bool is_by_mover(ivec3 place) {
+    if (last == 0u || frame.index + 1u - last > STIRRED_FRAMES) return false;
+    for (uint level = 0u; level < STIRRED_LEVELS; ++level) {
+        uint then = stirred[stirred_wide_place(place >> stirred_shift(level), level)];
+        if (then != 0u && frame.index + 1u - then <= STIRRED_FRAMES) return true;
+    }
+    return false;
+}
+#endif
+
+// Whether a face is listed that this frame asks for the first time, and how many entries it has. `place` is where it is in the world, `before` the frame that
+// asked last, from 1 on.
+bool is_listed(RxHit hit, ivec3 place, uint part, RxFaceKey key, uint slot, uint before, float height, out uint entries, out bool late) {
     float across = cell_pixels(cell_of(hit.voxel, hit.face, part), hit.face, part, height);
     if (part > 0u && part < CELL_PARTS) across *= 0.5;
     if (before == 0u) atomicAdd(fit.used, 1u);
@@ -92,6 +105,9 @@ bool is_listed(RxHit hit, uint part, RxFaceKey key, uint slot, uint before, floa
     atomicAdd(seen, 1u);
     atomicAdd(wanted, entries_for(across, 1.0, turn));
     late = state.changed != 0u && is_stirred(hit.voxel, hit.face);
+#ifdef RX_BINDS_Poses
+    late = late || moves_since(slot) > 0u && is_by_mover(place);
+#endif
     if (late) samples = min(samples, LATE_SAMPLES);
     float needed = queue.noise * max(across, 1.0) / (push.error * push.error);
     float wait = queue.noise > 0.0 && samples >= KNOWN_FROM ? clamp(samples / needed, 1.0, float(max(push.rarely, 1))) : 1.0;
@@ -123,9 +139,10 @@ uint see(ivec2 pixel, ivec2 size, out uint entries, out bool late) {
         return slot;
     }
     if (part >= CELL_PARTS) atomicMax(queue.pick[slot], pick_rank(uint(pixel.x + pixel.y * size.x), frame.index));
+    ivec3 place = frame.camera_cell + ivec3(floor(frame.camera_frac + hit.t * pixel_direction(pixel, size)));
     // Frames count from 1 here: 0 is a slot that no pass has asked for.
     uint now = frame.index + 1u, before = asked[slot] == now ? now : atomicExchange(asked[slot], now), own;
-    if (before != now && is_listed(hit, part, key, slot, before, float(size.y), own, late)) entries = own;
+    if (before != now && is_listed(hit, place, part, key, slot, before, float(size.y), own, late)) entries = own;
     return slot;
 }
 

@@ -18,6 +18,11 @@ layout(push_constant) uniform Push { ivec2 pixels; int ready; int candidates; fl
 #include "cells.glsl"
 #include "part.glsl"
 #include "pick.glsl"
+#ifdef RX_BINDS_instances
+#include "moves.glsl"
+#define PATH_LAMPS kept_lamps
+float kept_lamps;   // the share of lamps in the light that kept() found last
+#endif
 
 // Light that a face keeps, as one value, in quarters, or as a part of a cell. Light from before the change is not passed on.
 vec4 kept(RxHit hit) {
@@ -26,6 +31,9 @@ vec4 kept(RxHit hit) {
     if (!cell_fits(cell, hit.face, part)) return vec4(0.0);
     uint slot = rx_face_find(cell_key(cell, hit.face, part));
     if (slot == RX_NO_FACE || generation[slot] != state.generation || light[slot].w < float(push.ready)) return vec4(0.0);
+#ifdef PATH_LAMPS
+    kept_lamps = moves_lamps(moves_seen[slot]);
+#endif
     return light[slot];
 }
 
@@ -68,5 +76,10 @@ void main() {
         voxel = imageLoad(hits, ivec2(pixel % uint(push.pixels.x), pixel / uint(push.pixels.x))).xyz;
     }
     vec2 uv = corner.xy + corner.z * rx_next2(numbers);
-    fresh[i] = vec4(path_light(voxel, face, uv, numbers), 1.0);
+    vec3 found = path_light(voxel, face, uv, numbers);
+#ifdef PATH_LAMPS
+    fresh[i] = vec4(found, path_lamps);
+#else
+    fresh[i] = vec4(found, 0.0);
+#endif
 }
