@@ -243,7 +243,8 @@ fn faces_far_from_a_mover_keep_their_light() {
             tree.to_owned(),
         ];
         scenes::world(&project, files, &build, [28.0, 16.0, z + 16.0], [10.0, 4.0, z], 50.0);
-        let mut session = open(&project, graph, SIZE, &[]);
+        // A face with 8 samples knows its light too badly to wait for its turn.
+        let mut session = open(&project, graph, SIZE, &[("error", 0.05)]);
         session.pin("queue").unwrap();
         let mut sum = 0;
         for frame in 0..64_u8 {
@@ -257,8 +258,8 @@ fn faces_far_from_a_mover_keep_their_light() {
     // A tenth of a voxel in a frame.
     let [near, near_at_rest] = [1e-4, 0.0].map(|step| listed(12.0, step));
     let [far, far_at_rest] = [1e-4, 0.0].map(|step| listed(212.0, step));
-    assert!(near > 3 * near_at_rest / 2, "{near} beside the mover, {near_at_rest} at rest");
-    assert!(far <= far_at_rest + far_at_rest / 50, "{far} far from the mover, {far_at_rest} at rest");
+    let counts = format!("{near} beside the mover, at rest {near_at_rest}; {far} far from it, at rest {far_at_rest}");
+    assert!(near > 2 * near_at_rest && far < 3 * far_at_rest / 2, "{counts}");
 }
 
 /// A basin of water with a model in it, in the world's voxels or as an instance.
