@@ -206,7 +206,7 @@ pub(crate) struct Writes {
 
 impl Writes {
     /// `None` of a module that writes no storage image.
-    pub fn new(instructions: &[Instruction<'_>], writer: &mut Writer) -> Option<Self> {
+    pub(crate) fn new(instructions: &[Instruction<'_>], writer: &mut Writer) -> Option<Self> {
         let writes = |of: &Instruction<'_>| of.is(Op::ImageWrite) || of.is(Op::ImageTexelPointer);
         if !instructions.iter().any(writes) {
             return None;
@@ -313,12 +313,12 @@ impl Writes {
     }
 
     /// The writes that were found, if there are any.
-    pub fn found(self) -> Option<TexelWrites> {
+    pub(crate) fn found(self) -> Option<TexelWrites> {
         (!self.found.sites.is_empty()).then_some(self.found)
     }
 
     /// Takes note of an instruction of a function, and writes what has to stand in front of it.
-    pub fn before(&mut self, instruction: &Instruction<'_>, writer: &mut Writer, function: &mut Vec<u32>) {
+    pub(crate) fn before(&mut self, instruction: &Instruction<'_>, writer: &mut Writer, function: &mut Vec<u32>) {
         // In a function a type only ever comes first as the type of a result.
         if let [ty, id, ..] = instruction.operands
             && self.types.contains_key(ty)
@@ -363,7 +363,7 @@ impl Writes {
     }
 
     /// Writes the record of an instruction of a function that writes a texel, behind it.
-    pub fn after(
+    pub(crate) fn after(
         &mut self,
         instruction: &Instruction<'_>,
         line: Option<&(String, u32)>,

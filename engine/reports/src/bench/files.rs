@@ -25,7 +25,7 @@ pub(super) struct About {
 }
 
 impl About {
-    pub fn of(device: &Device, effort: &Effort) -> Self {
+    pub(crate) fn of(device: &Device, effort: &Effort) -> Self {
         let capabilities = device.capabilities();
         Self {
             device: capabilities.name.clone(),
@@ -36,7 +36,7 @@ impl About {
         }
     }
 
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({
             "reason": "bench",
             "device": self.device,

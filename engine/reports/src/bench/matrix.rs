@@ -20,7 +20,7 @@ use super::{export, files, table as printed};
 
 /// The cases to measure, and the outputs.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Graphs, by file or by name; all of graphs/bench and graphs/rivals/march by default.
     #[arg(value_name = "GRAPH")]
     graphs: Vec<String>,
