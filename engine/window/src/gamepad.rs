@@ -16,7 +16,7 @@ fn is_read(graph: &Graph) -> bool {
 
 /// The gamepads of the system. One is used at a time.
 #[derive(Default)]
-pub enum Gamepads {
+pub(crate) enum Gamepads {
     /// No graph has read one so far.
     #[default]
     Unasked,
@@ -29,7 +29,7 @@ pub enum Gamepads {
 
 impl Gamepads {
     /// Passes events since the last call to the inputs, once a graph reads a gamepad. Returns a message for the user.
-    pub fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
+    pub(crate) fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
         match self {
             Self::Unasked if is_read(graph) => {
                 let (opened, said) = Self::open();
