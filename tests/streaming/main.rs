@@ -17,7 +17,8 @@ use glam::IVec3;
 use raxel::{Camera, Options, Session, Validation};
 use raxel_oracle::Oracle;
 use raxel_oracle::camera::Pinhole;
-use raxel_stream::{TileKey, streaming_range, union};
+use raxel_stream::{TileKey, streaming_range};
+use raxel_testing::union;
 use rayon::prelude::*;
 
 const SIZE: [u32; 2] = [95, 57];

@@ -13,7 +13,8 @@ use raxel_gpu::{
 use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, LightPowers, TileLights, grouped_header};
 use raxel_layouts::{MATERIAL_WORDS, TileBlock, TileNode};
 use raxel_shader::{Compiler, Request, ShaderProvider as _};
-use raxel_stream::{Publication, ReachableSet, StreamOptions, Streamer, View};
+use raxel_stream::{Publication, StreamOptions, Streamer, View};
+use raxel_testing::ReachableSet;
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Side};
 
