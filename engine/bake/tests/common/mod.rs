@@ -4,9 +4,9 @@
 
 pub(crate) mod python;
 #[cfg(feature = "cloud")]
-pub mod s3;
+pub(crate) mod s3;
 #[cfg(feature = "cloud")]
-pub mod web;
+pub(crate) mod web;
 
 use std::sync::Arc;
 
